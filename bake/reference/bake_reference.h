@@ -30,7 +30,8 @@ struct ReferenceOptions {
     int camera_rays = 4;                  // a pixel, 1..64
     int bounces = 0;                      // how often the mesh reflects light, 0..kMostBounces
     std::optional<Vec3> background = {};  // linear; unset = transparent
-    double bias = 1e-4;  // distance from the surface to the start of a shadow ray, in diagonals of ReferenceFrame::scale
+    double bias =
+        1e-4;  // distance from the surface to the start of a shadow ray, in diagonals of ReferenceFrame::scale
 };
 // Returns "" when the options can be used, and otherwise one sentence that names the option, its range and the value
 // given.

@@ -12,7 +12,7 @@
 #include "formats/asset/other_sides.h"
 #include "formats/common/errors.h"
 #include "formats/scene/bone_poses.h"
-#include "formats/scene/ground_heights.h"
+#include "formats/scene/scene_origin.h"
 #include "formats/scene/scene_placement.h"
 #include "sh/bounding_box.h"
 
@@ -133,7 +133,7 @@ private:
     SceneFrame& out_;
     const std::optional<SceneGround>& ground_;
     const GroundHeights* heights_;
-    std::vector<Vec3> corners_;  // of everyone's boxes
+    std::vector<Vec3> corners_;                               // of everyone's boxes
     double least_ = std::numeric_limits<double>::infinity();  // of their diagonals that are not 0
     PoseFiles poses_;
 
@@ -192,17 +192,9 @@ private:
     }
 };
 
-std::unique_ptr<const GroundHeights> heightsOf(const SceneDescription& scene, std::optional<double> seconds) {
-    if (!scene.ground || !scene.ground->heights) return nullptr;
-    auto heights = std::make_unique<GroundHeights>(*scene.ground);
-    heights->pose(seconds);
-    return heights;
-}
-
 }  // namespace
 
-SceneFrame poseScene(const SceneDescription& scene, std::optional<double> seconds, const std::string& camera,
-                     bool look) {
+SceneFrame poseScene(SceneDescription scene, std::optional<double> seconds, const std::string& camera, bool look) {
     std::map<std::filesystem::path, std::unique_ptr<const SceneAsset>> open;
     const auto opened = [&](const std::filesystem::path& path) -> const AssetView& {
         std::unique_ptr<const SceneAsset>& asset = open[path.lexically_normal()];
@@ -210,8 +202,9 @@ SceneFrame poseScene(const SceneDescription& scene, std::optional<double> second
         return asset->view;
     };
     SceneFrame out;
-    const std::unique_ptr<const GroundHeights> heights = heightsOf(scene, seconds);
-    SceneMesh mesh(out, scene.ground, heights.get());
+    std::optional<GroundHeights> heights = openGround(scene);
+    if (heights) heights->pose(seconds);
+    SceneMesh mesh(out, scene.ground, heights ? &*heights : nullptr);
     for (const std::vector<SceneCharacter>* list : {&scene.characters, &scene.props})
         for (const SceneCharacter& one : *list)
             mesh.add(one, opened(one.asset), list == &scene.characters ? seconds : std::nullopt, look);

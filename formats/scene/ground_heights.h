@@ -46,8 +46,9 @@ std::vector<std::uint32_t> fieldTriangles(const HeightGrid& grid);
 // Returns the same triangles and those of the walls of GroundHeights::castingPoints().
 std::vector<std::uint32_t> castingTriangles(const HeightGrid& grid);
 
-// Returns what "on_ground" adds to the y of someone who stands at `placed`: y of the ground under the pose, whose points
-// are in the frame of the asset (groundUnderPose()). 0 for who is not on the ground. `heights` is null where it is level.
+// Returns what "on_ground" adds to the y of someone who stands at `placed`: y of the ground under the pose, whose
+// points are in the frame of the asset (groundUnderPose()). 0 for who is not on the ground. `heights` is null where it
+// is level.
 float standingHeight(const SceneCharacter& one, std::span<const Vec3> pose, const Affine& placed,
                      const std::optional<SceneGround>& ground, const GroundHeights* heights);
 

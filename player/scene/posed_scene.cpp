@@ -4,6 +4,7 @@
 #include <map>
 
 #include "formats/common/errors.h"
+#include "formats/scene/scene_origin.h"
 #include "formats/scene/scene_placement.h"
 
 namespace penumbra {
@@ -21,6 +22,11 @@ std::optional<CasterKind> casterKindOf(const SceneCharacter& one, const Evaluato
 
 PosedScene::PosedScene(SceneDescription file, const CastWay& way) : way_(way), file_(std::move(file)) {
     if (needsSpheres(way_.mode)) castBySpheres(file_);
+    if (file_.ground && file_.ground->heights && way_.mode != CastMode::kProduct)
+        throw UsageError("--cast " + std::string(nameOf(way_.mode)) + ": " + file_.ground->heights->source.at +
+                         ": a ground with heights joins as a product alone");
+    if (std::optional<GroundHeights> heights = openGround(file_))
+        field_ = std::make_unique<SceneField>(*file_.ground, std::move(*heights));
     std::map<std::filesystem::path, std::shared_ptr<const OpenAsset>> open;
     const auto opened = [&](const std::filesystem::path& path) {
         std::shared_ptr<const OpenAsset>& asset = open[path.lexically_normal()];
@@ -73,12 +79,6 @@ PosedScene::PosedScene(SceneDescription file, const CastWay& way) : way_(way), f
     light_asset_ = file_.light.asset.empty() ? members_.front()->asset : opened(file_.light.asset);
     light_ = lightOf(file_.light, light_asset_->view);
     light_rotation_ = rotationOf(file_.light);
-    if (file_.ground && file_.ground->heights) {
-        if (way_.mode != CastMode::kProduct)
-            throw UsageError("--cast " + std::string(nameOf(way_.mode)) + ": " + file_.ground->heights->source.at +
-                             ": a ground with heights joins as a product alone");
-        field_ = std::make_unique<SceneField>(*file_.ground);
-    }
     pose({});
 }
 
@@ -88,8 +88,7 @@ void PosedScene::place(SceneMember& member) {
     member.to_scene = placementOf(*member.file);
     const GroundHeights* heights = field_ ? &field_->heights() : nullptr;
     if (heights) skinFrame(member.evaluator, 1, standing_);
-    member.to_scene.m[7] +=
-        standingHeight(*member.file, standing_.positions, member.to_scene, file_.ground, heights);
+    member.to_scene.m[7] += standingHeight(*member.file, standing_.positions, member.to_scene, file_.ground, heights);
 }
 
 void PosedScene::pose(std::optional<double> seconds) {

@@ -41,6 +41,7 @@ public:
     // lies below the pose.
     void pose(std::optional<double> seconds);
 
+    // With its origin near the first member (openGround()).
     const SceneDescription& file() const { return file_; }
     const std::vector<std::unique_ptr<SceneMember>>& members() const { return members_; }
     const CastShadow& cast() const { return *cast_; }
