@@ -240,6 +240,7 @@ void runScene(ReferenceCommand& command, const CommonOptions& common, Report& re
     input.unseen_positions = scene.unseen_positions;
     input.unseen_triangles = scene.unseen_triangles;
     input.ground = scene.ends_at_horizon;
+    input.scale = scene.scale;
     input.back_of_vertex = scene.back_of_vertex;
     const Image image = renderReference(input, scene.camera, light, command.options, common.threads,
                                         parseProgressStyle(common.quiet ? "none" : common.progress));

@@ -18,7 +18,7 @@ double defaultPitch(std::span<const Vec3> rest_positions) {
     return width > 0 ? radians(35) * std::clamp(2 - 8 * size.y / width, 0.0, 1.0) : 0;
 }
 
-Camera makeCamera(std::string_view text, std::span<const Vec3> positions, double radius, double pitch) {
+Camera makeCamera(std::string_view text, std::span<const Vec3> positions, double radius, double pitch, Vec3d origin) {
     const double nan = std::numeric_limits<double>::quiet_NaN();
     const BoundingBox box = boundsOf(positions);
     Camera camera{.target = (toDouble(box.low) + toDouble(box.high)) * 0.5,
@@ -35,7 +35,7 @@ Camera makeCamera(std::string_view text, std::span<const Vec3> positions, double
         else if (item.key == "distance")
             camera.distance = parseNumber("camera distance", item.value, 1e-9, 1e9);
         else if (item.key == "target")
-            camera.target = parseTriple("camera target", item.value, -1e9, 1e9);
+            camera.target = parseTriple("camera target", item.value, -1e9, 1e9) - origin;
         else
             throw std::invalid_argument("camera has no '" + std::string(item.key) +
                                         "': use yaw, pitch, fov, distance, target");

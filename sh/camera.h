@@ -20,8 +20,10 @@ struct Camera {
 
 // Parses any subset of "yaw=30,pitch=10,fov=35,distance=3,target=0/1/0", in degrees; "" means all defaults. What is not
 // given is framed: `target` becomes the centre of the box of `positions`, the distance makes the sphere of radius
-// `radius` around it fill the frame, and the pitch is `pitch` (radians). Throws std::invalid_argument with a sentence.
-Camera makeCamera(std::string_view text, std::span<const Vec3> positions, double radius, double pitch = 0);
+// `radius` around it fill the frame, and the pitch is `pitch` (radians). Positions and the result count from `origin`,
+// which stands in the frame of a given target. Throws std::invalid_argument with a sentence.
+Camera makeCamera(std::string_view text, std::span<const Vec3> positions, double radius, double pitch = 0,
+                  Vec3d origin = {});
 
 // Returns the pitch for pictures that are told none. It is 0, except that a sheet which lies flat at rest is seen
 // obliquely from above and not on its edge. With r = the box's height / the smaller of its two widths, it is 35 degrees

@@ -30,7 +30,8 @@ struct ReferenceOptions {
     int camera_rays = 4;                  // a pixel, 1..64
     int bounces = 0;                      // how often the mesh reflects light, 0..kMostBounces
     std::optional<Vec3> background = {};  // linear; unset = transparent
-    double bias = 1e-4;  // distance from the surface to the start of a shadow ray, in box diagonals of the frame
+    double bias =
+        1e-4;  // distance from the surface to the start of a shadow ray, in diagonals of ReferenceFrame::scale
 };
 // Returns "" when the options can be used, and otherwise one sentence that names the option, its range and the value
 // given.
@@ -56,6 +57,8 @@ struct ReferenceFrame {
     // itself where that is no sheet. Rays of sheets start at the bias as well.
     std::span<const std::uint32_t> back_of_vertex = {};
     std::span<const Vec3> albedo = {};  // [V] what the mesh reflects; needed with bounces
+    // The ray tracer's frame, of which floats are finest near its centre; unset: that of the box of the mesh.
+    std::optional<SceneScale> scale = {};
 };
 // Renders the picture. Its colours are multiplied by coverage, and its alpha is coverage. The same options give the
 // same pixels for any number of threads.

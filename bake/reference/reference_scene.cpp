@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "formats/common/parallel_for.h"
 
@@ -11,7 +12,7 @@ ReferenceScene makeReferenceScene(const ReferenceFrame& input, const ReferenceOp
     const std::vector<RgbBrdf>& brdfs = options.brdfs;
     const std::vector<Vec3>& model = input.frame.positions;
     const double diagonal = boxDiagonal(model);
-    const SceneScale scale = sceneScale(model, diagonal > 0 ? diagonal : 1);
+    const SceneScale scale = input.scale.value_or(sceneScale(model, diagonal > 0 ? diagonal : 1));
     std::vector<Vec3> positions;
     for (Vec3 p : model) positions.push_back(scale.apply(p));
     OcclusionScene scene(positions, input.mesh.frontTriangles());
@@ -69,11 +70,14 @@ RayStart startOfShadowRays(const ReferenceScene& scene, const Corners& corners, 
 }  // namespace
 
 SurfacePoint surfacePoint(const ReferenceScene& scene, const Corners& corners, Vec3d to_eye) {
-    const double bias = scene.bias;
+    constexpr double kLeastSteps = 4;  // of floats as large as the triangle's corners: what rounding may move a ray by
+    double bias = scene.bias;
     const auto& [corner, weight] = corners;
     Vec3d p[3], n[3], point, normal;
     for (std::size_t k = 0; k < 3; ++k) {
         p[k] = toDouble(scene.positions[corner[k]]);
+        for (int axis = 0; axis < 3; ++axis)
+            bias = std::max(bias, kLeastSteps * double(std::numeric_limits<float>::epsilon()) * std::abs(p[k][axis]));
         n[k] = toDouble(scene.input.frame.normals[corner[k]]);
         point += p[k] * weight[k];
         normal += n[k] * weight[k];

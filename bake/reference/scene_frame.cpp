@@ -1,7 +1,9 @@
 #include "bake/reference/scene_frame.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <limits>
 #include <map>
 #include <memory>
 #include <numeric>
@@ -10,7 +12,7 @@
 #include "formats/asset/other_sides.h"
 #include "formats/common/errors.h"
 #include "formats/scene/bone_poses.h"
-#include "formats/scene/ground_heights.h"
+#include "formats/scene/scene_origin.h"
 #include "formats/scene/scene_placement.h"
 #include "sh/bounding_box.h"
 
@@ -60,16 +62,17 @@ VisibilityFrame skinAsset(const AssetView& asset, std::span<const Affine> bones)
 // Puts meshes behind one another.
 class SceneMesh {
 public:
-    explicit SceneMesh(SceneFrame& out) : out_(out) {}
+    // `heights` is null where the ground is level or missing, and outlives this object.
+    SceneMesh(SceneFrame& out, const std::optional<SceneGround>& ground, const GroundHeights* heights)
+        : out_(out), ground_(ground), heights_(heights) {}
 
-    // `lift` is added to its y.
-    void add(const SceneCharacter& one, const AssetView& asset, std::optional<double> seconds, bool look, float lift) {
+    void add(const SceneCharacter& one, const AssetView& asset, std::optional<double> seconds, bool look) {
         if (!asset.has_mesh) throw InvalidInput(one.at + "/asset: " + one.asset.string() + " has no mesh");
         if (asset.model.deforming && asset.animation.playback.positions.empty())
             throw InvalidInput(one.at + "/asset: " + one.asset.string() + " has no frames (--no-playback)");
         const VisibilityFrame posed = poseOf(one, asset, seconds);
         Affine to_scene = placementOf(one);
-        to_scene.m[7] += lift;
+        to_scene.m[7] += standingHeight(one, posed.positions, to_scene, ground_, heights_);
         const auto first = std::uint32_t(out_.frame.positions.size());
         for (const Vec3 p : posed.positions) out_.frame.positions.push_back(to_scene.point(p));
         for (const Vec3 n : posed.normals) out_.frame.normals.push_back(to_scene.linear() * n);
@@ -88,9 +91,11 @@ public:
                 material_of_slot[asset.mesh.slot_of_vertex.empty() ? 0 : asset.mesh.slot_of_vertex[v]]);
         const BoundingBox box = boundsOf(std::span(out_.frame.positions).subspan(first));
         corners_.insert(corners_.end(), {box.low, box.high});
+        if (box.radius() > 0) least_ = std::min(least_, 2 * box.radius());
     }
 
-    void addGround(const SceneGround& ground) {
+    void addGround() {
+        const SceneGround& ground = *ground_;
         const auto first = std::uint32_t(out_.frame.positions.size());
         for (const auto& [x, z] : {std::pair{-0.5, -0.5}, {-0.5, 0.5}, {0.5, -0.5}, {0.5, 0.5}})
             out_.frame.positions.push_back(
@@ -102,7 +107,8 @@ public:
         paint(ground);
     }
 
-    void addField(const SceneGround& ground, const GroundHeights& heights) {
+    void addField() {
+        const GroundHeights& heights = *heights_;
         const HeightGrid& grid = heights.field().grid();
         const auto first = std::uint32_t(out_.frame.positions.size());
         for (int r = 0; r < grid.rows; ++r)
@@ -113,15 +119,22 @@ public:
             }
         for (const Triangle& t : trianglesOf(fieldTriangles(grid)))
             out_.mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
-        paint(ground);
-        if (grid.border == HeightBorder::kPeriodic) addCopies(ground, heights);
+        paint(*ground_);
+        if (grid.border == HeightBorder::kPeriodic) addCopies(*ground_, heights);
     }
 
     std::span<const Vec3> corners() const { return corners_; }
+    std::optional<SceneScale> scale() const {
+        if (!(least_ > 0 && std::isfinite(least_))) return std::nullopt;
+        return sceneScale(corners_, least_);
+    }
 
 private:
     SceneFrame& out_;
-    std::vector<Vec3> corners_;  // of everyone's boxes
+    const std::optional<SceneGround>& ground_;
+    const GroundHeights* heights_;
+    std::vector<Vec3> corners_;                               // of everyone's boxes
+    double least_ = std::numeric_limits<double>::infinity();  // of their diagonals that are not 0
     PoseFiles poses_;
 
     // Copies of a periodic field on all sides, as far as horizons are looked for: to the longer side. They join the
@@ -179,17 +192,9 @@ private:
     }
 };
 
-std::unique_ptr<const GroundHeights> heightsOf(const SceneDescription& scene, std::optional<double> seconds) {
-    if (!scene.ground || !scene.ground->heights) return nullptr;
-    auto heights = std::make_unique<GroundHeights>(*scene.ground);
-    heights->pose(seconds);
-    return heights;
-}
-
 }  // namespace
 
-SceneFrame poseScene(const SceneDescription& scene, std::optional<double> seconds, const std::string& camera,
-                     bool look) {
+SceneFrame poseScene(SceneDescription scene, std::optional<double> seconds, const std::string& camera, bool look) {
     std::map<std::filesystem::path, std::unique_ptr<const SceneAsset>> open;
     const auto opened = [&](const std::filesystem::path& path) -> const AssetView& {
         std::unique_ptr<const SceneAsset>& asset = open[path.lexically_normal()];
@@ -197,17 +202,18 @@ SceneFrame poseScene(const SceneDescription& scene, std::optional<double> second
         return asset->view;
     };
     SceneFrame out;
-    SceneMesh mesh(out);
-    const std::unique_ptr<const GroundHeights> heights = heightsOf(scene, seconds);
+    std::optional<GroundHeights> heights = openGround(scene);
+    if (heights) heights->pose(seconds);
+    SceneMesh mesh(out, scene.ground, heights ? &*heights : nullptr);
     for (const std::vector<SceneCharacter>* list : {&scene.characters, &scene.props})
         for (const SceneCharacter& one : *list)
-            mesh.add(one, opened(one.asset), list == &scene.characters ? seconds : std::nullopt, look,
-                     standingHeight(one, scene.ground, heights.get()));
-    if (heights) mesh.addField(*scene.ground, *heights);
+            mesh.add(one, opened(one.asset), list == &scene.characters ? seconds : std::nullopt, look);
+    if (heights) mesh.addField();
     out.ends_at_horizon = heights && heights->field().grid().border != HeightBorder::kOpen;
     out.casting_triangles = out.mesh.triangles.size();
-    if (scene.ground && !heights) mesh.addGround(*scene.ground);
+    if (scene.ground && !heights) mesh.addGround();
     out.mesh.rest_positions = out.frame.positions;
+    out.scale = mesh.scale();
     out.camera = cameraOf(scene, camera, mesh.corners());
     const std::filesystem::path& lit_by = scene.light.asset.empty() ? scene.characters[0].asset : scene.light.asset;
     if (const LightView* light = lightOf(scene.light, opened(lit_by))) {

@@ -1,5 +1,6 @@
 #pragma once
 // Poses everyone of a scene, as one mesh to ray-trace.
+#include "bake/trace/occlusion.h"
 #include "formats/scene/scene_file.h"
 #include "formats/stage/visibility_file.h"
 #include "sh/camera.h"
@@ -14,6 +15,9 @@ struct SceneFrame {
     // then these.
     std::vector<Vec3> unseen_positions;
     std::vector<Triangle> unseen_triangles;
+    // Centred on everyone, in diagonals of the smallest of them: on a wide ground rays start as near to a body as on a
+    // small one. Unset where nobody has an extent.
+    std::optional<SceneScale> scale;
     bool ends_at_horizon = false;               // a ground with heights goes on for ever: no light comes from below
     std::vector<std::string> materials;         // names in the assets; the last is the ground's
     std::vector<std::uint16_t> brdf_of_vertex;  // [V], index into materials
@@ -25,9 +29,9 @@ struct SceneFrame {
 };
 
 // Takes meshes, poses, materials and light from the assets. Everyone stands as in penumbra-player render --scene, at
-// their own times or all at `seconds`; `camera` as there. Throws what reading assets throws, and InvalidInput for what
-// the scene names and an asset has not. Where `look` is not set, materials may miss.
-SceneFrame poseScene(const SceneDescription& scene, std::optional<double> seconds, const std::string& camera,
-                     bool look);
+// their own times or all at `seconds`; `camera` as there. The result has its origin near the first member
+// (openGround()). Throws what reading assets throws, and InvalidInput for what the scene names and an asset has not.
+// Where `look` is not set, materials may miss.
+SceneFrame poseScene(SceneDescription scene, std::optional<double> seconds, const std::string& camera, bool look);
 
 }  // namespace penumbra

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "sh/height/field_in_scene.h"
+
 namespace penumbra {
 
 namespace {
@@ -66,15 +68,16 @@ Vec3 GroundHeights::normal(int row, int column) const {
     return {n.y, n.z, n.x};
 }
 
-Vec3 GroundHeights::corner() const {
+Vec3d GroundHeights::exactCorner() const {
     const HeightGrid& grid = field_.grid();
-    return toFloat({double(ground_.centre.x) - 0.5 * (grid.columns - 1) * double(grid.cell_y), ground_.height,
-                    double(ground_.centre.z) - 0.5 * (grid.rows - 1) * double(grid.cell_x)});
+    return {double(ground_.centre.x) - 0.5 * (grid.columns - 1) * double(grid.cell_y), ground_.height,
+            double(ground_.centre.z) - 0.5 * (grid.rows - 1) * double(grid.cell_x)};
 }
 
-float GroundHeights::heightAt(float x, float z) const {
-    const Vec3 at = Vec3{x, 0, z} - corner();
-    return float(ground_.height) + field_.at(at.z / field_.grid().cell_x, at.x / field_.grid().cell_y);
+double GroundHeights::heightAt(double x, double z) const { return heightOfField(field_, exactCorner(), x, z); }
+
+double GroundHeights::heightUnder(std::span<const Vec3> pose, const Affine& placed) const {
+    return groundUnderPose(field_, exactCorner(), pose, placed);
 }
 
 std::vector<std::uint32_t> fieldTriangles(const HeightGrid& grid) {
@@ -99,10 +102,10 @@ std::vector<std::uint32_t> castingTriangles(const HeightGrid& grid) {
     return out;
 }
 
-float standingHeight(const SceneCharacter& one, const std::optional<SceneGround>& ground,
-                     const GroundHeights* heights) {
+float standingHeight(const SceneCharacter& one, std::span<const Vec3> pose, const Affine& placed,
+                     const std::optional<SceneGround>& ground, const GroundHeights* heights) {
     if (!one.on_ground) return 0;
-    return heights ? heights->heightAt(one.position.x, one.position.z) : float(ground->height);
+    return float(heights ? heights->heightUnder(pose, placed) : ground->height);
 }
 
 }  // namespace penumbra

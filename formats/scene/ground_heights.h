@@ -27,9 +27,11 @@ public:
     // no light comes in under the ground at its sides.
     void castingPoints(std::vector<Vec3>& points) const;
     Vec3 normal(int row, int column) const;
-    Vec3 corner() const;
-    // y of the ground.
-    float heightAt(float x, float z) const;
+    Vec3d exactCorner() const;
+    Vec3 corner() const { return toFloat(exactCorner()); }
+    // y of the ground, on the triangles of fieldTriangles(), and of the ground under a pose (groundUnderPose()).
+    double heightAt(double x, double z) const;
+    double heightUnder(std::span<const Vec3> pose, const Affine& placed) const;
 
 private:
     SceneGround ground_;
@@ -44,7 +46,10 @@ std::vector<std::uint32_t> fieldTriangles(const HeightGrid& grid);
 // Returns the same triangles and those of the walls of GroundHeights::castingPoints().
 std::vector<std::uint32_t> castingTriangles(const HeightGrid& grid);
 
-// What "on_ground" adds to a character's y. `heights` is null where the ground is level.
-float standingHeight(const SceneCharacter& one, const std::optional<SceneGround>& ground, const GroundHeights* heights);
+// Returns what "on_ground" adds to the y of someone who stands at `placed`: y of the ground under the pose, whose
+// points are in the frame of the asset (groundUnderPose()). 0 for who is not on the ground. `heights` is null where it
+// is level.
+float standingHeight(const SceneCharacter& one, std::span<const Vec3> pose, const Affine& placed,
+                     const std::optional<SceneGround>& ground, const GroundHeights* heights);
 
 }  // namespace penumbra

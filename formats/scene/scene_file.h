@@ -73,6 +73,9 @@ struct SceneDescription {
     std::optional<SceneGround> ground;
     SceneLight light;
     std::string camera;  // sh/camera.h
+    // Where (0, 0, 0) of all places above stands in the file's frame, which `camera` and points of probes are in. It is
+    // not 0 after openGround() (scene_origin.h) alone.
+    Vec3d origin = {};
 };
 
 // Paths in the result are relative to the folder of `path`, as they are in the file, joined with it. Throws IoError,

@@ -85,7 +85,7 @@ Camera cameraOf(const SceneDescription& scene, const std::string& option, std::s
     constexpr double kPitch = 0.25;  // radians: the ground is seen from above
     const double radius = std::max<double>(boundsOf(points).radius(), 1e-3);
     try {
-        return makeCamera(option.empty() ? scene.camera : option, points, radius, kPitch);
+        return makeCamera(option.empty() ? scene.camera : option, points, radius, kPitch, scene.origin);
     } catch (const std::invalid_argument& problem) {
         if (!option.empty()) throw UsageError(std::string("--camera: ") + problem.what());
         throw InvalidInput(scene.at + ": /camera: " + problem.what());

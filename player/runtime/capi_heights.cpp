@@ -6,6 +6,7 @@
 #include "player/runtime/capi_handles.h"
 #include "player/runtime/indirect_light.h"
 #include "player/runtime/lambert_material.h"
+#include "sh/height/field_in_scene.h"
 
 namespace penumbra {
 
@@ -209,10 +210,21 @@ penumbra_status penumbra_heights_query(const penumbra_heights* field, const floa
         requirePointer(places, "places");
         requirePointer(heights, "heights");
         requireFinite("places", {places, 2 * count});
-        const HeightGrid& grid = field->field.grid();
         for (std::size_t i = 0; i < count; ++i)
-            heights[i] = field->corner.y + field->field.at((places[2 * i + 1] - field->corner.z) / grid.cell_x,
-                                                           (places[2 * i] - field->corner.x) / grid.cell_y);
+            heights[i] = float(
+                heightOfField(field->field, toDouble(field->corner), double(places[2 * i]), double(places[2 * i + 1])));
+    });
+}
+
+penumbra_status penumbra_heights_under(const penumbra_heights* field, const float* positions, size_t count,
+                                       const float* to_scene, float* height, penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(field, "field");
+        requirePointer(height, "height");
+        if (count > 0) requirePointer(positions, "positions");
+        requireFinite("positions", {positions, 3 * count});
+        *height =
+            float(groundUnderPose(field->field, toDouble(field->corner), vectors(positions, count), rigidOf(to_scene)));
     });
 }
 

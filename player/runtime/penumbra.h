@@ -577,8 +577,9 @@ PENUMBRA_API penumbra_status penumbra_sun_map_visibility(const penumbra_sun_map*
 /* --- Height fields: ground that moves, shadows itself and characters, and is shaded as characters are --- */
 
 /* A field of rows x columns points, in a frame of a scene with y up: columns go along x, rows along z, heights are
- * metres along y. Between points it is bilinear. What its points see has numbers of convention D and of the field's
- * order, PENUMBRA_HEIGHTS_STRIDE to a point, in the frame of the point's normal and tangent. */
+ * metres along y. Light sees it bilinear between points. Feet stand on the two triangles of each square, whose common
+ * side goes from (row + 1, column) to (row, column + 1). What its points see has numbers of convention D and of the
+ * field's order, PENUMBRA_HEIGHTS_STRIDE to a point, in the frame of the point's normal and tangent. */
 typedef struct penumbra_heights penumbra_heights;
 #define PENUMBRA_HEIGHTS_STRIDE 16
 typedef enum penumbra_height_border {
@@ -631,9 +632,15 @@ PENUMBRA_API penumbra_status penumbra_heights_shadow_bounced(const penumbra_heig
                                                              const penumbra_character* character, const float* to_scene,
                                                              size_t first_vertex, size_t vertex_count, float* numbers,
                                                              float* bounced, penumbra_error* error);
-/* Writes y of the ground at each place (x, z), [count,2]: where feet stand. */
+/* Writes y of the ground at each place (x, z), [count,2], on the triangles that feet stand on. */
 PENUMBRA_API penumbra_status penumbra_heights_query(const penumbra_heights* field, const float* places, size_t count,
                                                     float* heights, penumbra_error* error);
+/* Writes y of the ground under a pose, whose points `positions` [count,3] are in a frame of their own, as
+ * penumbra_character_skin() gives them; `to_scene` brings them to the scene. It is the mean under the lowest points,
+ * and changes without a jump while feet leave the ground and land. A scene's "on_ground" adds it to the y of
+ * `to_scene`. */
+PENUMBRA_API penumbra_status penumbra_heights_under(const penumbra_heights* field, const float* positions, size_t count,
+                                                    const float* to_scene, float* height, penumbra_error* error);
 /* Gives the field a look: material `material` of the asset, or with PENUMBRA_NONE a Lambertian one of `albedo` [3], in
  * light `light` of the asset, turned by `rotation` [9] (NULL: not). The field keeps what it needs of the asset.
  * Allocates. */

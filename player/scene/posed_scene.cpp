@@ -4,6 +4,7 @@
 #include <map>
 
 #include "formats/common/errors.h"
+#include "formats/scene/scene_origin.h"
 #include "formats/scene/scene_placement.h"
 
 namespace penumbra {
@@ -21,6 +22,11 @@ std::optional<CasterKind> casterKindOf(const SceneCharacter& one, const Evaluato
 
 PosedScene::PosedScene(SceneDescription file, const CastWay& way) : way_(way), file_(std::move(file)) {
     if (needsSpheres(way_.mode)) castBySpheres(file_);
+    if (file_.ground && file_.ground->heights && way_.mode != CastMode::kProduct)
+        throw UsageError("--cast " + std::string(nameOf(way_.mode)) + ": " + file_.ground->heights->source.at +
+                         ": a ground with heights joins as a product alone");
+    if (std::optional<GroundHeights> heights = openGround(file_))
+        field_ = std::make_unique<SceneField>(*file_.ground, std::move(*heights));
     std::map<std::filesystem::path, std::shared_ptr<const OpenAsset>> open;
     const auto opened = [&](const std::filesystem::path& path) {
         std::shared_ptr<const OpenAsset>& asset = open[path.lexically_normal()];
@@ -73,13 +79,16 @@ PosedScene::PosedScene(SceneDescription file, const CastWay& way) : way_(way), f
     light_asset_ = file_.light.asset.empty() ? members_.front()->asset : opened(file_.light.asset);
     light_ = lightOf(file_.light, light_asset_->view);
     light_rotation_ = rotationOf(file_.light);
-    if (file_.ground && file_.ground->heights) {
-        if (way_.mode != CastMode::kProduct)
-            throw UsageError("--cast " + std::string(nameOf(way_.mode)) + ": " + file_.ground->heights->source.at +
-                             ": a ground with heights joins as a product alone");
-        field_ = std::make_unique<SceneField>(*file_.ground);
-    }
     pose({});
+}
+
+// Brings who stands on the ground to the height of what lies below its pose.
+void PosedScene::place(SceneMember& member) {
+    if (!member.file->on_ground) return;
+    member.to_scene = placementOf(*member.file);
+    const GroundHeights* heights = field_ ? &field_->heights() : nullptr;
+    if (heights) skinFrame(member.evaluator, 1, standing_);
+    member.to_scene.m[7] += standingHeight(*member.file, standing_.positions, member.to_scene, file_.ground, heights);
 }
 
 void PosedScene::pose(std::optional<double> seconds) {
@@ -87,15 +96,13 @@ void PosedScene::pose(std::optional<double> seconds) {
     for (std::size_t m = 0; m < members_.size(); ++m) {
         const std::unique_ptr<SceneMember>& member = members_[m];
         const bool moves = m < file_.characters.size();
-        if (member->file->on_ground)
-            member->to_scene.m[7] = member->file->position.y +
-                                    standingHeight(*member->file, file_.ground, field_ ? &field_->heights() : nullptr);
         if (member->pose) {
             member->evaluator.setPose(member->pose->bones, member->pose->rotations);
         } else {
             member->frame = frameOf(*member->file, member->asset->view.animation, moves ? seconds : std::nullopt);
             member->evaluator.setFrame(member->frame);
         }
+        place(*member);
         if (member->caster != kNobody) cast_->pose(member->caster, member->evaluator.bones(), member->to_scene);
     }
 }

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "formats/scene/bone_poses.h"
+#include "player/frame/frame_values.h"
 #include "player/frame/open_asset.h"
 #include "player/runtime/cast_shadow.h"
 #include "player/scene/cast_way.h"
@@ -36,9 +37,11 @@ public:
     PosedScene& operator=(const PosedScene&) = delete;
 
     // Takes everyone to their times, or all to one time (seconds into their clips), and so the heights of the ground.
-    // Props stay, and so does who has a pose of a file. Who stands on the ground goes up and down with it.
+    // Props stay, and so does who has a pose of a file. Who stands on the ground goes up and down with what
+    // lies below the pose.
     void pose(std::optional<double> seconds);
 
+    // With its origin near the first member (openGround()).
     const SceneDescription& file() const { return file_; }
     const std::vector<std::unique_ptr<SceneMember>>& members() const { return members_; }
     const CastShadow& cast() const { return *cast_; }
@@ -59,6 +62,9 @@ private:
     std::shared_ptr<const OpenAsset> light_asset_;
     const LightView* light_ = nullptr;
     Mat3d light_rotation_;
+    FrameVertices standing_;  // of whom stands on the ground, while everyone is posed
+
+    void place(SceneMember& member);
 };
 
 }  // namespace penumbra

@@ -207,8 +207,11 @@ std::vector<ProbePoint> parseProbePoints(const std::string& text, const std::str
     return points;
 }
 
-std::vector<ProbeValue> probe(const PosedScene& scene, std::span<const ProbePoint> points, int threads,
+std::vector<ProbeValue> probe(const PosedScene& scene, std::span<const ProbePoint> given, int threads,
                               const SceneSuns& suns) {
+    std::vector<ProbePoint> moved(given.begin(), given.end());
+    for (ProbePoint& point : moved) point.position = toFloat(toDouble(point.position) - scene.file().origin);
+    const std::span<const ProbePoint> points = moved;
     const Integrals integrals(scene, suns);
     std::vector<ProbeValue> values(points.size());
     parallelFor((points.size() + kMostReceivers - 1) / kMostReceivers, threads, [&](std::size_t piece) {

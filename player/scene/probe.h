@@ -9,7 +9,7 @@
 namespace penumbra {
 
 struct ProbePoint {
-    Vec3 position, normal;  // in the scene; the normal is unit
+    Vec3 position, normal;  // in the frame of the scene's file; the normal is unit
 };
 
 // A caster matters to a point where it alone takes this away from E.

@@ -25,8 +25,8 @@ CastReceivers fieldPiece(const CastReceivers& all, std::size_t piece) {
 
 }  // namespace
 
-SceneField::SceneField(const SceneGround& ground)
-    : heights_(ground),
+SceneField::SceneField(const SceneGround& ground, GroundHeights heights)
+    : heights_(std::move(heights)),
       visibility_(heights_.field(), ground.heights->order, ground.heights->step),
       above_(heights_.field(), kAboveFieldOrder, kFieldOrder),
       product_(visibility_.convention()) {}

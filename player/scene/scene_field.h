@@ -20,8 +20,8 @@ constexpr int kFieldStride = 16;  // of the numbers of a point
 
 class SceneField {
 public:
-    // The ground has heights. Throws what GroundHeights throws.
-    explicit SceneField(const SceneGround& ground);
+    // `heights` are the ground's.
+    SceneField(const SceneGround& ground, GroundHeights heights);
     SceneField(const SceneField&) = delete;  // `numbers` of others may point here
 
     // Takes the field to a time, by default its own, or changes a box of it by hand. Only what changed is looked at

@@ -42,7 +42,7 @@ std::optional<Vec3d> pointOnField(const GroundHeights& heights, Vec3d origin, Ve
     if (!(over.first <= over.last)) return std::nullopt;
     const auto above = [&](double t) {
         const Vec3d p = origin + way * t;
-        return p.y - double(heights.heightAt(float(p.x), float(p.z)));
+        return p.y - heights.heightAt(p.x, p.z);
     };
     // Half a point at a time, then halves of the step that goes below the field.
     const double across = std::max(std::abs(way.x) / double(grid.cell_y), std::abs(way.z) / double(grid.cell_x));

@@ -5,6 +5,7 @@
 #include "formats/common/fp16.h"
 #include "formats/image/factor_light.h"
 #include "formats/image/project_map.h"
+#include "formats/scene/scene_origin.h"
 #include "formats/scene/scene_placement.h"
 #include "player/frame/truth_frames.h"
 #include "player/scene/side_by_side.h"
@@ -173,9 +174,11 @@ Scene openScene(std::span<const std::filesystem::path> given, int threads) {
     const AssetView& first = scene.characters.front()->asset;
     for (const MaterialView& material : first.materials) scene.material_names.push_back(material.name);
     for (const LightView& light : lightsOf(first)) scene.light_names.push_back(light.name);
+    std::optional<GroundHeights> heights;
+    if (scene.file) heights = openGround(*scene.file);
     scene.file ? placeMembers(scene) : placeCharacters(scene);
     scene.ground_file = scene.file ? scene.file->ground : groundUnder(restBounds(scene));
-    if (scene.ground_file && scene.ground_file->heights) scene.field = std::make_unique<SceneField>(*scene.ground_file);
+    if (heights) scene.field = std::make_unique<SceneField>(*scene.ground_file, std::move(*heights));
     makeCasters(scene);
     return scene;
 }

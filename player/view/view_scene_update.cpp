@@ -115,10 +115,19 @@ void setShading(const Scene& scene, Character& character, const CharacterChoice&
     if (set.lightRotation() != rotation) set.setLightRotation(rotation);
 }
 
+// Returns where a posed character stands: as the file places it, moved by the user, and on the ground below its pose.
+Affine placeOf(const Scene& scene, std::size_t index, Vec3 moved) {
+    const Character& character = *scene.characters[index];
+    Affine place = character.placement;
+    for (int axis = 0; axis < 3; ++axis) place.m[std::size_t(4 * axis + 3)] += moved[axis];
+    if (const SceneCharacter* member = memberOf(scene, index))
+        place.m[7] += standingHeight(*member, character.vertices.positions, place, scene.ground_file,
+                                     scene.field ? &scene.field->heights() : nullptr);
+    return place;
+}
+
 // Takes a character to its place. Returns false where it stands there already.
-bool placeCharacter(Character& character, Vec3 moved) {
-    Affine to_scene = character.placement;
-    for (int axis = 0; axis < 3; ++axis) to_scene.m[std::size_t(4 * axis + 3)] += moved[axis];
+bool placeCharacter(Character& character, const Affine& to_scene) {
     if (character.to_scene == to_scene) return false;
     character.to_scene = to_scene;
     return true;
@@ -227,15 +236,9 @@ bool poseInScene(Scene& scene, std::size_t index, const ViewState& state, const 
     const ClipView& clip = character.asset.animation.clips[state.characters[index].clip];
     const bool is_edited = state.score_edit && state.score_edit->character == index;
     const BonePose* const file_pose = state.characters[index].still ? character.file_pose : nullptr;
-    Vec3 place = state.characters[index].moved;
-    if (const SceneCharacter* member = memberOf(scene, index); member && member->on_ground) {
-        SceneCharacter there = *member;
-        there.position += place;
-        place.y += standingHeight(there, scene.ground_file, scene.field ? &scene.field->heights() : nullptr);
-    }
     const bool posed = poseCharacter(character, file_pose, clip, shownPosition(state, contents, index),
                                      is_edited ? state.score_edit : std::nullopt, threads);
-    const bool moved = placeCharacter(character, place);
+    const bool moved = placeCharacter(character, placeOf(scene, index, state.characters[index].moved));
     if (posed || moved) {
         takeOver(scene, index);
         ++scene.pose_version;

@@ -98,32 +98,57 @@ int HeightField::neighbour(int at, int step, int count) const {
     return std::clamp(at + step, 0, count - 1);
 }
 
+namespace {
+
+// The two points of an axis around a place, and how far it is from the first.
+template <class Real>
+struct Around {
+    int low, high;
+    Real share;
+};
+
+template <class Real>
+Around<Real> around(Real x, int count, bool wraps) {
+    if (wraps) x -= Real(count) * std::floor(x / Real(count));
+    // What is no number, and what rounding leaves outside.
+    x = x > 0 ? std::min(x, Real(wraps ? count : count - 1)) : 0;
+    const int low = std::min(int(x), count - 1);
+    return {low, low + 1 < count ? low + 1 : wraps ? 0 : low, x - Real(low)};
+}
+
+}  // namespace
+
 float HeightField::at(float row, float column) const {
-    const auto split = [&](float x, int count, int& low, int& high) {
-        const bool wraps = grid_.border == HeightBorder::kPeriodic;
-        if (wraps) x -= float(count) * std::floor(x / float(count));
-        // What is no number, and what rounding leaves outside.
-        x = x > 0 ? std::min(x, float(wraps ? count : count - 1)) : 0;
-        low = std::min(int(x), count - 1);
-        high = neighbour(low, 1, count);
-        return x - float(low);
-    };
-    int r0, r1, c0, c1;
-    const float fr = split(row, grid_.rows, r0, r1), fc = split(column, grid_.columns, c0, c1);
-    const auto h = [&](int r, int c) { return numbers_[std::size_t(r) * std::size_t(grid_.columns) + std::size_t(c)]; };
-    const float upper = h(r0, c0) + fc * (h(r0, c1) - h(r0, c0)), lower = h(r1, c0) + fc * (h(r1, c1) - h(r1, c0));
+    const bool wraps = grid_.border == HeightBorder::kPeriodic;
+    const auto [r0, r1, fr] = around(row, grid_.rows, wraps);
+    const auto [c0, c1, fc] = around(column, grid_.columns, wraps);
+    const float upper = height(r0, c0) + fc * (height(r0, c1) - height(r0, c0)),
+                lower = height(r1, c0) + fc * (height(r1, c1) - height(r1, c0));
     return upper + fr * (lower - upper);
 }
 
+double HeightField::onTriangles(double row, double column) const {
+    const bool wraps = grid_.border == HeightBorder::kPeriodic;
+    const auto [r0, r1, fr] = around(row, grid_.rows, wraps);
+    const auto [c0, c1, fc] = around(column, grid_.columns, wraps);
+    const double right = height(r0, c1), below = height(r1, c0);
+    if (fr + fc <= 1) {
+        const double corner = height(r0, c0);
+        return corner + fr * (below - corner) + fc * (right - corner);
+    }
+    const double corner = height(r1, c1);
+    return corner + (1 - fr) * (right - corner) + (1 - fc) * (below - corner);
+}
+
 Vec3 HeightField::normal(int row, int column) const {
-    const auto h = [&](int r, int c) { return numbers_[std::size_t(r) * std::size_t(grid_.columns) + std::size_t(c)]; };
     const bool wraps = grid_.border == HeightBorder::kPeriodic;
     const int r0 = neighbour(row, -1, grid_.rows), r1 = neighbour(row, 1, grid_.rows),
               c0 = neighbour(column, -1, grid_.columns), c1 = neighbour(column, 1, grid_.columns);
     // One-sided where an edge cuts the difference short.
     const float steps_x = wraps ? 2 : float(std::max(r1 - r0, 1)), steps_y = wraps ? 2 : float(std::max(c1 - c0, 1));
-    const float dx = (h(r1, column) - h(r0, column)) / (steps_x * grid_.cell_x),
-                dy = (h(row, c1) - h(row, c0)) / (steps_y * grid_.cell_y), size = std::sqrt(1 + dx * dx + dy * dy);
+    const float dx = (height(r1, column) - height(r0, column)) / (steps_x * grid_.cell_x),
+                dy = (height(row, c1) - height(row, c0)) / (steps_y * grid_.cell_y),
+                size = std::sqrt(1 + dx * dx + dy * dy);
     return {-dx / size, -dy / size, 1 / size};
 }
 

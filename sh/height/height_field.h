@@ -69,6 +69,9 @@ public:
 
     // Bilinear, at any place; beyond an open border as beyond a clamped one.
     float at(float row, float column) const;
+    // The same on the two triangles of each square as a ground is drawn and ray-traced: one has the corner (r, c), the
+    // other (r + 1, c + 1), and between them is the line from (r + 1, c) to (r, c + 1).
+    double onTriangles(double row, double column) const;
     // (dz/dx, dz/dy, 1) made unit, by central differences.
     Vec3 normal(int row, int column) const;
 
@@ -78,6 +81,9 @@ private:
     std::vector<float> numbers_;
     std::vector<TexelBox> changed_;  // [levels]
 
+    float height(int row, int column) const {
+        return numbers_[std::size_t(row) * std::size_t(grid_.columns) + std::size_t(column)];
+    }
     int neighbour(int at, int step, int count) const;
 };
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "sh/height/analytic_heights.h"
+#include "sh/height/field_in_scene.h"
 #include "sh/height/height_visibility.h"
 #include "tests/capi/packed_asset.h"
 #include "tests/player/count_allocations.h"
@@ -75,10 +76,31 @@ TEST(CApiHeights, GiveWhatTheClassesGive) {
                 EXPECT_EQ(points.numbers[at * PENUMBRA_HEIGHTS_STRIDE + i], numbers[c * PENUMBRA_HEIGHTS_STRIDE + i]);
         }
     }
-    const float places[] = {1 + 0.1f * 7, 3 + 0.2f * 9};
+    // A point, and the middle of a square, where the two triangles meet.
+    const float places[] = {1 + 0.1f * 7, 3 + 0.2f * 9, 1 + 0.1f * 20.5f, 3 + 0.2f * 30.5f};
+    float heights[2] = {};
+    EXPECT_EQ(penumbra_heights_query(field.get(), places, 2, heights, nullptr), PENUMBRA_OK);
+    EXPECT_NEAR(heights[0], 2 + plain.heights()[9 * 50 + 7], 1e-5);
+    EXPECT_NEAR(heights[1], 2 + (plain.heights()[31 * 50 + 20] + plain.heights()[30 * 50 + 21]) / 2, 1e-5);
+}
+
+// As "on_ground" of a scene has it.
+TEST(CApiHeights, TellTheGroundUnderAPose) {
+    const Heights field = make(dunes());
+    const HeightField plain({40, 50, 0.2f, 0.1f}, dunes());
+    const std::vector<Vec3> pose = {{0.1f, 0.3f, 0.2f}, {0.4f, 0.31f, 0.9f}, {0.2f, 1.7f, 0.5f}};
+    const float placed[] = {0, 0, 1, 2.5f, 0, 1, 0, 7, -1, 0, 0, 6.5f};
     float height = 0;
-    EXPECT_EQ(penumbra_heights_query(field.get(), places, 1, &height, nullptr), PENUMBRA_OK);
-    EXPECT_NEAR(height, 2 + plain.heights()[9 * 50 + 7], 1e-5);
+    ASSERT_EQ(penumbra_heights_under(field.get(), &pose[0].x, pose.size(), placed, &height, nullptr), PENUMBRA_OK);
+    EXPECT_FLOAT_EQ(height,
+                    float(groundUnderPose(plain, {1, 2, 3}, pose, {{0, 0, 1, 2.5f, 0, 1, 0, 7, -1, 0, 0, 6.5f}})));
+    ASSERT_EQ(penumbra_heights_under(field.get(), nullptr, 0, placed, &height, nullptr), PENUMBRA_OK);
+    EXPECT_FLOAT_EQ(height, float(heightOfField(plain, {1, 2, 3}, 2.5, 6.5)));
+    penumbra_error error;
+    const float bad[] = {0, NAN, 0};
+    EXPECT_EQ(penumbra_heights_under(field.get(), bad, 1, placed, &height, &error), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_heights_under(field.get(), nullptr, 1, placed, &height, &error), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_heights_under(nullptr, nullptr, 0, placed, &height, &error), PENUMBRA_INVALID_ARGUMENT);
 }
 
 TEST(CApiHeights, AnEditGivesWhatANewFieldGivesAndAllocatesNothing) {

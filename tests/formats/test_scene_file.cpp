@@ -3,7 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "formats/common/errors.h"
-#include "formats/scene/scene_file.h"
+#include "formats/scene/scene_origin.h"
+#include "formats/scene/scene_placement.h"
 
 namespace penumbra {
 namespace {
@@ -151,6 +152,37 @@ TEST(SceneFile, ReadsAGroundWithHeights) {
     EXPECT_TRUE(scene.characters[0].on_ground);
     EXPECT_EQ(filesNamedIn(scene).back(), "/folder/dem.npz");
     EXPECT_EQ(parsed(heightsWith(R"("analytic": "waves", "rows": 5)")).ground->heights->source.rows, 5);
+}
+
+// Places count from the origin afterwards, in steps that floats take away exactly. Who counts from the ground keeps its
+// y, and the steps of the heights are taken from their offset, before these become floats.
+TEST(SceneOrigin, IsNearTheFirstMember) {
+    const auto moved = [](const std::string& place, const std::string& ground) {
+        SceneDescription scene =
+            parsed(R"({"version": 2, "characters": [{"asset": "a.pnb", )" + place +
+                   R"(}], "props": [{"asset": "b.pnb", "position": [40000, 1, 2]}], "ground": {)" + ground + "}}");
+        const std::optional<GroundHeights> heights = openGround(scene);
+        return std::pair(scene, heights ? heights->heightAt(double(scene.characters[0].position.x), 0) : 0.0);
+    };
+    const auto [near, none] = moved(R"("position": [500, 7, -511])", R"("height": 3)");
+    EXPECT_EQ(near.origin, Vec3d());
+    EXPECT_EQ(near.characters[0].position, (Vec3{500, 7, -511}));
+    const auto [far, no] =
+        moved(R"("position": [40001.5, 7, -2000], "on_ground": true)", R"("height": 9001.25, "centre": [40000, 0, 0])");
+    EXPECT_EQ(far.origin, (Vec3d{39936, 9216, -2048}));
+    EXPECT_EQ(far.characters[0].position, (Vec3{65.5f, 7, 48}));
+    EXPECT_EQ(far.props[0].position, (Vec3{64, -9215, 2050}));
+    EXPECT_EQ(far.ground->centre, (Vec3{64, 0, 2048}));
+    EXPECT_EQ(far.ground->height, 9001.25 - 9216);
+    const auto [high, y] = moved(R"("position": [1.5, 7, 0], "on_ground": true)",
+                                 R"("height": 2500.5, "heights": {"analytic": "waves:height=0", "offset": 9000.25})");
+    EXPECT_EQ(high.origin, (Vec3d{0, 11264, 0}));
+    EXPECT_EQ(high.ground->heights->source.offset, 9000.25 - 9216);
+    EXPECT_EQ(high.ground->height, 2500.5 - 2048);
+    EXPECT_EQ(y, 2500.5 + 9000.25 - 11264);
+    const std::vector<Vec3> points = {{0, 0, 0}};
+    EXPECT_EQ(cameraOf(high, "target=1/11265/2", points).target, (Vec3d{1, 1, 2}));
+    EXPECT_EQ(cameraOf(high, "", points).target, Vec3d());
 }
 
 TEST(SceneFile, RefusesHeightsWithThePlaceOfWhatIsWrong) {

@@ -175,14 +175,34 @@ TEST_F(SceneFieldTest, ShadowsCharactersByItsHorizonAtTheirVertices) {
         EXPECT_NEAR(bounced[i], 2 * std::clamp(e[i / kIndirectStride], 0.0f, 1.0f), 1e-5f) << i;
 }
 
+TEST_F(SceneFieldTest, ItsHeightIsThatOfTheTrianglesThatAreDrawn) {
+    const PosedScene dunes =
+        scene(R"("analytic": "dunes:height=0.9,length=3", "rows": 13, "columns": 17, "cells": [0.7, 0.4])", "",
+              R"("height": 2, "centre": [5, 0, -3], )");
+    const GroundHeights& heights = dunes.field()->heights();
+    const std::vector<std::uint32_t> corners = fieldTriangles(heights.field().grid());
+    const auto at = [&](std::size_t i) { return toDouble(heights.point(int(corners[i] / 17), int(corners[i] % 17))); };
+    for (std::size_t t = 0; t < corners.size(); t += 3)
+        for (const Vec3d share : {Vec3d{0.34, 0.33, 0.33}, {0.9, 0.06, 0.04}, {0.02, 0.49, 0.49}}) {
+            const Vec3d p = at(t) * share.x + at(t + 1) * share.y + at(t + 2) * share.z;
+            EXPECT_NEAR(heights.heightAt(p.x, p.z), p.y, 2e-6) << t;
+        }
+}
+
 TEST_F(SceneFieldTest, WhoStandsOnItGoesUpAndDownWithIt) {
     PosedScene rocking = scene(R"("analytic": "waves:height=0.5,length=3", "rows": 64, "columns": 64, "cell": 0.1)",
                                R"(, "position": [0.4, 0.01, -0.7], "on_ground": true)", R"("height": 2, )");
     std::vector<float> seen;
+    FrameVertices vertices;
     for (const double seconds : {0.0, 0.3, 0.6}) {
         rocking.pose(seconds);
-        const float y = rocking.members()[0]->to_scene.m[7];
-        EXPECT_FLOAT_EQ(y, rocking.field()->heights().heightAt(0.4f, -0.7f) + 0.01f);
+        const SceneMember& member = *rocking.members()[0];
+        const float y = member.to_scene.m[7];
+        // Below the pose of this moment.
+        skinFrame(member.evaluator, 1, vertices);
+        const double under = rocking.field()->heights().heightUnder(vertices.positions, member.to_scene);
+        EXPECT_FLOAT_EQ(y, float(under) + 0.01f);
+        EXPECT_GT(std::abs(under - rocking.field()->heights().heightAt(0.4, -0.7)), 1e-4);
         EXPECT_NEAR(y, 2, 1.5);
         seen.push_back(y);
     }

@@ -67,7 +67,7 @@ TEST_F(ViewBrush, FindsWhereARayMeetsTheField) {
     for (const double x : {-5.0, -1.0, 2.5, 5.5}) {
         const auto on = pointOnField(hills.field->heights(), {x, 2, -4}, {0.1, -0.6, 1});
         ASSERT_TRUE(on);
-        EXPECT_NEAR(on->y, double(hills.field->heights().heightAt(float(on->x), float(on->z))), 1e-4);
+        EXPECT_NEAR(on->y, hills.field->heights().heightAt(on->x, on->z), 1e-4);
     }
 }
 

@@ -235,7 +235,14 @@ TEST_F(ViewCast, AGroundWithHeightsMovesAndShadowsAsInPictures) {
     state.playhead.time = 0.7;
     update(scene, state);
     EXPECT_NE(scene.ground.values, before);
-    EXPECT_FLOAT_EQ(scene.characters[0]->to_scene.m[7], scene.field->heights().heightAt(0, 0));
+    const Character& tube = *scene.characters[0];
+    EXPECT_FLOAT_EQ(tube.to_scene.m[7],
+                    float(scene.field->heights().heightUnder(tube.vertices.positions, tube.to_scene)));
+    state.characters[0].moved = {0.3f, 0.1f, -0.2f};  // by the user: the ground of the new place
+    update(scene, state);
+    EXPECT_FLOAT_EQ(tube.to_scene.m[3], 0.3f);
+    EXPECT_FLOAT_EQ(tube.to_scene.m[7],
+                    float(scene.field->heights().heightUnder(tube.vertices.positions, tube.to_scene)) + 0.1f);
 }
 
 TEST_F(ViewCast, TheGroundIsDarkUnderThem) {
