@@ -32,7 +32,9 @@ struct BrdfCommand {
     std::string operators_from = "slices";
     SliceOrders orders;
     int steps = 0;     // most steps of a range; 0: kDefaultSteps
-    std::string name;  // empty: the name of the source
+    bool paper = false;
+    std::string name;                             // empty: the name of the source
+    std::vector<const CLI::Option*> of_tables{};  // options of slices, which live materials and membranes do not choose
 };
 
 void define(CLI::App& app, BrdfCommand& command) {
@@ -60,6 +62,10 @@ void define(CLI::App& app, BrdfCommand& command) {
                    "tables that a range has at most (" + std::to_string(kDefaultSteps) +
                        "); it has as many as its error asks for")
         ->check(CLI::Range(3, int(kMaxBrdfSteps)));
+    for (const char* option : {"--slice-order", "--view-order", "--operators"})
+        command.of_tables.push_back(app.get_option(option));
+    app.add_flag("--paper", command.paper,
+                 "a membrane with an unshadowed other side, as paper 003 has it: back=open");
     addNameOption(app, command.name);
     app.add_option("-o,--output", command.output, "M.brdf.h5")->required();
     app.footer(describeBrdfs() + "\n" + app.get_footer());
@@ -142,6 +148,15 @@ void addOperators(const BrdfCommand& command, const RgbBrdf& source, BrdfFile& b
                                                                  : "no pair of equal singular values is cut");
 }
 
+BrdfReading readSource(const BrdfCommand& command, int threads) {
+    BrdfReading reading = readBrdfSource(command.source, threads);
+    if (!command.paper) return reading;
+    if (!reading.membrane) throw UsageError("--paper: " + reading.brdf.name + " is no membrane");
+    reading.membrane->open_back = true;
+    reading.brdf.name = toString(*reading.membrane);
+    return reading;
+}
+
 // A live material has no slices to fit.
 BrdfFile liveFile(const BrdfReading& reading) {
     BrdfFile brdf;
@@ -166,6 +181,10 @@ void describe(const BrdfFile& brdf) {
         std::printf("%s: shading error %.4f, no table\n", brdf.name.c_str(), error("shading_d5"));
         return;
     }
+    if (brdf.membrane) {
+        std::printf("%s: shading error %.4f of a white side\n", brdf.name.c_str(), error("shading_d5"));
+        return;
+    }
     std::printf("%s: shading error %.4f, fit %.4f, mean albedo %.3f %.3f %.3f (largest of any view %.3f)\n",
                 brdf.name.c_str(), error("shading_d5"), error("fit"), error("albedo_r"), error("albedo_g"),
                 error("albedo_b"), error("albedo_max"));
@@ -182,16 +201,19 @@ void describe(const BrdfFile& brdf) {
 
 void run(const BrdfCommand& command, const CommonOptions& common, Report& report) {
     report.phase("read");
-    const BrdfReading reading = readBrdfSource(command.source, common.threads);
-    if (common.dry_run) {
-        std::printf("would fit %s and write %s\n", reading.brdf.name.c_str(), command.output.c_str());
-        return;
-    }
+    const BrdfReading reading = readSource(command, common.threads);
     const bool is_live = reading.lobes.size() == 1 && isMirrorLobe(reading.lobes[0].model);
     if (!reading.range && command.steps > 0) throw UsageError("--steps needs a range, as alpha=0.1..0.6");
     if (reading.range && command.operators > 0)
         throw UsageError("--operators: " + reading.brdf.name + " has a range, and operators are not interpolated");
-    if (is_live && command.operators > 0) throw UsageError("--operators: " + reading.brdf.name + " has no table");
+    for (const CLI::Option* option : command.of_tables)
+        if ((is_live || reading.membrane) && option->count() > 0)
+            throw UsageError(option->get_name() + ": " + reading.brdf.name +
+                             (is_live ? " has no table" : " has the exact cosine of two sides"));
+    if (common.dry_run) {
+        std::printf("would fit %s and write %s\n", reading.brdf.name.c_str(), command.output.c_str());
+        return;
+    }
     report.phase("fit");
     // The light of a membrane's two sides is exact with all bands of the cosine; no view changes it.
     const SliceOrders orders = reading.membrane ? SliceOrders{kMaxOrder, 1} : command.orders;
