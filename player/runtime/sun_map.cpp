@@ -18,6 +18,8 @@
 #include <cassert>
 #include <cmath>
 
+#include "player/runtime/cut_triangle.h"
+
 namespace penumbra {
 
 namespace {
@@ -86,31 +88,15 @@ void drawTriangle(const MapRows& map, std::array<Vec3, 3> corner) {
     }
 }
 
-// Cuts a polygon at a plane of places: what has sign * place[axis] <= limit is left.
-int cutAt(int axis, double sign, double limit, std::span<const Vec3d> polygon, std::span<Vec3d> out) {
-    int count = 0;
-    for (std::size_t i = 0; i < polygon.size(); ++i) {
-        const Vec3d a = polygon[i], b = polygon[i + 1 < polygon.size() ? i + 1 : 0];
-        const double from = limit - sign * a[axis], to = limit - sign * b[axis];
-        if (from >= 0) out[std::size_t(count++)] = a;
-        if ((from >= 0) != (to >= 0)) out[std::size_t(count++)] = a + (b - a) * (from / (from - to));
-    }
-    return count;
-}
-
 // Draws a triangle that may reach far beyond the map, as those of a wide ground do beyond a fine map.
 void cutAndDraw(const MapRows& map, const std::array<Vec3, 3>& corner) {
     const double limit = map.size + kSunGuard;
     const auto isNear = [&](Vec3 p) { return std::min(p.x, p.y) >= -kSunGuard && std::max(p.x, p.y) <= limit; };
     if (isNear(corner[0]) && isNear(corner[1]) && isNear(corner[2])) return drawTriangle(map, corner);
-    std::array<Vec3d, 7> polygon, cut;  // every plane adds a corner at most
-    for (std::size_t i = 0; i < 3; ++i) polygon[i] = toDouble(corner[i]);
-    int count = 3;
-    for (int axis = 0; axis < 2; ++axis) {
-        count = cutAt(axis, -1, kSunGuard, {polygon.data(), std::size_t(count)}, cut);
-        count = cutAt(axis, 1, limit, {cut.data(), std::size_t(count)}, polygon);
-    }
-    for (std::size_t i = 2; i < std::size_t(count); ++i)
+    CutTriangle polygon;
+    const std::size_t count = cutTriangle({toDouble(corner[0]), toDouble(corner[1]), toDouble(corner[2])},
+                                          {-kSunGuard, -kSunGuard, 0}, {limit, limit, 0}, polygon);
+    for (std::size_t i = 2; i < count; ++i)
         drawTriangle(map, {toFloat(polygon[0]), toFloat(polygon[i - 1]), toFloat(polygon[i])});
 }
 
@@ -222,11 +208,13 @@ void SunMaps::draw(const SunCasters& casters, int band, int bands) {
 
 float SunMaps::visibility(Vec3 position, Vec3 normal) const {
     if (maps_.empty()) return 1;
-    float sum = 0, left = 1;
+    float sum = 0, before = 0, left = 1;  // sums of differences are exact where maps agree
     for (std::size_t i = 0; i < maps_.size() && left > 0; ++i) {
         const float weight = nest_.maps[i].weight(position);
         if (weight == 0) continue;
-        sum += left * weight * maps_[i].visibility(position, normal);
+        const float share = maps_[i].visibility(position, normal);
+        sum += left * (share - before);
+        before = share;
         left *= 1 - weight;
     }
     return sum;

@@ -16,17 +16,19 @@
 #include <cmath>
 #include <numeric>
 
+#include "player/runtime/cut_triangle.h"
 #include "player/runtime/sun_map.h"
 
 namespace penumbra {
 
 namespace {
 
-constexpr double kFineEnough = 128;     // texels across the least member
-constexpr double kRingFactor = 8;       // sides of a ring and the one before
-constexpr double kCoarsestShadow = 16;  // texels of a map that members cast in, in those of the finest
-constexpr double kGroupShare = 0.75;    // of a group's map that its members fill
-constexpr int kBorderShare = 16;        // of a map's side that is its border, and that it moves by
+constexpr double kFineEnough = 128;           // texels across the least member
+constexpr double kRingFactor = 8;             // sides of a ring and the one before
+constexpr double kCoarsestShadow = 16;        // texels of a map that members cast in, in those of the finest
+constexpr double kGroupShare = 0.75;          // of a group's map that its members fill
+constexpr double kLargestTriangle = 1 << 20;  // texels: floats tell places on larger ones no better than the bias
+constexpr int kBorderShare = 16;              // of a map's side that is its border, and that it moves by
 
 double sideOf(const SunBounds& box) { return std::max(box.high.x - box.low.x, box.high.y - box.low.y); }
 
@@ -118,8 +120,9 @@ public:
             fitInner(members_, step, size_ / kBorderShare, nest.maps.emplace_back());
             if (step > kCoarsestShadow * finest) nest.maps.back().members.clear();
         }
+        std::erase_if(nest.maps, [&](const NestedSunMap& map) { return double(map.frame.texel) > whole / 2; });
         fitWhole(whole, nest.maps.emplace_back());
-        if (whole > kCoarsestShadow * finest) nest.maps.back().members.clear();
+        if (nest.maps.size() > 1 && whole > kCoarsestShadow * finest) nest.maps.back().members.clear();
     }
 
 private:
@@ -187,7 +190,12 @@ private:
             join(depths, boxes_[m]);
         }
         map.whole_ground = false;
-        takeGround(window, depths, map.ground);
+        const double largest = takeGround(window, depths, map.ground);
+        if (largest > kLargestTriangle * texel) {
+            map.members.clear();
+            map.ground.clear();
+            return fitInner(box, texelStep(largest / kLargestTriangle, box), step, map);
+        }
         for (int i = 0; i < 2; ++i) window.low[i] += 1.5 * texel;  // layFrame() begins a texel before
         window.low.z = depths.low.z;
         window.high.z = depths.high.z;
@@ -195,8 +203,9 @@ private:
         map.border = float(size_) / kBorderShare;
     }
 
-    // Takes the triangles that are not wholly on one side of the window, and includes their depths.
-    void takeGround(const SunBounds& window, SunBounds& depths, std::vector<std::uint32_t>& triangles) {
+    // Takes the triangles that reach into the window, and includes their depths. Returns the longest side of those that
+    // reach out of it.
+    double takeGround(const SunBounds& window, SunBounds& depths, std::vector<std::uint32_t>& triangles) {
         constexpr unsigned kNowhere = 16;
         for (std::size_t p = 0; p < ground_.size(); ++p) {
             const Vec3d at = ground_[p];
@@ -205,15 +214,25 @@ private:
             if (!std::isfinite(at.x + at.y + at.z)) sides_[p] = kNowhere;
         }
         const std::span<const std::uint32_t> all = casters_.ground.triangles;
+        CutTriangle polygon;
+        double largest = 0;
         for (std::size_t t = 0; t + 2 < all.size(); t += 3) {
             const unsigned a = sides_[all[t]], b = sides_[all[t + 1]], c = sides_[all[t + 2]];
             if (a & b & c || (a | b | c) & kNowhere) continue;
-            for (std::size_t i = t; i < t + 3; ++i) {
-                triangles.push_back(all[i]);
-                depths.low.z = std::min(depths.low.z, ground_[all[i]].z);
-                depths.high.z = std::max(depths.high.z, ground_[all[i]].z);
+            // Of a large triangle only what lies in the window has depths that count.
+            const std::size_t corners = cutTriangle({ground_[all[t]], ground_[all[t + 1]], ground_[all[t + 2]]},
+                                                    window.low, window.high, polygon);
+            for (std::size_t i = 0; i < corners; ++i) {
+                depths.low.z = std::min(depths.low.z, polygon[i].z);
+                depths.high.z = std::max(depths.high.z, polygon[i].z);
             }
+            if (corners == 0) continue;
+            triangles.insert(triangles.end(), &all[t], &all[t] + 3);
+            if (!(a | b | c)) continue;
+            for (std::size_t i = t; i < t + 3; ++i)
+                largest = std::max(largest, length(ground_[all[i]] - ground_[all[i < t + 2 ? i + 1 : t]]));
         }
+        return largest;
     }
 };
 

@@ -67,18 +67,15 @@ float sunWidest(int map, vec3 place) { return max(2.0 * place.z * sun_frames[5 *
 float sunReach(float widest) { return widest / 2.0 + ceil(widest / float(SUN_SEARCH_CELLS)); }
 
 // How much of the light of a point this map tells; the maps after it tell the rest.
-float sunWeight(int map, vec3 position) {
+float sunWeight(int map, vec3 place) {
     float border = sun_frames[5 * map + 4].w, size = sun_frames[5 * map + 3].w;
-    if (border == 0.0) return 1.0;
-    vec3 place = sunPlace(map, position);
     vec2 inside = min(place.xy, size - place.xy) - sunReach(sunWidest(map, place));
-    return smoothstep(0.0, border, min(inside.x, inside.y));
+    return border == 0.0 ? 1.0 : smoothstep(0.0, border, min(inside.x, inside.y));
 }
 
 // Gives the receiver in a map. False where the surface faces away from the sun. `normal` is a unit vector.
-bool sunReceiver(int map, vec3 position, vec3 normal, out SunReceiver receiver) {
-    vec4 numbers = sun_frames[5 * map + 3];
-    vec3 n, place = sunPlace(map, position);
+bool sunReceiver(int map, vec3 place, vec3 normal, out SunReceiver receiver) {
+    vec3 n;
     for (int i = 0; i < 3; ++i) n[i] = dot(sun_frames[5 * map + i].xyz, normal);
     float cosine = -n.z, limited = max(cosine, SUN_LEAST_COSINE);
     receiver.widest = sunWidest(map, place);
@@ -124,32 +121,25 @@ float sunFromTexels(int map, SunReceiver receiver) {
     return 1.0 - blockers.x;
 }
 
-// Share of the sun that reaches the point past the casters of a map, 0 to 1, where blocks tell it; -1 elsewhere. 0
-// where the surface faces away.
-float sunAtOnce(int map, vec3 position, vec3 normal) {
-    SunReceiver receiver;
-    return sunReceiver(map, position, normal, receiver) ? sunFromBlocks(map, receiver) : 0.0;
-}
-
-// The same everywhere, without a look at blocks.
-float sunSearched(int map, vec3 position, vec3 normal) {
-    SunReceiver receiver;
-    return sunReceiver(map, position, normal, receiver) ? sunFromTexels(map, receiver) : 0.0;
-}
-
-// Share of the sun that reaches the point, 0 to 1. Most points are in the middle of one map, and look into that alone.
+// Share of the sun that reaches the point, 0 to 1; 0 where the surface faces away. Most points look into one map.
 float sunVisibility(int sun, vec3 position, vec3 normal) {
-    int map = sun_maps[sun].x;
-    if (map == sun_maps[sun].y) return 1.0;
-    float sum = 0.0, left = 1.0;
+    int map = sun_maps[sun].x - 1;
+    if (sun_maps[sun].x == sun_maps[sun].y) return 1.0;
+    float sum = 0.0, before = 0.0, left = 1.0;  // sums of differences are exact where maps agree
     do {
-        float weight = sunWeight(map, position);
-        while (weight == 0.0) weight = sunWeight(++map, position);  // the last has 1
-        float share = sunAtOnce(map, position, normal);
-        if (share < 0.0) share = sunSearched(map, position, normal);
-        sum += left * weight * share;
+        vec3 place;
+        float weight;
+        do {
+            ++map;
+            place = sunPlace(map, position);
+            weight = sunWeight(map, place);
+        } while (weight == 0.0);  // the last map has 1
+        SunReceiver receiver;
+        float share = sunReceiver(map, place, normal, receiver) ? sunFromBlocks(map, receiver) : 0.0;
+        if (share < 0.0) share = sunFromTexels(map, receiver);
+        sum += left * (share - before);
+        before = share;
         left *= 1.0 - weight;
-        ++map;
     } while (left > 0.0);
     return sum;
 }

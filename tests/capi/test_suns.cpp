@@ -202,6 +202,43 @@ TEST(CApiSuns, AMapTellsWhatACasterHides) {
     }
 }
 
+// On a ground of 2 km the awning has the edges that it has alone, to a centimetre, and on no ground it is as before.
+TEST(CApiSuns, ACasterOnAWideGroundHasItsShadow) {
+    const SunMapHandle map = sunMap(0), alone = sunMap(0);
+    const Awning awning;
+    const penumbra_sun_caster caster = awning.caster();
+    std::vector<float> corners;
+    std::vector<std::uint32_t> triangles;
+    for (int r = 0; r < 21; ++r)
+        for (int c = 0; c < 21; ++c) {
+            for (const float x : {100 * float(c - 10), 0.0f, 100 * float(r - 10)}) corners.push_back(x);
+            if (r == 20 || c == 20) continue;
+            const auto a = std::uint32_t(21 * r + c);
+            triangles.insert(triangles.end(), {a, a + 21, a + 1, a + 1, a + 21, a + 22});
+        }
+    penumbra_sun_caster ground{corners.data(), 441, triangles.data(), triangles.size() / 3};
+    penumbra_error error;
+    ASSERT_EQ(penumbra_sun_map_set_casters_on_ground(map.get(), &awning.sun, &caster, 1, &ground, &error), PENUMBRA_OK);
+    ASSERT_EQ(penumbra_sun_map_set_casters(alone.get(), &awning.sun, &caster, 1, &error), PENUMBRA_OK);
+    const auto seen = [](const SunMapHandle& at, float x, float z) {
+        const float point[3] = {x, 0, z}, up[3] = {0, 1, 0};
+        float visible = -1;
+        EXPECT_EQ(penumbra_sun_map_visibility(at.get(), point, up, 1, &visible, nullptr), PENUMBRA_OK);
+        return visible;
+    };
+    for (float z = -1.97f; z < 2; z += 0.05f) EXPECT_EQ(seen(map, 0, z), seen(alone, 0, z)) << z;
+    EXPECT_EQ(seen(map, 0, -0.99f), 0);  // the edge of the awning lies at z = -1
+    EXPECT_EQ(seen(map, 0, -1.01f), 1);
+    EXPECT_EQ(seen(map, 700, 300), 1);
+    ASSERT_EQ(penumbra_sun_map_set_casters_on_ground(map.get(), &awning.sun, &caster, 1, nullptr, &error), PENUMBRA_OK);
+    for (float z = -1.99f; z < 2; z += 0.05f) EXPECT_EQ(seen(map, 0, z), seen(alone, 0, z)) << z;
+    triangles.back() = 441;
+    EXPECT_EQ(penumbra_sun_map_set_casters_on_ground(map.get(), &awning.sun, &caster, 1, &ground, &error),
+              PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_THAT(error.message, HasSubstr("a vertex of a triangle is 441; there are 441"));
+    EXPECT_EQ(seen(map, 0, 0), 0) << "what was refused has changed nothing";
+}
+
 // Drawing over and over, of a caster that moves, and looking the map up.
 TEST(CApiSuns, NoFrameAllocates) {
     SunnyAsset x;

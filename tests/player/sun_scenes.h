@@ -1,6 +1,7 @@
 #pragma once
 // Meshes for tests of the sun's map.
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <vector>
 
@@ -44,6 +45,21 @@ inline SunMesh sunSphere(int rings) {
         for (int j = 0; j < around; ++j) {
             const auto at = std::uint32_t(i * (around + 1) + j), below = at + std::uint32_t(around) + 1;
             mesh.triangles.insert(mesh.triangles.end(), {at, below, at + 1, at + 1, below, below + 1});
+        }
+    return mesh;
+}
+
+// A square ground around the origin with points^2 heights.
+inline SunMesh sunGround(
+    float side, int points, const std::function<float(float, float)>& height = [](float, float) { return 0.0f; }) {
+    SunMesh mesh;
+    const auto at = [&](int i) { return side * (float(i) / float(points - 1) - 0.5f); };
+    for (int r = 0; r < points; ++r)
+        for (int c = 0; c < points; ++c) mesh.positions.push_back({at(c), at(r), height(at(c), at(r))});
+    for (int r = 0; r + 1 < points; ++r)
+        for (int c = 0; c + 1 < points; ++c) {
+            const auto a = std::uint32_t(r * points + c), b = a + std::uint32_t(points);
+            mesh.triangles.insert(mesh.triangles.end(), {a, a + 1, b, b, a + 1, b + 1});
         }
     return mesh;
 }

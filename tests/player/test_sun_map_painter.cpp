@@ -46,9 +46,11 @@ constexpr const char* kKnownFragment = R"(
 in vec3 place, normal;
 layout(location = 0) out vec4 color;
 void main() {
-    float known = sunAtOnce(0, place, normalize(normal));
+    SunReceiver receiver;
+    bool faces = sunReceiver(0, sunPlace(0, place), normalize(normal), receiver);
+    float known = faces ? sunFromBlocks(0, receiver) : 0.0;
     if (known < 0.0) discard;
-    color = vec4(known, sunSearched(0, place, normalize(normal)), 0.0, 1.0);
+    color = vec4(known, faces ? sunFromTexels(0, receiver) : 0.0, 0.0, 1.0);
 }
 )";
 
@@ -118,6 +120,100 @@ TEST(SunMapPainter, GivesThePictureOfTheCpu) {
             }
         }
     EXPECT_LE(double(other), 0.002 * double(pixels)) << other << " of " << pixels;
+}
+
+constexpr const char* kSecondSunFragment = R"(
+in vec3 place, normal;
+layout(location = 0) out vec4 color;
+void main() { color = vec4(sunVisibility(1, place, normalize(normal)), place.xy, 1.0); }
+)";
+
+// The share of pixels of which the CPU's maps tell something else.
+double otherShare(const Image& picture, const SunMaps& maps) {
+    std::size_t other = 0;
+    for (const Vec3 pixel : picture.pixels)
+        other += std::abs(pixel.x - maps.visibility({pixel.y, pixel.z, 0}, {0, 0, 1})) > 0.5f / 255;
+    return double(other) / double(picture.pixels.size());
+}
+
+// A ground that is wide beside a ball and a bar, and waves, so that the picture goes through two borders of maps.
+struct WideScene {
+    SunMesh ball = player_test::sunSphere(20), bar = player_test::sunBox({0.2f, -0.6f, 0}, {0.205f, -0.55f, 0.1f});
+    SunMesh ground = player_test::sunGround(
+        300, 65, [](float x, float y) { return 2 * std::sin(0.2f * x + 0.1f * y) - 0.001f * (x * x + y * y) - 0.01f; });
+    WideScene() { moveBall(0); }
+    void moveBall(float x) {
+        ball = player_test::sunSphere(20);
+        for (Vec3& p : ball.positions) p = p * 0.05f + Vec3{x - 0.1f, 0.1f, 0.1f};
+    }
+    SunCasters casters(std::uint64_t version) const { return {{ball, bar}, ground, version}; }
+};
+
+// The second sun has one map and the first several, or the other way round.
+TEST(SunMapPainter, GivesTheNestedMapsOfTheCpu) {
+    const auto context = createGlContext(GlBackend::kOsMesa);
+    SunMapPainter maps(2, 512);
+    const Receiver first = groundReceiver(), second = groundReceiver(kSecondSunFragment);
+    const OffscreenTarget target(160, 160, 1);
+    const WideScene wide;
+    const SunCasters casters = wide.casters(0);
+    maps.setCasters(casters);
+    for (const float radius : {0.0f, 0.005f, 0.05f})
+        for (const Vec3 direction : {Vec3{0, 0, 1}, Vec3{1, 2, 3}, Vec3{-1, 0, 0.3f}}) {
+            SunMaps nested, one;
+            nested.begin(casters, direction, radius, 512);
+            nested.draw(casters);
+            EXPECT_GE(nested.maps().size(), 3u);
+            SunNest whole = nested.nest();
+            whole.maps.erase(whole.maps.begin(), whole.maps.end() - 1);
+            const SunNest nests[] = {nested.nest(), whole}, turned[] = {whole, nested.nest()};
+            maps.draw(nests, casters);
+            target.begin();
+            first.draw(maps);
+            EXPECT_LE(otherShare(target.read(), nested), 0.002) << radius << " " << direction.x;
+            maps.draw(turned, casters);
+            target.begin();
+            second.draw(maps);
+            const Image seen = target.read();
+            EXPECT_LE(otherShare(seen, nested), 0.002) << radius << " " << direction.x;
+            std::size_t dark = 0;
+            for (const Vec3 pixel : seen.pixels) dark += pixel.x < 0.5f;
+            EXPECT_GT(dark, 20u) << "nothing casts";
+        }
+}
+
+// Maps of a ground that has not changed are not drawn again, and what is seen is the same as if they were.
+TEST(SunMapPainter, DrawsAMapOfGroundAloneOnceForEachVersion) {
+    const auto context = createGlContext(GlBackend::kOsMesa);
+    const Receiver ground = groundReceiver();
+    const OffscreenTarget target(160, 160, 1);
+    WideScene wide;
+    SunMapPainter kept(1, 512);
+    kept.setCasters(wide.casters(1));
+    const auto picture = [&](SunMapPainter& maps, std::uint64_t version) {
+        const SunCasters casters = wide.casters(version);
+        const SunNest nests[] = {player_test::sunNestOf(casters, {1, 2, 3}, 0.005f, 512)};
+        maps.draw(nests, casters);
+        target.begin();
+        ground.draw(maps);
+        std::vector<float> seen;
+        for (const Vec3 pixel : target.read().pixels) seen.push_back(pixel.x);
+        return seen;
+    };
+    const auto anew = [&] {
+        SunMapPainter maps(1, 512);
+        maps.setCasters(wide.casters(0));
+        return picture(maps, 0);
+    };
+    const std::vector<float> at_first = picture(kept, 1);
+    EXPECT_EQ(at_first, anew());
+    wide.moveBall(0.02f);
+    const std::vector<float> moved = picture(kept, 1);
+    EXPECT_NE(moved, at_first);
+    EXPECT_EQ(moved, anew());
+    for (Vec3& p : wide.ground.positions) p.z -= p.x > 3 ? 8 : 0;
+    EXPECT_NE(picture(kept, 1), anew()) << "the version tells of the change";
+    EXPECT_EQ(picture(kept, 2), anew());
 }
 
 // Triangles of a coarse ball with the normals of a sphere, which face the sun, are all lit. By the normals of the
