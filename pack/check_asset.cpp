@@ -22,8 +22,8 @@
 #include "pack/check_sums.h"
 #include "pack/least_squares.h"
 #include "pack/rank_correlation.h"
-#include "player/runtime/evaluator.h"
-#include "player/runtime/shading.h"
+#include "player/runtime/evaluate/evaluator.h"
+#include "player/runtime/shade/shading.h"
 #include "sh/sh_rotation.h"
 
 namespace penumbra {

@@ -3,8 +3,8 @@
 
 #include "formats/common/errors.h"
 #include "player/player_verbs.h"
-#include "player/view/view_loop.h"
 #include "player/view/view_scene.h"
+#include "player/view/window/view_loop.h"
 #include "player/view/window_place.h"
 
 namespace penumbra {

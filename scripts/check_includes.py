@@ -13,6 +13,8 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 SH = {"sh", "sh/brdf", "sh/cast", "sh/far", "sh/height", "sh/light"}  # everybody sees the maths
 # Folder or room -> the rooms that it may include beside itself. A room that is not listed may not exist.
 FORMATS = {f"formats/{room}" for room in ("common", "asset", "brdf", "image", "stage", "rig", "cache", "scene", "height")}
+RUNTIME = {"player/runtime", *(f"player/runtime/{room}" for room in ("evaluate", "sun", "shade", "cast", "glsl", "capi"))}
+VIEW = {"player/view", "player/view/playback", "player/view/window"}
 MAY_INCLUDE = {
     "sh": set(),
     **{f"sh/{room}": {"sh"} for room in ("brdf", "far", "light")},
@@ -40,17 +42,23 @@ MAY_INCLUDE = {
                          "fit/lobes"} | FORMATS,
     "fit": SH | {"fit/numerics", "fit/clusters", "fit/models", "fit/light", "fit/reflectance", "fit/visibility",
             "fit/transfer", "fit/lobes", "fit/blockers", "fit/compare"} | FORMATS,
-    "pack": SH | {"player/runtime"} | FORMATS,  # penumbra-pack check runs the evaluator that engines link
-    "player/runtime": SH | {"formats/common", "formats/asset"},
-    "player/gl": SH | {"player/runtime"} | FORMATS,
-    "player/frame": SH | {"player/runtime", "player/gl"} | FORMATS,
-    "player/draw": SH | {"player/runtime", "player/gl", "player/frame"} | FORMATS,
-    "player/scene": SH | {"player/runtime", "player/frame", "player/gl"} | FORMATS,
-    **{f"player/{room}": SH | {"player/runtime", "player/gl", "player/frame", "player/draw", "player/scene"} | FORMATS
-       for room in ("render", "view")},
-    "player/bench": SH | {"player/runtime", "player/gl", "player/frame", "player/draw", "player/render", "player/scene"} | FORMATS,
-    "player": SH | {"player/runtime", "player/gl", "player/frame", "player/draw", "player/render", "player/scene", "player/view",
-               "player/bench"} | FORMATS,
+    "pack": SH | RUNTIME | FORMATS,  # penumbra-pack check runs the evaluator that engines link
+    **{f"player/runtime{room}": SH | {"formats/common", "formats/asset"} for room in ("", "/evaluate", "/sun")},
+    "player/runtime/shade": SH | {"player/runtime/evaluate", "formats/common", "formats/asset"},
+    "player/runtime/cast": SH | {"player/runtime/evaluate", "player/runtime/shade", "formats/common", "formats/asset"},
+    "player/runtime/glsl": SH | (RUNTIME - {"player/runtime/capi"}) | {"formats/common", "formats/asset"},
+    "player/runtime/capi": SH | RUNTIME | {"formats/common", "formats/asset"},
+    "player/gl": SH | RUNTIME | FORMATS,
+    "player/frame": SH | RUNTIME | {"player/gl"} | FORMATS,
+    "player/draw": SH | RUNTIME | {"player/gl", "player/frame"} | FORMATS,
+    "player/scene": SH | RUNTIME | {"player/frame", "player/gl"} | FORMATS,
+    **{f"player/{room}": SH | RUNTIME | {"player/gl", "player/frame", "player/draw", "player/scene"} | FORMATS
+       for room in ("render", "view/playback")},
+    "player/view": SH | RUNTIME | {"player/gl", "player/frame", "player/draw", "player/scene", "player/view/playback"} | FORMATS,
+    "player/view/window": SH | RUNTIME | VIEW | {"player/gl", "player/frame", "player/draw", "player/scene"} | FORMATS,
+    "player/bench": SH | RUNTIME | {"player/gl", "player/frame", "player/draw", "player/render", "player/scene"} | FORMATS,
+    "player": SH | RUNTIME | {"player/gl", "player/frame", "player/draw", "player/render", "player/scene",
+               "player/bench"} | VIEW | FORMATS,
 }
 # The evaluator that engines link may see the asset format and what is in every program, but no other file format.
 RUNTIME_FORMATS = {"formats/asset/asset_file.h", "formats/asset/other_sides.h", "formats/common/mesh.h", "formats/common/model_kind.h", "formats/common/fp16.h",
@@ -70,7 +78,7 @@ EDGES = {
     r"jpeglib\.h|jerror\.h": ["formats/image/image_jpeg.cpp"],
     r"CLI/": ["formats/common/command_line.h", "formats/common/name_list_option.h", "formats/common/name_option.h"],
     r"EGL/|GL/": ["player/gl/"],
-    r"GLFW/": ["player/view/view_window.cpp"],
+    r"GLFW/": ["player/view/window/view_window.cpp"],
     r"imgui|backends/imgui": ["player/view/"],
     r"Eigen/": ["fit/", "pack/", "tests/"],
     r"flatbuffers/|asset_generated\.h": ["formats/asset/", "pack/", "tests/"],
@@ -95,8 +103,8 @@ def problems(path):
         target = folder_of(header)
         if quote == '"' and folder in MAY_INCLUDE and target in MAY_INCLUDE and target not in MAY_INCLUDE[folder] | {folder}:
             yield f"{relative}:{number}: {folder} may not include {header}"
-        if folder == "player/runtime" and target.startswith("formats") and header not in RUNTIME_FORMATS:
-            yield f"{relative}:{number}: player/runtime may not include {header}"
+        if folder in RUNTIME and target.startswith("formats") and header not in RUNTIME_FORMATS:
+            yield f"{relative}:{number}: {folder} may not include {header}"
         for pattern, homes in EDGES.items():
             if re.match(pattern, header) and not any(relative.startswith(home) for home in homes):
                 yield f"{relative}:{number}: {header} belongs behind {', '.join(homes)}"

@@ -1,8 +1,8 @@
 #pragma once
 #include <vector>
 
-#include "player/runtime/evaluator.h"
-#include "player/runtime/shading_set.h"
+#include "player/runtime/evaluate/evaluator.h"
+#include "player/runtime/shade/shading_set.h"
 
 namespace penumbra {
 

@@ -1,6 +1,6 @@
 #pragma once
-// Reads height fields, still or moving: NumPy arrays, 16-bit grey PNG, one channel of an EXR, raw numbers with a header, and closed forms
-// (sh/height/analytic_heights.h). formats/README.md has the details of each.
+// Reads height fields, still or moving: NumPy arrays, 16-bit grey PNG, one channel of an EXR, raw numbers with a
+// header, and closed forms (sh/height/analytic_heights.h). formats/README.md has the details of each.
 #include <filesystem>
 #include <optional>
 #include <vector>

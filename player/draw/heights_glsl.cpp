@@ -10,7 +10,7 @@
 
 #include <bit>
 
-#include "player/runtime/sh_glsl.h"
+#include "player/runtime/glsl/sh_glsl.h"
 #include "player_shaders.h"
 
 namespace penumbra {

@@ -4,11 +4,11 @@
 #include "player/draw/heights_glsl.h"
 #include "player/draw/sun_map_painter.h"
 #include "player/frame/lobe_table.h"
-#include "player/runtime/brdf_glsl.h"
-#include "player/runtime/cast_glsl.h"
-#include "player/runtime/far_glsl.h"
-#include "player/runtime/sh_glsl.h"
-#include "player/runtime/shading_glsl.h"
+#include "player/runtime/glsl/brdf_glsl.h"
+#include "player/runtime/glsl/cast_glsl.h"
+#include "player/runtime/glsl/far_glsl.h"
+#include "player/runtime/glsl/sh_glsl.h"
+#include "player/runtime/glsl/shading_glsl.h"
 #include "player_shaders.h"
 
 namespace penumbra {

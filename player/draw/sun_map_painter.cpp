@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "formats/common/errors.h"
-#include "player/runtime/sun_map.h"
+#include "player/runtime/sun/sun_map.h"
 #include "player_shaders.h"
 
 namespace penumbra {

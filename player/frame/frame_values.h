@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "player/frame/shot.h"
-#include "player/runtime/evaluator.h"
-#include "player/runtime/shading.h"
+#include "player/runtime/evaluate/evaluator.h"
+#include "player/runtime/shade/shading.h"
 
 namespace penumbra {
 

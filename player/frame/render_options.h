@@ -8,9 +8,9 @@
 
 #include "player/frame/channel.h"
 #include "player/gl/gl_context.h"
-#include "player/runtime/indirect_light.h"
-#include "player/runtime/shading.h"
-#include "player/runtime/sun_frame.h"
+#include "player/runtime/shade/indirect_light.h"
+#include "player/runtime/shade/shading.h"
+#include "player/runtime/sun/sun_frame.h"
 #include "sh/vec3.h"
 
 namespace penumbra {

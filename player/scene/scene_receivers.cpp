@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "formats/common/parallel_for.h"
-#include "player/runtime/cast_product.h"
-#include "player/runtime/indirect_light.h"
+#include "player/runtime/cast/cast_product.h"
+#include "player/runtime/shade/indirect_light.h"
 #include "player/scene/cast_on.h"
 
 namespace penumbra {

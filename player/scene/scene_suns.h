@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "player/frame/render_options.h"
-#include "player/runtime/sun_map.h"
+#include "player/runtime/sun/sun_map.h"
 #include "player/scene/posed_scene.h"
 
 namespace penumbra {

@@ -4,7 +4,7 @@
 #include <array>
 
 #include "formats/common/parallel_for.h"
-#include "player/runtime/shading.h"
+#include "player/runtime/shade/shading.h"
 #include "player/scene/cast_on.h"
 #include "sh/quadrature.h"
 #include "sh/reflectance.h"

@@ -1,4 +1,4 @@
-// What the parts of characters hide from any point, as CastShadow (player/runtime/cast_shadow.h) has it. Before this
+// What the parts of characters hide from any point, as CastShadow (player/runtime/cast/cast_shadow.h) has it. Before this
 // stands field.glsl.
 
 float penumbra_product[64];  // what the parts so far leave visible, at the directions

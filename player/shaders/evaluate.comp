@@ -55,8 +55,8 @@ uint mean_array, basis_array, first_score;
 #define PENUMBRA_PART(part, row) pose[pose_begin + POSE_PARTS + uint(7 * (part) + (row))]
 #endif
 
-// shader_source.cpp replaces the next line. player/runtime/shading_glsl.cpp writes penumbra_ambient(),
-// penumbra_clamp_ambient() and penumbra_shade(), with the SH functions of player/runtime/sh_glsl.cpp; penumbra.glsl
+// shader_source.cpp replaces the next line. player/runtime/glsl/shading_glsl.cpp writes penumbra_ambient(),
+// penumbra_clamp_ambient() and penumbra_shade(), with the SH functions of player/runtime/glsl/sh_glsl.cpp; penumbra.glsl
 // follows.
 GENERATED_BY_SHADING_GLSL
 

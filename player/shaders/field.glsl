@@ -1,5 +1,5 @@
 // What a part of a character hides from a point, by its field, as sh/far/far_lookup.h has it. The player's far.glsl uses
-// these functions, and so does cast_fields.glsl. Before this stand the text of fieldGlsl() (player/runtime/far_glsl.h)
+// these functions, and so does cast_fields.glsl. Before this stand the text of fieldGlsl() (player/runtime/glsl/far_glsl.h)
 // and two macros:
 //   #define PENUMBRA_FIELD(word): the uint at `word` (a uint) of the buffer with the tables and bytes of fields
 //   #define PENUMBRA_PART(part, row): the vec4 `row` (0 to 6) of a posed part, writePosedPart() (far_glsl.h)

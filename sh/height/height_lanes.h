@@ -10,8 +10,8 @@
 // horizon and of its angle, so that an azimuth takes one root and one arc tangent.
 //
 // height_portable.cpp and height_avx2.cpp include this source and differ in the processor that they are compiled for.
-// Everything has internal linkage and calls nothing inline from the standard library (player/runtime/shade_lanes.h
-// tells why).
+// Everything has internal linkage and calls nothing inline from the standard library
+// (player/runtime/shade/shade_lanes.h tells why).
 #include "sh/far/far_vectors.h"
 #include "sh/height/height_kernel.h"
 

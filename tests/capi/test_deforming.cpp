@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "formats/common/errors.h"
-#include "player/runtime/evaluator.h"
+#include "player/runtime/evaluate/evaluator.h"
 #include "tests/capi/use_c_api.h"
 #include "tests/player/count_allocations.h"
 #include "tests/synthetic_cloth.h"

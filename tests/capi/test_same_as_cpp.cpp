@@ -3,8 +3,8 @@
 
 #include <cstring>
 
-#include "player/runtime/evaluator.h"
-#include "player/runtime/shading_set.h"
+#include "player/runtime/evaluate/evaluator.h"
+#include "player/runtime/shade/shading_set.h"
 #include "tests/capi/packed_asset.h"
 
 extern "C" std::size_t sizes_seen_by_c(void);

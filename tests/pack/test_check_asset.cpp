@@ -13,8 +13,8 @@
 #include "pack/pack_truth.h"
 #include "pack/packing_error.h"
 #include "pack/rank_correlation.h"
-#include "player/runtime/evaluator.h"
-#include "player/runtime/shading.h"
+#include "player/runtime/evaluate/evaluator.h"
+#include "player/runtime/shade/shading.h"
 #include "sh/sh_rotation.h"
 #include "tests/synthetic_model.h"
 

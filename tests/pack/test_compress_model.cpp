@@ -6,7 +6,7 @@
 #include "pack/compress_model.h"
 #include "pack/pack_asset.h"
 #include "pack/symmetric_eigen.h"
-#include "player/runtime/evaluator.h"
+#include "player/runtime/evaluate/evaluator.h"
 #include "tests/synthetic_model.h"
 
 namespace penumbra {

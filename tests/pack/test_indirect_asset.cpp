@@ -7,8 +7,8 @@
 #include "asset_generated.h"
 #include "formats/common/errors.h"
 #include "pack/pack_asset.h"
-#include "player/runtime/evaluator.h"
-#include "player/runtime/shading_set.h"
+#include "player/runtime/evaluate/evaluator.h"
+#include "player/runtime/shade/shading_set.h"
 #include "sh/sh_rotation.h"
 #include "tests/synthetic_indirect.h"
 

@@ -10,8 +10,8 @@
 #include "formats/common/errors.h"
 #include "pack/pack_asset.h"
 #include "pack/pack_transfer.h"
-#include "player/runtime/evaluator.h"
-#include "player/runtime/shading_set.h"
+#include "player/runtime/evaluate/evaluator.h"
+#include "player/runtime/shade/shading_set.h"
 #include "tests/synthetic_transfer.h"
 #include "tests/use_asset.h"
 

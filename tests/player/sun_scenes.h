@@ -5,7 +5,7 @@
 #include <numbers>
 #include <vector>
 
-#include "player/runtime/sun_map.h"
+#include "player/runtime/sun/sun_map.h"
 
 namespace penumbra::player_test {
 

@@ -7,9 +7,9 @@
 #include <random>
 
 #include "formats/common/fp16.h"
-#include "player/runtime/evaluator.h"
-#include "player/runtime/exact_light_lobes.h"
-#include "player/runtime/shading.h"
+#include "player/runtime/evaluate/evaluator.h"
+#include "player/runtime/shade/exact_light_lobes.h"
+#include "player/runtime/shade/shading.h"
 #include "sh/brdf/brdf.h"
 #include "sh/quadrature.h"
 #include "sh/reflectance.h"

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "formats/asset/asset_file.h"
-#include "player/runtime/exact_light_lobes.h"
+#include "player/runtime/shade/exact_light_lobes.h"
 #include "sh/brdf/brdf.h"
 
 namespace penumbra::player_test {

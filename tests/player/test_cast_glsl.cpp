@@ -8,7 +8,7 @@
 #include "player/gl/gl_context.h"
 #include "player/gl/gl_objects.h"
 #include "player/gl/offscreen_target.h"
-#include "player/runtime/cast_shadow.h"
+#include "player/runtime/cast/cast_shadow.h"
 #include "sh/cast/cast_visibility.h"
 #include "sh/tangent.h"
 #include "tests/capi/packed_asset.h"

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "pack/pack_asset.h"
-#include "player/runtime/cast_on_cluster.h"
+#include "player/runtime/cast/cast_on_cluster.h"
 #include "sh/mirrored_product.h"
 #include "sh/tangent.h"
 #include "tests/player/count_allocations.h"

@@ -3,8 +3,8 @@
 
 #include "formats/common/parallel_for.h"
 #include "pack/pack_asset.h"
-#include "player/runtime/evaluator.h"
-#include "player/runtime/shading.h"
+#include "player/runtime/evaluate/evaluator.h"
+#include "player/runtime/shade/shading.h"
 #include "sh/quadrature.h"
 #include "sh/reflectance.h"
 #include "tests/player/count_allocations.h"

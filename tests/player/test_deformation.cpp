@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "pack/pack_asset.h"
-#include "player/runtime/evaluator.h"
-#include "player/view/position_interpolation.h"
+#include "player/runtime/evaluate/evaluator.h"
+#include "player/view/playback/position_interpolation.h"
 #include "sh/vertex_normals.h"
 #include "tests/player/count_allocations.h"
 #include "tests/synthetic_cloth.h"

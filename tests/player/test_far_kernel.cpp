@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "pack/pack_asset.h"
-#include "player/runtime/evaluator.h"
+#include "player/runtime/evaluate/evaluator.h"
 #include "tests/synthetic_composition.h"
 
 namespace penumbra {

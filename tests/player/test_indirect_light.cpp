@@ -5,7 +5,7 @@
 #include <numbers>
 #include <vector>
 
-#include "player/runtime/indirect_light.h"
+#include "player/runtime/shade/indirect_light.h"
 #include "sh/far/far_visibility.h"
 
 namespace penumbra {

@@ -8,7 +8,7 @@
 #include "player/draw/picture_view.h"
 #include "player/frame/frame_values.h"
 #include "player/gl/offscreen_target.h"
-#include "player/runtime/shading_set.h"
+#include "player/runtime/shade/shading_set.h"
 #include "sh/brdf/mirror_lobe.h"
 #include "sh/sh_rotation.h"
 #include "tests/player/count_allocations.h"

@@ -11,7 +11,7 @@
 #include "player/draw/sunlight.h"
 #include "player/frame/frame_values.h"
 #include "player/gl/offscreen_target.h"
-#include "player/runtime/shading_set.h"
+#include "player/runtime/shade/shading_set.h"
 #include "sh/zonal.h"
 #include "tests/player/count_allocations.h"
 #include "tests/player/gl_calls.h"

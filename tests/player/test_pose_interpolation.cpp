@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "player/view/playhead.h"
-#include "player/view/pose_interpolation.h"
+#include "player/view/playback/playhead.h"
+#include "player/view/playback/pose_interpolation.h"
 #include "tests/player/count_allocations.h"
 
 namespace penumbra {

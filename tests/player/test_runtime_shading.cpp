@@ -3,7 +3,7 @@
 #include <numbers>
 
 #include "pack/pack_asset.h"
-#include "player/runtime/shading.h"
+#include "player/runtime/shade/shading.h"
 #include "sh/quadrature.h"
 #include "sh/reflectance.h"
 #include "sh/sh_project.h"

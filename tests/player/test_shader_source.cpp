@@ -3,8 +3,8 @@
 #include <random>
 
 #include "player/draw/shader_source.h"
-#include "player/runtime/exact_light_lobes.h"
-#include "player/runtime/sh_glsl.h"
+#include "player/runtime/glsl/sh_glsl.h"
+#include "player/runtime/shade/exact_light_lobes.h"
 #include "sh/sh_basis.h"
 #include "tests/player/synthetic_asset.h"
 

@@ -5,8 +5,8 @@
 #include <array>
 #include <cmath>
 
-#include "player/runtime/evaluator.h"
-#include "player/runtime/shading_set.h"
+#include "player/runtime/evaluate/evaluator.h"
+#include "player/runtime/shade/shading_set.h"
 #include "sh/light/light_rotation.h"
 #include "sh/reflectance.h"
 #include "sh/sh_product.h"

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "player/runtime/shading_set.h"
+#include "player/runtime/shade/shading_set.h"
 #include "sh/angles.h"
 #include "sh/light/light_rotation.h"
 #include "tests/player/count_allocations.h"

@@ -9,7 +9,7 @@
 #include "player/draw/picture_view.h"
 #include "player/frame/frame_values.h"
 #include "player/gl/offscreen_target.h"
-#include "player/runtime/shading_set.h"
+#include "player/runtime/shade/shading_set.h"
 #include "tests/player/count_allocations.h"
 #include "tests/player/gl_calls.h"
 #include "tests/player/synthetic_asset.h"

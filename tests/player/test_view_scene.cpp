@@ -8,8 +8,8 @@
 
 #include "player/frame/truth_frames.h"
 #include "player/gl/screenshot.h"
-#include "player/view/clip_strip.h"
-#include "player/view/error_strip.h"
+#include "player/view/playback/clip_strip.h"
+#include "player/view/playback/error_strip.h"
 #include "player/view/view_settings.h"
 #include "player/view/view_shapes.h"
 #include "sh/light/light_rotation.h"

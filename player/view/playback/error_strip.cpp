@@ -1,0 +1,74 @@
+#include "player/view/playback/error_strip.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "player/frame/truth_frames.h"
+
+namespace penumbra {
+
+void ErrorStrip::start(const Evaluator& evaluator, const AssetView& truth, std::size_t clip) {
+    evaluator_.emplace(evaluator);
+    truth_ = &truth;
+    clip_ = clip;
+    cluster_ = 0;
+    errors_.clear();
+    const std::size_t vertices = evaluator.vertexCount(),
+                      numbers = vertices * std::size_t(evaluator.asset().model.stride);
+    for (std::vector<Vec3>* array : {&vertices_.positions, &vertices_.normals, &vertices_.tangents})
+        array->resize(vertices);
+    for (std::vector<float>* array : {&vertices_.numbers, &truth_numbers_}) array->resize(numbers);
+    for (std::vector<float>* array : {&model_ambient_, &true_ambient_}) array->resize(vertices);
+}
+
+void ErrorStrip::startFrame(std::size_t frame) {
+    const AssetView& asset = evaluator_->asset();
+    truth_frame_ = findTruthFrame(asset, *truth_, frame);
+    frame_ = {0, 0, truth_frame_.has_value()};
+    sum_ = 0;
+    if (truth_frame_) evaluator_->setFrame(frame);
+}
+
+void ErrorStrip::addCluster() {
+    const AssetView& asset = evaluator_->asset();
+    const ModelView& model = asset.model;
+    const std::size_t begin = model.clusters[cluster_].first_vertex;
+    const std::size_t end = begin + model.clusters[cluster_].vertex_count;
+    evaluator_->skin(begin, end, vertices_.positions, vertices_.normals, vertices_.tangents);
+    evaluator_->evaluateCluster(cluster_, vertices_.numbers);
+    if (asset.transfer)
+        transferFromTruth(*truth_, *truth_frame_, asset.transfer->order, model.stride, begin, end, vertices_.normals,
+                          truth_numbers_);
+    else
+        numbersFromTruth(*truth_, *truth_frame_, model.convention, model.stride, begin, end, asset.mesh.shading_point,
+                         vertices_.normals, vertices_.tangents, truth_numbers_);
+    ambient(asset, begin, end, vertices_.numbers, model_ambient_);
+    ambient(asset, begin, end, truth_numbers_, true_ambient_);
+    for (std::size_t v = begin; v < end; ++v) {
+        const float error = std::abs(model_ambient_[v] - true_ambient_[v]);
+        sum_ += double(error);
+        frame_.most = std::max(frame_.most, error);
+    }
+}
+
+void ErrorStrip::compute(const Evaluator& evaluator, const AssetView& truth, std::size_t clip, double milliseconds) {
+    using Clock = std::chrono::steady_clock;
+    const auto begin = Clock::now();
+    if (!evaluator_ || &evaluator_->asset() != &evaluator.asset() || truth_ != &truth || clip_ != clip)
+        start(evaluator, truth, clip);
+    const ClipView& view = evaluator_->asset().animation.clips[clip];
+    const std::size_t clusters = evaluator_->clusterCount();
+    while (errors_.size() < view.frame_count &&
+           std::chrono::duration<double, std::milli>(Clock::now() - begin).count() < milliseconds) {
+        if (cluster_ == 0) startFrame(view.first_frame + errors_.size());
+        if (truth_frame_) addCluster();
+        cluster_ = truth_frame_ ? cluster_ + 1 : clusters;
+        if (cluster_ < clusters) continue;
+        frame_.mean = float(sum_ / double(evaluator_->vertexCount()));
+        errors_.push_back(frame_);
+        cluster_ = 0;
+    }
+}
+
+}  // namespace penumbra

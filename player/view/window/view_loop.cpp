@@ -1,0 +1,284 @@
+#include "player/view/window/view_loop.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <utility>
+
+#include "formats/common/errors.h"
+#include "formats/common/write_file.h"
+#include "player/gl/gpu_timer.h"
+#include "player/gl/screenshot.h"
+#include "player/view/view_exposure.h"
+#include "player/view/view_light.h"
+#include "player/view/view_settings.h"
+#include "player/view/window/view_panels.h"
+#include "player/view/window/view_window.h"
+#include "sh/angles.h"
+
+namespace penumbra {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// After the last event ImGui still needs a few frames for what appears under the pointer.
+constexpr double kDrawAfterEvent = 0.3;  // seconds
+constexpr double kIdleWait = 0.25;       // seconds between looks at whether to stop
+constexpr double kStripTime = 3;         // milliseconds a frame for the strips of the timeline
+constexpr double kStripTimeAtRest = 12;  // while the picture stands
+
+double secondsSince(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+WindowPlace placeFor(const ViewOptions& options, const ViewSettings& settings) {
+    WindowPlace place = settings.window;
+    if (options.size) std::tie(place.width, place.height) = *options.size;
+    return place;
+}
+
+// Looks a little from above, and more so where every character lies flat.
+double startPitch(const Scene& scene) {
+    double least = std::numbers::pi;
+    for (const auto& character : scene.characters)
+        least = std::min(least, defaultPitch(character->asset.mesh.positions));
+    return std::max(least, radians(8));
+}
+
+ViewState startState(const Scene& scene, const ViewSettings& settings, const ViewOptions& options) {
+    ViewState state;
+    applySettings(settings, state);
+    state.shading = options.shading;
+    state.camera.yaw = 20 * kDegree;
+    state.camera.pitch = startPitch(scene);
+    state.camera.vertical_fov = 35 * kDegree;
+    state = stateFor(scene, state);
+    applySceneFile(scene, state);
+    return state;
+}
+
+// Converts a rectangle to ImGui's coordinates.
+Rectangle scaled(const Rectangle& r, float scale) {
+    const auto unit = [&](int pixels) { return int(std::lround(float(pixels) * scale)); };
+    return {unit(r.x), unit(r.y), unit(r.width), unit(r.height)};
+}
+
+class ViewLoop {
+public:
+    ViewLoop(const ViewOptions& options, int threads, bool quiet)
+        : options_(options),
+          threads_(threads),
+          quiet_(quiet),
+          settings_(options.settings ? readSettings(settingsPath(), result_.problem) : ViewSettings()),
+          files_(options.files),
+          scene_(std::make_unique<Scene>(openScene(files_, threads))),
+          state_(startState(*scene_, settings_, options)),
+          window_("Penumbra: " + options.files.front().filename().string(), placeFor(options, settings_)) {
+        tellSettingsProblem();
+        scene_->blend = LightBlend(options.fade);
+        result_.gl = window_.description();
+        result_.path = options.path.value_or(window_.software() ? EvaluationPath::kCpu : EvaluationPath::kGlsl);
+        figures_.path = result_.path;
+        figures_.software = window_.software();
+        painter_ = std::make_unique<ScenePainter>(*scene_, result_.path);
+    }
+    ViewResult run();
+
+private:
+    const ViewOptions& options_;
+    int threads_;
+    bool quiet_;
+    ViewResult result_;
+    ViewSettings settings_;
+    std::vector<std::filesystem::path> files_;
+    std::unique_ptr<Scene> scene_;
+    ViewState state_;
+    ViewWindow window_;  // before everything that needs its context
+    std::unique_ptr<ScenePainter> painter_;
+    GpuTimer timer_;
+    ViewFigures figures_;
+    std::optional<ExposedLook> exposed_;  // what the automatic exposure was measured for
+    Clock::time_point last_frame_ = Clock::now(), last_event_ = Clock::now();
+
+    void tellSettingsProblem();
+    void handle(const ViewEvents& events);
+    void addFiles(const std::vector<std::filesystem::path>& dropped);
+    void advanceTime();
+    void updatePicture(const Rectangle& picture);
+    void updateExposure(const Rectangle& picture);
+    void drawFrame();
+    void write(const std::filesystem::path& path, const Image& image);
+    void takeScreenshot(const Rectangle& part);
+    void takeSequencePicture(const Rectangle& picture);
+    bool busy() const;
+    void keepSettings();
+};
+
+// Tells the problem at the start, since a window may stay open for long.
+void ViewLoop::tellSettingsProblem() {
+    if (result_.problem.empty()) return;
+    std::fprintf(stderr, "penumbra-player: %s\n", result_.problem.c_str());
+    figures_.message = std::exchange(result_.problem, {});
+}
+
+// Adds dropped files. A file that cannot be used changes nothing.
+void ViewLoop::addFiles(const std::vector<std::filesystem::path>& dropped) {
+    std::vector<std::filesystem::path> files = files_;
+    files.insert(files.end(), dropped.begin(), dropped.end());
+    try {
+        auto scene = std::make_unique<Scene>(openScene(files, threads_));
+        scene->blend = LightBlend(options_.fade);
+        painter_ = std::make_unique<ScenePainter>(*scene, result_.path);
+        const bool is_new = !scene_->file && scene->file;
+        scene_ = std::move(scene);
+        files_ = std::move(files);
+        exposed_.reset();
+        state_ = stateFor(*scene_, state_);
+        if (is_new) applySceneFile(*scene_, state_);
+        figures_.message = "opened " + dropped.back().filename().string();
+    } catch (const std::runtime_error& error) {
+        figures_.message = error.what();
+    }
+}
+
+void ViewLoop::handle(const ViewEvents& events) {
+    if (!events.dropped.empty()) addFiles(events.dropped);
+    const ViewContents contents = contentsOf(*scene_);
+    for (const KeyPress& press : events.keys) {
+        applyKey(state_, contents, press);
+        if (state_.screenshot) drawFrame();  // of what the keys before it made of the picture
+    }
+    if (events.close) state_.quit = true;
+}
+
+void ViewLoop::write(const std::filesystem::path& path, const Image& image) {
+    try {
+        writePng(path, image, 1);
+        figures_.message = "wrote " + path.string();
+        if (quiet_) return;
+        std::printf("%s: %s\n", path.c_str(), describe(*scene_, state_).c_str());
+        std::fflush(stdout);
+    } catch (const IoError& error) {
+        figures_.message = error.what();
+        state_.sequence.reset();
+    }
+}
+
+Image readPart(const Rectangle& part, int window_height) {
+    return readDisplayed(part.x, window_height - part.y - part.height, part.width, part.height);
+}
+
+void ViewLoop::takeScreenshot(const Rectangle& part) {
+    state_.screenshot = false;
+    write(freeScreenshotName(options_.screenshots), readPart(part, window_.height()));
+}
+
+void ViewLoop::takeSequencePicture(const Rectangle& picture) {
+    const ClipView& clip = selectedClip(state_, contentsOf(*scene_));
+    write(sequenceName(options_.screenshots, clip.name, *state_.sequence), readPart(picture, window_.height()));
+    if (state_.sequence && ++*state_.sequence >= clip.frame_count) state_.sequence.reset();
+}
+
+void ViewLoop::advanceTime() {
+    const double seconds = secondsSince(last_frame_);
+    last_frame_ = Clock::now();
+    figures_.frame = 0.9 * figures_.frame + 100 * seconds;  // milliseconds, smoothed over ten frames
+    const ViewContents contents = contentsOf(*scene_);
+    const ClipView& clip = selectedClip(state_, contents);
+    const AnimationView& animation = *contents.characters[state_.selected].animation;
+    if (state_.sequence) {
+        state_.playhead.playing = false;
+        showClipTime(state_,
+                     frameSeconds(animation, clip, std::min<std::size_t>(*state_.sequence, clip.frame_count - 1)));
+    }
+    advanceView(state_, contents, seconds);
+    if (state_.turntable) turntable(state_.camera, seconds);
+    advanceLight(*scene_, state_, seconds);
+    computeStrips(*scene_, state_, state_.playhead.playing || state_.turntable ? kStripTime : kStripTimeAtRest);
+}
+
+void ViewLoop::updatePicture(const Rectangle& picture) {
+    if (useShading(*scene_, state_)) painter_ = std::make_unique<ScenePainter>(*scene_, result_.path);
+    const UpdateNeeds needs{painter_->needsValues(state_), !painter_->castsOnGpu(state_), !painter_->fieldOnGpu(state_),
+                            threads_};
+    if (const auto stroke = std::exchange(state_.stroke, {}); stroke && scene_->field)
+        scene_->field->brush(stroke->at, stroke->radius, stroke->rise);
+    updateScene(*scene_, state_, needs, figures_.update);
+    if (!state_.frame_all) return;
+    const Rectangle area = panesOf(state_, picture).front().area;
+    frameAll(state_.camera, boundsOf(*scene_), double(area.width) / area.height);
+    state_.frame_all = false;
+    updateScene(*scene_, state_, needs, figures_.update);  // seen from the new place
+}
+
+void ViewLoop::updateExposure(const Rectangle& picture) {
+    if (!state_.automatic_exposure) return exposed_.reset();
+    const ExposedLook look = exposedLook(*scene_, state_);
+    if (exposed_ == look || !showsShadedColors(*scene_, state_)) return;
+    state_.display.exposure = painter_->measureExposure(state_, picture);
+    exposed_ = look;
+}
+
+void ViewLoop::drawFrame() {
+    if (!window_.visible()) return;
+    advanceTime();
+    const int width = window_.width(), height = window_.height();
+    const Rectangle picture = pictureArea(width, height, window_.scale(), state_.panels);
+    updatePicture(picture);
+    updateExposure(picture);
+    gl::BindFramebuffer(GL_FRAMEBUFFER, 0);
+    timer_.begin();
+    painter_->draw(state_, height, picture, figures_.paint);
+    timer_.end();
+    figures_.gpu = timer_.milliseconds();
+    if (state_.screenshot && !state_.screenshot_panels) takeScreenshot(picture);
+    if (state_.sequence) takeSequencePicture(picture);
+    window_.beginPanels();
+    const Rectangle in_units = scaled(picture, window_.unitScale() / window_.scale());
+    buildPanels(*scene_, state_, figures_, in_units, window_.unitScale());
+    applyMouse(*scene_, state_, in_units);
+    window_.drawPanels();
+    if (state_.screenshot) takeScreenshot({0, 0, width, height});
+    checkGl("drawing a frame");
+    window_.present();
+    ++result_.frames;
+}
+
+// Tells whether the picture changes by itself.
+bool ViewLoop::busy() const {
+    return state_.playhead.playing || state_.turntable || state_.sequence || state_.awaited || state_.stroke ||
+           scene_->blend.active() || !stripsAreComplete(*scene_, state_);
+}
+
+void ViewLoop::keepSettings() {
+    const std::filesystem::path path = settingsPath();
+    if (!options_.settings || path.empty()) return;
+    try {
+        writeSettings(path, settingsOf(state_, window_.place()));
+    } catch (const IoError& error) {
+        result_.problem = error.what();
+    }
+}
+
+ViewResult ViewLoop::run() {
+    while (!state_.quit) {
+        throwIfInterrupted();
+        const bool waits = (!busy() && secondsSince(last_event_) > kDrawAfterEvent) || !window_.visible();
+        const ViewEvents events = window_.poll(waits ? kIdleWait : 0);
+        if (waits && !events.any) continue;
+        if (waits) last_frame_ = Clock::now();  // the time that was waited is no time of the animation
+        if (events.any) last_event_ = Clock::now();
+        handle(events);
+        drawFrame();
+    }
+    keepSettings();
+    return result_;
+}
+
+}  // namespace
+
+ViewResult runView(const ViewOptions& options, int threads, bool quiet) {
+    return ViewLoop(options, threads, quiet).run();
+}
+
+}  // namespace penumbra

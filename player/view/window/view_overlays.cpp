@@ -1,0 +1,225 @@
+#include "player/view/window/view_overlays.h"
+
+#include <imgui.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+#include <numeric>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "player/view/vertex_figures.h"
+#include "player/view/view_painter.h"
+
+namespace penumbra {
+namespace {
+
+constexpr ImU32 kInk = IM_COL32(230, 230, 230, 255), kMarked = IM_COL32(242, 191, 77, 255);
+
+// Writes a text with a shadow, which is readable over a bright background too.
+void write(ImVec2 at, const char* label, ImU32 color = kInk) {
+    ImDrawList& list = *ImGui::GetBackgroundDrawList();
+    list.AddText(ImVec2(at.x + 1, at.y + 1), IM_COL32(0, 0, 0, 160), label);
+    list.AddText(at, color, label);
+}
+
+// Writes names over the panes, so that a screenshot tells what it shows.
+void paneLabels(const Scene& scene, const ViewState& state, const Rectangle& picture) {
+    if (!contentsOf(scene).hasTruth() && !state.score_edit) return;
+    static constexpr std::array kNames = {"model", "baked truth", "difference"};
+    ImDrawList& list = *ImGui::GetBackgroundDrawList();
+    for (const Pane& pane : panesOf(state, picture)) {
+        if (pane.clip.width == 0) continue;
+        const float left = float(pane.clip.x), top = float(pane.clip.y), margin = 0.6f * ImGui::GetFontSize();
+        write(ImVec2(left + margin, top + margin), kNames[std::size_t(pane.shown)]);
+        if (state.score_edit)
+            write(ImVec2(left + margin, top + margin + 1.3f * ImGui::GetFontSize()), "scores changed (Z: back)",
+                  kMarked);
+        if (pane.clip.x > picture.x)
+            list.AddLine(ImVec2(left, top), ImVec2(left, top + float(pane.clip.height)), IM_COL32(230, 230, 230, 160));
+    }
+}
+
+// Draws colours from below to above, and the numbers of `low` to `high` that they stand for.
+void scale(const Rectangle& picture, const char* what, std::span<const ImU32> colors, double low, double high) {
+    ImDrawList& list = *ImGui::GetBackgroundDrawList();
+    const float font = ImGui::GetFontSize(), height = 8 * font, width = 0.9f * font;
+    const float x = float(picture.x + picture.width) - 5 * font;
+    const float title = float(picture.x + picture.width) - ImGui::CalcTextSize(what).x - 0.6f * font;
+    const float y = float(picture.y + picture.height) - height - 2 * font;
+    const std::size_t steps = colors.size() - 1;
+    write(ImVec2(title, y - 2 * font), what);
+    const auto heightOf = [&](std::size_t i) { return y + height * float(steps - i) / float(steps); };
+    for (std::size_t i = 0; i < steps; ++i)
+        list.AddRectFilledMultiColor(ImVec2(x, heightOf(i + 1)), ImVec2(x + width, heightOf(i)), colors[i + 1],
+                                     colors[i + 1], colors[i], colors[i]);
+    for (std::size_t i = 0; i <= steps; ++i) {
+        char label[24];
+        std::snprintf(label, sizeof label, "%.3g", low + (high - low) * double(i) / double(steps));
+        write(ImVec2(x + 1.4f * width, heightOf(i) - 0.5f * font), label);
+    }
+}
+
+ImU32 displayed(Vec3 linear) {
+    const auto byte = [](float c) {
+        const float s = c <= 0.0031308f ? 12.92f * c : 1.055f * std::pow(c, 1 / 2.4f) - 0.055f;
+        return int(std::lround(255 * s));
+    };
+    return IM_COL32(byte(linear.x), byte(linear.y), byte(linear.z), 255);
+}
+
+void scales(const Scene& scene, const ViewState& state, const Rectangle& picture) {
+    if (state.component) {
+        std::array<ImU32, 5> colors;
+        for (std::size_t i = 0; i < colors.size(); ++i) colors[i] = displayed(divergingColor(float(i) - 2, 2));
+        const double most = double(scene.characters[state.selected]->component_most);
+        scale(picture, "change of E a unit of score", colors, -most, most);
+    } else if (state.channel == Channel::kError) {
+        // viridis as in shaders/channel.frag, at quarters.
+        static constexpr std::array<ImU32, 5> kViridis = {IM_COL32(71, 1, 85, 255), IM_COL32(59, 82, 139, 255),
+                                                          IM_COL32(33, 145, 140, 255), IM_COL32(94, 201, 98, 255),
+                                                          IM_COL32(253, 231, 37, 255)};
+        scale(picture, "|E - truth|, E in 0..1   [ ]", kViridis, 0, double(state.error_max));
+    }
+}
+
+// Projects a point to ImGui's coordinates. Returns nothing for one behind the camera.
+std::optional<ImVec2> project(const FrameView& view, const Rectangle& area, Vec3 p) {
+    const auto& m = view.clip_from_model;
+    const auto row = [&](std::size_t i) { return m[i] * p.x + m[4 + i] * p.y + m[8 + i] * p.z + m[12 + i]; };
+    const float w = row(3);
+    if (!(w > 0)) return std::nullopt;
+    return ImVec2(float(area.x) + float(area.width) * (0.5f + 0.5f * row(0) / w),
+                  float(area.y) + float(area.height) * (0.5f - 0.5f * row(1) / w));
+}
+
+// Draws normals (blue), tangents (red) and their cross products (green) of vertices that face the eye, at most
+// kMostFrames.
+void tangentFrames(const Character& character, const Pane& pane, const FrameView& view, float size) {
+    constexpr std::size_t kMostFrames = 1500;
+    ImDrawList& list = *ImGui::GetBackgroundDrawList();
+    list.PushClipRect(ImVec2(float(pane.clip.x), float(pane.clip.y)),
+                      ImVec2(float(pane.clip.x + pane.clip.width), float(pane.clip.y + pane.clip.height)));
+    const FrameVertices& at = character.vertices;
+    const std::size_t step = at.positions.size() / kMostFrames + 1;
+    for (std::size_t v = 0; v < at.positions.size(); v += step) {
+        const Vec3 p = at.positions[v], n = at.normals[v], t = at.tangents[v];
+        if (dot(view.eye - p, n) <= 0) continue;
+        const std::optional<ImVec2> start = project(view, pane.area, p);
+        const std::array<std::pair<Vec3, ImU32>, 3> axes = {{{t, IM_COL32(230, 70, 60, 255)},
+                                                             {cross(n, t), IM_COL32(80, 200, 80, 255)},
+                                                             {n, IM_COL32(90, 140, 255, 255)}}};
+        for (const auto& [axis, color] : axes) {
+            const std::optional<ImVec2> end = project(view, pane.area, p + axis * size);
+            if (start && end) list.AddLine(*start, *end, color);
+        }
+    }
+    list.PopClipRect();
+}
+
+// Returns the vertex that is nearest to the middle of its cluster.
+std::size_t middleVertex(const Character& character, const ClusterView& cluster) {
+    const std::span<const Vec3> positions =
+        std::span(character.vertices.positions).subspan(cluster.first_vertex, cluster.vertex_count);
+    Vec3 middle;
+    for (const Vec3& p : positions) middle += p / float(positions.size());
+    const auto away = [&](const Vec3& p) { return length(p - middle); };
+    return cluster.first_vertex + std::size_t(std::ranges::min_element(positions, {}, away) - positions.begin());
+}
+
+bool overlaps(const ImVec4& a, const ImVec4& b) { return a.x < b.z && b.x < a.z && a.y < b.w && b.y < a.w; }
+
+// Writes names around points. Where names would cover one another, the first one is written.
+class NameWriter {
+public:
+    void write(ImVec2 at, const std::string& name) {
+        const ImVec2 size = ImGui::CalcTextSize(name.c_str());
+        const ImVec4 box(at.x - size.x / 2, at.y - size.y / 2, at.x + size.x / 2, at.y + size.y / 2);
+        if (std::ranges::any_of(taken_, [&](const ImVec4& other) { return overlaps(box, other); })) return;
+        taken_.push_back(box);
+        penumbra::write(ImVec2(box.x, box.y), name.c_str());
+    }
+
+private:
+    std::vector<ImVec4> taken_;
+};
+
+// Writes number and joint of every cluster whose middle faces the eye, those of large clusters first.
+void clusterNames(const Character& character, const Pane& pane, const FrameView& view) {
+    NameWriter names;
+    const std::vector<ClusterView>& clusters = character.asset.model.clusters;
+    std::vector<std::size_t> order(clusters.size());
+    std::iota(order.begin(), order.end(), std::size_t(0));
+    std::ranges::stable_sort(order, std::greater(), [&](std::size_t c) { return clusters[c].vertex_count; });
+    for (const std::size_t c : order) {
+        const std::size_t v = middleVertex(character, clusters[c]);
+        const Vec3 p = character.vertices.positions[v];
+        const std::optional<ImVec2> at = project(view, pane.area, p);
+        if (!at || dot(view.eye - p, character.vertices.normals[v]) <= 0) continue;
+        const std::string_view joint = character.asset.animation.joint_names[std::size_t(clusters[c].joint)];
+        names.write(*at, std::to_string(c) + " " + std::string(joint));
+    }
+}
+
+void inPanes(const Scene& scene, const ViewState& state, const Rectangle& picture, auto&& draw) {
+    const double radius = boundsOf(scene).radius();
+    for (const Pane& pane : panesOf(state, picture))
+        for (const auto& character : scene.characters)
+            draw(*character, pane, paneView(state, pane.area, radius, character->to_scene), float(radius));
+}
+
+}  // namespace
+
+namespace {
+
+// Writes the name of every part at the middle of its bounding sphere.
+void partNames(const Character& character, const Pane& pane, const FrameView& view) {
+    if (!character.evaluator->composed()) return;
+    const std::span<const PosedPart> posed = character.evaluator->posedParts();
+    NameWriter names;
+    for (std::size_t p = 0; p < posed.size(); ++p)
+        if (const std::optional<ImVec2> at = project(view, pane.area, posed[p].centre))
+            names.write(*at, nameOfPart(character.asset, p));
+}
+
+// Writes which factor the lobe shows, below the pane's name.
+void lobeLabel(const Scene& scene, const ViewState& state, const Rectangle& picture) {
+    const VisibilityFactor* factor = shownFactor(scene, state);
+    if (!factor) return;
+    char label[160];
+    std::snprintf(label, sizeof label, "lobe: %s, E %.4f",
+                  nameOf(scene.characters[state.picked->character]->asset, factor->choice).c_str(),
+                  double(factor->ambient));
+    for (const Pane& pane : panesOf(state, picture))
+        if (pane.clip.width > 0 && (pane.shown != Shown::kTruth || factor->choice.kind != FactorKind::kWhole))
+            write(ImVec2(float(pane.clip.x) + 0.6f * ImGui::GetFontSize(),
+                         float(pane.clip.y) + 3.2f * ImGui::GetFontSize()),
+                  label);
+}
+
+}  // namespace
+
+void drawOverlays(const Scene& scene, const ViewState& state, const Rectangle& picture) {
+    if (state.frames)
+        inPanes(scene, state, picture,
+                [](const Character& character, const Pane& pane, const FrameView& view, float radius) {
+                    tangentFrames(character, pane, view, 0.015f * radius);
+                });
+    if (state.channel == Channel::kClusters && !state.component)
+        inPanes(scene, state, picture, [](const Character& character, const Pane& pane, const FrameView& view, float) {
+            clusterNames(character, pane, view);
+        });
+    if (state.channel == Channel::kParts && !state.component)
+        inPanes(scene, state, picture, [](const Character& character, const Pane& pane, const FrameView& view, float) {
+            partNames(character, pane, view);
+        });
+    paneLabels(scene, state, picture);
+    lobeLabel(scene, state, picture);
+    scales(scene, state, picture);
+}
+
+}  // namespace penumbra

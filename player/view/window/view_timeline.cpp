@@ -1,0 +1,173 @@
+#include "player/view/window/view_timeline.h"
+
+#include <imgui.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+
+namespace penumbra {
+namespace {
+
+// Figures below these fill their strip only in part: they are rounding, the margin of training ranges, or errors that
+// nobody sees.
+constexpr float kSmallRange = 0.1f;   // about radians
+constexpr float kSmallError = 0.01f;  // of ambient visibility
+
+constexpr ImU32 kBed = IM_COL32(30, 34, 40, 255), kInk = IM_COL32(230, 230, 230, 255);
+constexpr ImU32 kRangeColor = IM_COL32(235, 140, 40, 255), kErrorColor = IM_COL32(214, 72, 96, 255);
+
+// A row in which every frame has a cell of the same width, from where it is to where the next one is.
+struct Row {
+    ImVec2 corner, size;
+    std::size_t frames;
+    float left(double number) const { return corner.x + size.x * float(number / double(frames)); }
+    double numberAt(float x) const { return std::clamp(double((x - corner.x) / size.x), 0.0, 1.0) * double(frames); }
+    std::size_t frameAt(float x) const { return std::min(std::size_t(numberAt(x)), frames - 1); }
+};
+
+Row beginRow(const char* name, std::size_t frames, float height) {
+    const Row row{ImGui::GetCursorScreenPos(), ImVec2(ImGui::GetContentRegionAvail().x, height), frames};
+    ImGui::InvisibleButton(name, row.size);
+    ImGui::GetWindowDrawList()->AddRectFilled(row.corner, ImVec2(row.corner.x + row.size.x, row.corner.y + height),
+                                              kBed);
+    return row;
+}
+
+void playheadLine(const Row& row, double number) {
+    const float x = row.left(number);
+    ImGui::GetWindowDrawList()->AddLine(ImVec2(x, row.corner.y), ImVec2(x, row.corner.y + row.size.y), kInk, 2);
+}
+
+// Draws ticks at whole frames, as far apart as their numbers need.
+void frameNumbers(const Row& row) {
+    const float room = 3.5f * ImGui::GetFontSize();
+    std::size_t step = 1;
+    for (std::size_t i = 0; row.size.x * float(step) / float(row.frames) < room && step < row.frames; ++i)
+        step *= i % 3 == 1 ? 5 : 2;  // 1, 2, 10, 20, 40, 200: round enough
+    ImDrawList& list = *ImGui::GetWindowDrawList();
+    for (std::size_t frame = 0; frame < row.frames; frame += step) {
+        const float x = row.left(double(frame));
+        list.AddLine(ImVec2(x, row.corner.y), ImVec2(x, row.corner.y + row.size.y), IM_COL32(90, 96, 105, 255));
+        list.AddText(ImVec2(x + 3, row.corner.y + 2), IM_COL32(150, 156, 165, 255), std::to_string(frame).c_str());
+    }
+}
+
+void jumpTo(const Scene& scene, ViewState& state, double number) {
+    const ViewContents contents = contentsOf(scene);
+    state.playhead.playing = false;
+    showClipTime(state, positionSeconds(*contents.characters[state.selected].animation, selectedClip(state, contents),
+                                        snapsToFrames(state) ? std::floor(number) : number));
+}
+
+void scrubBar(const Scene& scene, ViewState& state, std::size_t frames, double shown) {
+    const Row row = beginRow("##scrub", frames, 1.5f * ImGui::GetFontSize());
+    if (ImGui::IsItemActive()) jumpTo(scene, state, row.numberAt(ImGui::GetIO().MousePos.x));
+    ImGui::GetWindowDrawList()->AddRectFilled(ImVec2(row.left(std::floor(shown)), row.corner.y),
+                                              ImVec2(row.left(std::floor(shown) + 1), row.corner.y + row.size.y),
+                                              IM_COL32(66, 110, 170, 255));
+    frameNumbers(row);
+    playheadLine(row, shown);
+}
+
+// A strip shows this figure of each frame that is known.
+struct Figure {
+    const char* name;
+    ImU32 color;
+    float small;
+    std::size_t known;
+    std::function<float(std::size_t)> value;
+    std::function<std::string(std::size_t)> text;  // under the pointer
+};
+
+// Draws a column for each frame, or for each pixel where there are more frames than pixels, with the largest of its
+// frames.
+void columns(const Row& row, const Figure& figure, float most) {
+    ImDrawList& list = *ImGui::GetWindowDrawList();
+    const std::size_t count = std::min(row.frames, std::size_t(std::max(1.0f, row.size.x)));
+    for (std::size_t c = 0; c < count; ++c) {
+        const std::size_t begin = c * row.frames / count, end = std::min((c + 1) * row.frames / count, figure.known);
+        float value = 0;
+        for (std::size_t frame = begin; frame < end; ++frame) value = std::max(value, figure.value(frame));
+        const float part = value / std::max(most, figure.small), below = row.corner.y + row.size.y;
+        if (part > 0)
+            list.AddRectFilled(ImVec2(row.left(double(begin)), below - row.size.y * part),
+                               ImVec2(row.left(double((c + 1) * row.frames / count)), below), figure.color);
+    }
+}
+
+void strip(const Scene& scene, ViewState& state, const Figure& figure, std::size_t frames, double shown) {
+    const Row row = beginRow(figure.name, frames, 1.5f * ImGui::GetFontSize());
+    std::size_t worst = 0;
+    for (std::size_t i = 0; i < figure.known; ++i)
+        if (figure.value(i) > figure.value(worst)) worst = i;
+    const float most = figure.known > 0 ? figure.value(worst) : 0;
+    columns(row, figure, most);
+    playheadLine(row, shown);
+    char label[128];
+    std::snprintf(label, sizeof label, "%s, at most %.3g (frame %zu)", figure.name, double(most), worst);
+    std::string said = label;
+    if (figure.known < frames) said += "  " + std::to_string(100 * figure.known / frames) + "% done";
+    ImDrawList& list = *ImGui::GetWindowDrawList();
+    list.AddText(ImVec2(row.corner.x + 5, row.corner.y + 3), IM_COL32(0, 0, 0, 200), said.c_str());
+    list.AddText(ImVec2(row.corner.x + 4, row.corner.y + 2), kInk, said.c_str());
+    if (!ImGui::IsItemHovered() && !ImGui::IsItemActive()) return;
+    const std::size_t frame = row.frameAt(ImGui::GetIO().MousePos.x);
+    if (ImGui::IsItemActive()) jumpTo(scene, state, double(frame));
+    if (frame < figure.known) ImGui::SetTooltip("frame %zu: %s", frame, figure.text(frame).c_str());
+}
+
+std::string format(const char* text, auto... values) {
+    char out[96];
+    std::snprintf(out, sizeof out, text, values...);
+    return out;
+}
+
+void strips(const Scene& scene, ViewState& state, std::size_t frames, double shown) {
+    const Character& character = *scene.characters[state.selected];
+    const std::span<const float> range = character.strip.outOfRange();
+    strip(scene, state,
+          {"out of range, rad", kRangeColor, kSmallRange, range.size(), [&](std::size_t i) { return range[i]; },
+           [&](std::size_t i) { return format("out of the training poses by %.3f rad", double(range[i])); }},
+          frames, shown);
+    if (!character.truth) return;
+    const std::span<const FrameError> errors = character.error_strip.errors();
+    strip(scene, state,
+          {"mean error of E", kErrorColor, kSmallError, errors.size(), [&](std::size_t i) { return errors[i].mean; },
+           [&](std::size_t i) {
+               if (!errors[i].has_truth) return std::string("not in the baked truth");
+               return format("|E - truth| mean %.4f, at most %.3f", double(errors[i].mean), double(errors[i].most));
+           }},
+          frames, shown);
+}
+
+}  // namespace
+
+void buildTimeline(const Scene& scene, ViewState& state) {
+    const ViewContents contents = contentsOf(scene);
+    const AnimationView& animation = *contents.characters[state.selected].animation;
+    const ClipView& clip = selectedClip(state, contents);
+    if (ImGui::Button(state.playhead.playing ? "Pause" : "Play", ImVec2(ImGui::GetFontSize() * 5, 0)))
+        state.playhead.playing = !state.playhead.playing;
+    ImGui::SameLine();
+    ImGui::SetNextItemWidth(ImGui::GetFontSize() * 9);
+    float speed = float(state.playhead.speed);
+    if (ImGui::SliderFloat("##speed", &speed, 0.125f, 8, "speed x %.2f", ImGuiSliderFlags_Logarithmic))
+        state.playhead.speed = double(speed);
+    ImGui::SameLine();
+    ImGui::Checkbox("smooth", &state.smooth);
+    ImGui::SameLine();
+    const ClipPosition position = shownPosition(state, contents, state.selected);
+    const double shown = double(position.frame) + position.part;
+    ImGui::Text("frame %.*f of %u   %.2f s of %.2f s", snapsToFrames(state) ? 0 : 2, shown, clip.frame_count,
+                clipTime(state), clipSeconds(animation, clip));
+    if (state.smooth && snapsToFrames(state)) {
+        ImGui::SameLine();
+        ImGui::TextColored(ImVec4(0.95f, 0.75f, 0.3f, 1), "sampled frames: truth is shown");
+    }
+    scrubBar(scene, state, clip.frame_count, shown);
+    strips(scene, state, clip.frame_count, shown);
+}
+
+}  // namespace penumbra
