@@ -31,7 +31,7 @@ struct BrdfCommand {
     int operators = 0;  // k; 0 means none
     std::string operators_from = "slices";
     SliceOrders orders;
-    int steps = 0;     // most steps of a range; 0: kDefaultSteps
+    int steps = 0;  // most steps of a range; 0: kDefaultSteps
     bool paper = false;
     std::string name;                             // empty: the name of the source
     std::vector<const CLI::Option*> of_tables{};  // options of slices, which live materials and membranes do not choose
@@ -64,8 +64,7 @@ void define(CLI::App& app, BrdfCommand& command) {
         ->check(CLI::Range(3, int(kMaxBrdfSteps)));
     for (const char* option : {"--slice-order", "--view-order", "--operators"})
         command.of_tables.push_back(app.get_option(option));
-    app.add_flag("--paper", command.paper,
-                 "a membrane with an unshadowed other side, as paper 003 has it: back=open");
+    app.add_flag("--paper", command.paper, "a membrane with an unshadowed other side, as paper 003 has it: back=open");
     addNameOption(app, command.name);
     app.add_option("-o,--output", command.output, "M.brdf.h5")->required();
     app.footer(describeBrdfs() + "\n" + app.get_footer());
