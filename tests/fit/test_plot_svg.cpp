@@ -121,5 +121,24 @@ TEST(PlotSvg, BarsStandOnZeroSideBySide) {
     EXPECT_GE(x[1], x[0] + width[0]);
 }
 
+// A whisker is as long as twice the spread, about the top of its bar, and inside of the axes.
+TEST(PlotSvg, BarsHaveWhiskers) {
+    Plot plot;
+    plot.bars = true;
+    plot.x.names = {"a"};
+    plot.y.from_zero = true;
+    plot.series = {{"s", {}, {0}, {2}, {0.5}}};
+    const std::string svg = plotSvg(plot);
+    std::smatch bar, whisker;
+    ASSERT_TRUE(std::regex_search(svg, bar, std::regex("y=\"([0-9.]+)\" width=\"[0-9.]+\" height=\"([0-9.]+)\"")));
+    ASSERT_TRUE(std::regex_search(svg, whisker, std::regex("class=\"spread\" d=\"M[0-9.]+ ([0-9.]+)V([0-9.]+)\"")));
+    const double top = std::stod(bar[1]), unit = std::stod(bar[2]) / 2, high = std::stod(whisker[1]),
+                 low = std::stod(whisker[2]);
+    EXPECT_NEAR(top - high, 0.5 * unit, 0.02);
+    EXPECT_NEAR(low - top, 0.5 * unit, 0.02);
+    EXPECT_GT(high, 14);
+    EXPECT_NE(svg.find("2 +- 0.5"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace penumbra
