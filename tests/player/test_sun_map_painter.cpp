@@ -141,12 +141,14 @@ struct WideScene {
     SunMesh ball = player_test::sunSphere(20), bar = player_test::sunBox({0.2f, -0.6f, 0}, {0.205f, -0.55f, 0.1f});
     SunMesh ground = player_test::sunGround(
         300, 65, [](float x, float y) { return 2 * std::sin(0.2f * x + 0.1f * y) - 0.001f * (x * x + y * y) - 0.01f; });
+    // The ball moves between the bar and the post, so that maps stay where they are.
+    SunMesh post = player_test::sunBox({-0.4f, 0.3f, 0}, {-0.395f, 0.305f, 0.35f});
     WideScene() { moveBall(0); }
     void moveBall(float x) {
         ball = player_test::sunSphere(20);
         for (Vec3& p : ball.positions) p = p * 0.05f + Vec3{x - 0.1f, 0.1f, 0.1f};
     }
-    SunCasters casters(std::uint64_t version) const { return {{ball, bar}, ground, version}; }
+    SunCasters casters(std::uint64_t version) const { return {{ball, bar, post}, ground, version}; }
 };
 
 // The second sun has one map and the first several, or the other way round.
@@ -190,9 +192,11 @@ TEST(SunMapPainter, DrawsAMapOfGroundAloneOnceForEachVersion) {
     WideScene wide;
     SunMapPainter kept(1, 512);
     kept.setCasters(wide.casters(1));
+    SunFrame frame;
     const auto picture = [&](SunMapPainter& maps, std::uint64_t version) {
         const SunCasters casters = wide.casters(version);
         const SunNest nests[] = {player_test::sunNestOf(casters, {1, 2, 3}, 0.005f, 512)};
+        frame = nests[0].maps[0].frame;
         maps.draw(nests, casters);
         target.begin();
         ground.draw(maps);
@@ -207,9 +211,11 @@ TEST(SunMapPainter, DrawsAMapOfGroundAloneOnceForEachVersion) {
     };
     const std::vector<float> at_first = picture(kept, 1);
     EXPECT_EQ(at_first, anew());
+    const SunFrame first_frame = frame;
     wide.moveBall(0.02f);
     const std::vector<float> moved = picture(kept, 1);
     EXPECT_NE(moved, at_first);
+    EXPECT_EQ(frame.rows, first_frame.rows);
     EXPECT_EQ(moved, anew());
     for (Vec3& p : wide.ground.positions) p.z -= p.x > 3 ? 8 : 0;
     EXPECT_NE(picture(kept, 1), anew()) << "the version tells of the change";

@@ -214,8 +214,8 @@ TEST(SunNest, NeverHasMoreMapsThanThereIsRoomFor) {
     }
 }
 
-// Triangles of up to 1,000,000 km below a man are cut before their areas leave 64 bits. Where floats do not tell
-// places on them from one another, maps are coarser.
+// Below a man lie triangles of up to 1,000,000 km. Where floats do not tell places on them from one another, and where
+// areas in texels would leave 64 bits, maps are coarser.
 TEST(SunMaps, RubbishAndHugeTrianglesAreDefined) {
     const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
     const SunMesh man = manAt(0, 0);

@@ -18,15 +18,12 @@
 #include <cassert>
 #include <cmath>
 
-#include "player/runtime/sun/cut_triangle.h"
-
 namespace penumbra {
 
 namespace {
 
 constexpr float kSunWidest = 1 << 20;  // texels, of a box: cells have numbers that are ints
 constexpr int kSubTexels = 256;        // corners of triangles lie at multiples of 1/256 texel, as on GPUs
-constexpr double kSunGuard = 4096;     // texels around a map to which triangles are cut: areas fit into 64 bits
 
 struct GridPoint {
     std::int64_t x, y;
@@ -86,18 +83,6 @@ void drawTriangle(const MapRows& map, std::array<Vec3, 3> corner) {
             for (std::size_t i = 0; i < 3; ++i) side[i] += step[i];
         }
     }
-}
-
-// Draws a triangle that may reach far beyond the map, as those of a wide ground do beyond a fine map.
-void cutAndDraw(const MapRows& map, const std::array<Vec3, 3>& corner) {
-    const double limit = map.size + kSunGuard;
-    const auto isNear = [&](Vec3 p) { return std::min(p.x, p.y) >= -kSunGuard && std::max(p.x, p.y) <= limit; };
-    if (isNear(corner[0]) && isNear(corner[1]) && isNear(corner[2])) return drawTriangle(map, corner);
-    CutTriangle polygon;
-    const std::size_t count = cutTriangle({toDouble(corner[0]), toDouble(corner[1]), toDouble(corner[2])},
-                                          {-kSunGuard, -kSunGuard, 0}, {limit, limit, 0}, polygon);
-    for (std::size_t i = 2; i < count; ++i)
-        drawTriangle(map, {toFloat(polygon[0]), toFloat(polygon[i - 1]), toFloat(polygon[i])});
 }
 
 bool isFinitePlace(Vec3 p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
@@ -162,7 +147,7 @@ void SunMap::draw(std::span<const SunCaster> casters, int first, int last) {
             std::array<Vec3, 3> corner;
             for (std::size_t i = 0; i < 3; ++i) corner[i] = frame_.place(caster.positions[caster.triangles[t + i]]);
             if (isFinitePlace(corner[0]) && isFinitePlace(corner[1]) && isFinitePlace(corner[2]))
-                cutAndDraw(map, corner);
+                drawTriangle(map, corner);
         }
 }
 

@@ -27,7 +27,7 @@ constexpr double kFineEnough = 128;           // texels across the least member
 constexpr double kRingFactor = 8;             // sides of a ring and the one before
 constexpr double kCoarsestShadow = 16;        // texels of a map that members cast in, in those of the finest
 constexpr double kGroupShare = 0.75;          // of a group's map that its members fill
-constexpr double kLargestTriangle = 1 << 20;  // texels: floats tell places on larger ones no better than the bias
+constexpr double kLargestTriangle = 1 << 20;  // texels; on larger ones floats tell places no better than the bias
 constexpr int kBorderShare = 16;              // of a map's side that is its border, and that it moves by
 
 double sideOf(const SunBounds& box) { return std::max(box.high.x - box.low.x, box.high.y - box.low.y); }
