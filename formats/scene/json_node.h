@@ -34,6 +34,7 @@ public:
     std::vector<float> numbers(std::size_t count, double low, double high) const;
     int whole(int low, int high) const;
     bool flag() const;
+    bool isFlag() const { return json_->is_boolean(); }
     Vec3 vector(double low, double high) const;
 
 private:

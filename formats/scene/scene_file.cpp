@@ -104,15 +104,22 @@ void readSource(const JsonNode& node, const std::filesystem::path& folder, Heigh
     if (node.has("fps")) source.fps = node.at("fps").number(1e-3, 1e4);
 }
 
+// A tolerance, or whether there is one.
+double readRefine(const JsonNode& node) {
+    if (node.isFlag()) return node.flag() ? double(kHeightTolerance) : 0;
+    return node.number(1e-3, double(kMostHeightTolerance));
+}
+
 SceneHeights readHeights(const JsonNode& node, const std::filesystem::path& folder) {
     node.requireKeys({"file", "analytic", "rows", "columns", "array", "cell", "cells", "scale", "offset", "border",
-                      "no_data", "fill", "fps", "time", "order", "step"});
+                      "no_data", "fill", "fps", "time", "order", "step", "refine"});
     SceneHeights out;
     readSource(node, folder, out.source);
     if (node.has("time")) out.seconds = node.at("time").number(0, 1e6);
     if (node.has("order")) out.order = node.at("order").whole(4, 5);
     if (node.has("step")) out.step = node.at("step").whole(1, 8);
     if (out.step & (out.step - 1)) node.at("step").fail("is none of 1, 2, 4 and 8");
+    if (node.has("refine")) out.refine = readRefine(node.at("refine"));
     return out;
 }
 

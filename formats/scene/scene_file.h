@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "formats/height/height_source.h"
+#include "sh/height/height_refinement.h"
 #include "sh/vec3.h"
 
 namespace penumbra {
@@ -47,6 +48,7 @@ struct SceneHeights {
     HeightSource source;
     double seconds = 0;  // into a sequence or a closed form, where no other time is asked for
     int order = 5, step = 4;
+    double refine = double(kHeightTolerance);  // HeightVisibility::tolerance()
 };
 
 // A square that faces up, or a height field whose middle is `centre`, with its columns along x and its rows along z.

@@ -9,7 +9,7 @@ namespace penumbra {
 namespace {
 
 constexpr GLuint kHeightsBinding = 0, kTapsBinding = 1, kRowsBinding = 2, kAwakeBinding = 3, kPointsBinding = 2,
-                 kHiddenBinding = 3;
+                 kHiddenBinding = 3, kFinerBinding = 6, kSharesBinding = 7;
 constexpr int kPyramidGroup = 8;  // points of a level, both ways
 
 GlObject makeTaps(const HeightField& field, const HeightTables& tables) {
@@ -25,11 +25,12 @@ std::size_t numberCount(const HeightField& field) {
 
 }  // namespace
 
-GlHeights::GlHeights(const HeightField& field, int order, int step, Vec3 corner)
+GlHeights::GlHeights(const HeightField& field, int order, int step, float tolerance, Vec3 corner)
     : field_(&field),
       tables_(field, order, order),
       above_(field, kAboveFieldOrder, kFieldOrder),
       receivers_(field.grid(), step),
+      tolerance_(step > 1 ? tolerance : 0),
       corner_(corner),
       taps_(makeTaps(field, tables_)),
       above_taps_(makeTaps(field, above_)) {
@@ -37,7 +38,8 @@ GlHeights::GlHeights(const HeightField& field, int order, int step, Vec3 corner)
                                .order = order,
                                .spacing = step,
                                .rows = receivers_.rows(),
-                               .columns = receivers_.columns()};
+                               .columns = receivers_.columns(),
+                               .tolerance = tolerance_};
     const std::size_t numbers = numberCount(field) * sizeof(float),
                       rows = receivers_.count() * heightRowQuads(order) * 4 * sizeof(float);
     checkStorageBlock("the ground's heights", numbers);
@@ -47,6 +49,15 @@ GlHeights::GlHeights(const HeightField& field, int order, int step, Vec3 corner)
     awake_list_ = makeStorage(receivers_.count() * sizeof(std::uint32_t));
     pyramid_ = makeComputeProgram(heightsPyramidSource());
     horizons_ = makeComputeProgram(heightsHorizonsSource(recipe));
+    if (tolerance_ > 0) {
+        const std::size_t finer = field.grid().size() * heightRowQuads(order) * 4 * sizeof(float);
+        checkStorageBlock("the refined visibility of the ground", finer);
+        finer_ = makeStorage(finer);
+        shares_ = makeStorage(receivers_.count() * heightCellShares(step) * sizeof(float));
+        looking_list_ = makeStorage(receivers_.count() * sizeof(std::uint32_t));
+        cell_shares_ = makeComputeProgram(heightsSharesSource(recipe));
+        look_finer_ = makeComputeProgram(heightsFinerSource(recipe));
+    }
     cast_ = makeComputeProgram(heightsAboveSource(heightsGlsl(field, above_, corner, false)));
     checkGl("uploading the ground's heights");
 }
@@ -60,17 +71,44 @@ void GlHeights::update(std::span<const TexelBox> changed) {
     if (box.empty()) return;
     makePyramid(box);
     receivers_.takeAwake(awake_);
+    receivers_.takeLooking(looking_);
     work_.receivers = awake_.size();
-    if (awake_.empty()) return;
+    bind();
+    if (!awake_.empty()) lookForHorizons();
+    if (tolerance_ > 0 && !looking_.empty()) lookFiner();
+}
+
+void GlHeights::lookForHorizons() {
     gl::BindBuffer(GL_SHADER_STORAGE_BUFFER, awake_list_.id());
     gl::BufferSubData(GL_SHADER_STORAGE_BUFFER, 0, GLsizeiptr(awake_.size() * sizeof(std::uint32_t)), awake_.data());
-    bind();
     gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kAwakeBinding, awake_list_.id());
     gl::UseProgram(horizons_.id());
     gl::Uniform1ui(at(horizons_, "awake_count"), GLuint(awake_.size()));
     dispatchItems(awake_.size(), kWorkGroup);
     gl::MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
     checkGl("looking for horizons");
+}
+
+// Cells of `size` points need what the corners of the larger ones have seen, so that every size is a pass of its own.
+void GlHeights::lookFiner() {
+    gl::BindBuffer(GL_SHADER_STORAGE_BUFFER, looking_list_.id());
+    gl::BufferSubData(GL_SHADER_STORAGE_BUFFER, 0, GLsizeiptr(looking_.size() * sizeof(std::uint32_t)),
+                      looking_.data());
+    gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kAwakeBinding, looking_list_.id());
+    const int step = receivers_.step();
+    for (int size = step; size > 1; size /= 2) {
+        const auto run = [&](const GlObject& program, int side) {
+            const std::size_t items = looking_.size() * std::size_t(side) * std::size_t(side);
+            gl::UseProgram(program.id());
+            gl::Uniform1i(at(program, "size"), size);
+            gl::Uniform1ui(at(program, "item_count"), GLuint(items));
+            dispatchItems(items, kWorkGroup);
+            gl::MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+        };
+        run(cell_shares_, step / size);
+        run(look_finer_, 2 * step / size + 1);
+    }
+    checkGl("looking for finer horizons");
 }
 
 void GlHeights::makePyramid(TexelBox box) {
@@ -109,6 +147,9 @@ void GlHeights::bind() const {
     gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kHeightsBinding, numbers_.id());
     gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kTapsBinding, taps_.id());
     gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kRowsBinding, rows_.id());
+    if (tolerance_ <= 0) return;
+    gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kFinerBinding, finer_.id());
+    gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kSharesBinding, shares_.id());
 }
 
 void GlHeights::castOn(const GlObject& receivers, const GlObject& casts, std::size_t count) const {

@@ -12,12 +12,13 @@ namespace penumbra {
 class GlHeights {
 public:
     // The field outlives this object; `corner` is where height 0 of row 0 and column 0 stands in the scene. Throws
-    // Unsupported where the field is too large for this OpenGL.
-    GlHeights(const HeightField& field, int order, int step, Vec3 corner);
+    // Unsupported where the field is too large for this OpenGL. `tolerance` is that of HeightVisibility.
+    GlHeights(const HeightField& field, int order, int step, float tolerance, Vec3 corner);
 
     const HeightField& field() const { return *field_; }
     const HeightTables& tables() const { return tables_; }
     const HeightReceivers& receivers() const { return receivers_; }
+    float tolerance() const { return tolerance_; }
     Vec3 corner() const { return corner_; }
 
     // Takes over what HeightField::set() changed: uploads the box of heights, makes the maxima above it anew and lets
@@ -31,21 +32,26 @@ public:
 
     // Writes the second set of `casts` for receivers of GlCast.
     void castOn(const GlObject& receivers, const GlObject& casts, std::size_t count) const;
-    // Binds the heights and the taps of points, blocks 0 and 1, and the rows of receivers, block 2.
+    // Binds the heights and the taps of points, blocks 0 and 1, the rows of receivers, block 2, and what finer ones
+    // see, blocks 6 and 7.
     void bind() const;
 
 private:
     const HeightField* field_;
     HeightTables tables_, above_;
     HeightReceivers receivers_;
+    float tolerance_;
     Vec3 corner_;
     bool is_new_ = true;
     Work work_;
-    std::vector<std::uint32_t> awake_;  // of the last update
+    std::vector<std::uint32_t> awake_, looking_;  // of the last update: receivers, and cells between them
     GlObject numbers_, taps_, above_taps_, rows_, awake_list_;
-    GlObject pyramid_, horizons_, cast_;
+    GlObject finer_, shares_, looking_list_;  // where there is a tolerance
+    GlObject pyramid_, horizons_, cell_shares_, look_finer_, cast_;
 
     void makePyramid(TexelBox box);
+    void lookForHorizons();
+    void lookFiner();
 };
 
 }  // namespace penumbra

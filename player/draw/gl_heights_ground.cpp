@@ -32,6 +32,7 @@ HeightsRecipe GlHeightsGround::recipe() const {
     out.spacing = receivers.step();
     out.rows = receivers.rows();
     out.columns = receivers.columns();
+    out.tolerance = heights_->tolerance();
     out.channel = shading_ ? Channel::kShaded : Channel::kAmbient;
     out.shading = layout_ ? &*layout_ : nullptr;
     out.sunlit = lobes_.has_value();

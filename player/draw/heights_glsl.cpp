@@ -95,6 +95,8 @@ std::string define(const std::string& name, const std::string& value = "") {
 
 std::size_t heightRowQuads(int order) { return std::size_t(order * order + 3 + 3) / 4; }
 
+std::size_t heightCellShares(int step) { return std::size_t(step * step - 1) / 3; }
+
 std::string heightsGlsl(const HeightField& field, const HeightTables& tables, Vec3 corner, bool on_field) {
     const HeightScene scene = tables.sceneOf(field);
     const HeightGrid& grid = field.grid();

@@ -10,6 +10,8 @@ namespace penumbra {
 
 // vec4 that a receiver has: V and its normal.
 std::size_t heightRowQuads(int order);
+// How many shares of what is finer a cell between receivers has: its own and those of its smaller cells.
+std::size_t heightCellShares(int step);
 
 // Returns the text of heights.glsl with its preamble, and with heightsMirror() for points of the field or above it:
 // void heightsMirror(inout float v[ORDER * ORDER], vec3 normal, vec3 tangent, out float numbers[]), which turns V into

@@ -115,8 +115,15 @@ std::string heightsPreamble(const HeightsRecipe& recipe) {
     return preamble(recipe.channel) + define("WORK_GROUP", kWorkGroup) +
            define("ROW_QUADS", heightRowQuads(recipe.order)) + define("SPACING", std::size_t(recipe.spacing)) +
            "#define LINES ivec2(" + std::to_string(recipe.rows) + ", " + std::to_string(recipe.columns) + ")\n" +
-           "#define NORMALS_MATTER " + glslFloat(double(kNormalsMatter)) + "\n";
+           "#define NORMALS_MATTER " + glslFloat(double(kNormalsMatter)) + "\n" +
+           (recipe.tolerance > 0
+                ? define("SHARES", heightCellShares(recipe.spacing)) + "#define REFINED\n#define TOLERANCE " +
+                      glslFloat(double(recipe.tolerance)) + "\n"
+                : "");
 }
+
+// What points and finer receivers have in common.
+std::string heightsSeen(const HeightsRecipe& recipe) { return recipe.heights + kShaderHeightsSeenGlsl; }
 
 }  // namespace
 
@@ -124,6 +131,14 @@ std::string heightsPyramidSource() { return std::string("#version 430 core\n") +
 
 std::string heightsHorizonsSource(const HeightsRecipe& recipe) {
     return heightsPreamble(recipe) + recipe.heights + kShaderHeightsHorizonsComp;
+}
+
+std::string heightsSharesSource(const HeightsRecipe& recipe) {
+    return heightsPreamble(recipe) + heightsSeen(recipe) + kShaderHeightsRefineComp;
+}
+
+std::string heightsFinerSource(const HeightsRecipe& recipe) {
+    return heightsPreamble(recipe) + "#define LOOK\n" + heightsSeen(recipe) + kShaderHeightsRefineComp;
 }
 
 std::string heightsAboveSource(const std::string& heights) {
@@ -135,7 +150,7 @@ std::string heightsReceiversSource(const HeightsRecipe& recipe) {
     insertAt(text, "GENERATED_BY_SHADING_GLSL",
              "#define PENUMBRA_STRIDE4 1\n" + std::string(kShaderPenumbraGlsl) + "\n");
     return heightsPreamble(recipe) + "#undef CHANNEL\n#define CHANNEL CHANNEL_AO\n#define RECEIVERS\n" +
-           recipe.heights + text;
+           heightsSeen(recipe) + text;
 }
 
 std::string heightsPointsSource(const HeightsRecipe& recipe) {
@@ -149,7 +164,7 @@ std::string heightsPointsSource(const HeightsRecipe& recipe) {
     insertAt(text, "GENERATED_BY_SHADING_GLSL", generated + kShaderPenumbraGlsl + "\n");
     return heightsPreamble(recipe) + define("NUMBERS", numbers) + define("PENUMBRA_STRIDE4", (numbers + 3) / 4) +
            evaluatedQuads(recipe.sunlit) + (recipe.casts ? "#define CAST\n" + define("CAST_QUADS", kCastQuads) : "") +
-           recipe.heights + text;
+           heightsSeen(recipe) + text;
 }
 
 std::string anchorSource(const ShaderRecipe& recipe) {

@@ -55,12 +55,16 @@ struct HeightsRecipe {
     int order = 0;                           // of V
     int spacing = 0;                         // points from one receiver to the next
     std::size_t rows = 0, columns = 0;       // of receivers
+    float tolerance = 0;                     // above which there are finer ones; 0: nowhere
     Channel channel = Channel::kShaded;      // kShaded or kAmbient
     const ShadingLayout* shading = nullptr;  // only for kShaded
     bool casts = false, sunlit = false;      // as ShaderRecipe has them
 };
 std::string heightsPyramidSource();
 std::string heightsHorizonsSource(const HeightsRecipe& recipe);
+// How much of finer receivers the cells show, or what these see.
+std::string heightsSharesSource(const HeightsRecipe& recipe);
+std::string heightsFinerSource(const HeightsRecipe& recipe);
 std::string heightsAboveSource(const std::string& heights);
 std::string heightsReceiversSource(const HeightsRecipe& recipe);
 std::string heightsPointsSource(const HeightsRecipe& recipe);

@@ -75,7 +75,8 @@ void SceneOnGpu::makeGround() {
 void SceneOnGpu::makeHeights() {
     const SceneField& field = *scene_.field();
     const SceneGround& ground = *scene_.file().ground;
-    heights_.emplace(field.heights().field(), ground.heights->order, ground.heights->step, field.heights().corner());
+    heights_.emplace(field.heights().field(), ground.heights->order, ground.heights->step, field.tolerance(),
+                     field.heights().corner());
     cast_->setHeights(&*heights_);
     std::optional<GroundLobes> lobes;
     if (options_.channel == Channel::kShaded) {

@@ -601,6 +601,11 @@ typedef struct penumbra_heights_options {
 PENUMBRA_API penumbra_status penumbra_heights_create(const penumbra_heights_options* options, const float* heights,
                                                      penumbra_heights** field, penumbra_error* error);
 PENUMBRA_API void penumbra_heights_destroy(penumbra_heights* field);
+/* Lets more places look for their horizons wherever the error of visibility between those of a step, which the field
+ * estimates, is above `tolerance` (rms): 0.025 is a good one, and 0, as a new field has it, turns it off. Call
+ * _update and _get_points anew after it. */
+PENUMBRA_API penumbra_status penumbra_heights_set_tolerance(penumbra_heights* field, float tolerance,
+                                                            penumbra_error* error);
 /* Replaces the heights of a box, [row_count,column_count]: all of them for an animation, few for an edit. */
 PENUMBRA_API penumbra_status penumbra_heights_set(penumbra_heights* field, size_t first_row, size_t row_count,
                                                   size_t first_column, size_t column_count, const float* heights,
@@ -612,7 +617,8 @@ PENUMBRA_API penumbra_status penumbra_heights_update(penumbra_heights* field, si
                                                      penumbra_error* error);
 /* Computes rows [first_row, first_row + row_count) of the points: positions, normals and tangents are [rows*columns,3],
  * numbers [rows*columns,PENUMBRA_HEIGHTS_STRIDE], of the whole field. Any may be NULL. Penumbra scenes then multiply
- * the numbers by what characters leave visible with penumbra_heights_cast. */
+ * the numbers by what characters leave visible with penumbra_heights_cast. With a tolerance, calls are cheapest for
+ * whole runs of `step` rows that begin at a multiple of it. */
 PENUMBRA_API penumbra_status penumbra_heights_get_points(const penumbra_heights* field, size_t first_row,
                                                          size_t row_count, float* positions, float* normals,
                                                          float* tangents, float* numbers, penumbra_error* error);

@@ -38,6 +38,7 @@ public:
     const GroundHeights& heights() const { return heights_; }
     Convention convention() const { return visibility_.convention(); }
     std::size_t receiverCount() const { return visibility_.receiverCount(); }
+    float tolerance() const { return visibility_.tolerance(); }
     std::size_t awake() const { return visibility_.awake(); }  // receivers that will look again
     // Grows with every change of the field.
     std::uint64_t version() const { return version_; }
@@ -51,7 +52,7 @@ public:
     // since, and only points that a change of the heights has reached are computed. Returns how many points were.
     std::size_t update(const CastShadow& cast, bool anew, int threads, FrameVertices& points);
     // Multiplies numbers of evaluate() by what all casters leave visible.
-    void castOn(const CastShadow& cast, int threads, FrameVertices& points) const;
+    void castOn(const CastShadow& cast, int threads, FrameVertices& points);
     // Multiplies numbers of a model's convention by what the field leaves visible to points on it or above it, which
     // stand in the scene. Light that bounces, `indirect` [V, kIndirectStride] or empty, is multiplied by the share of a
     // white sky that is left.
@@ -69,10 +70,19 @@ private:
     std::vector<TexelBox> changed_;  // of each level, since takeChanged()
 
     std::vector<float> brushed_;
+    // Squares of cells and blocks, row by row: 2 where the points are computed in this update, 1 where that depends on
+    // what finer receivers see.
+    std::vector<std::uint8_t> stale_;
+    std::vector<std::uint64_t> finer_;  // HeightVisibility::finerKey() of every cell, as of its last update
 
     void wake(std::span<const TexelBox> changed);
-    void updateRun(const CastShadow& cast, int row, int first, std::size_t count, FrameVertices& points) const;
-    void castOnRun(const CastShadow& cast, const CastReceivers& some, std::span<float> numbers) const;
+    void findStale(bool anew, int first_row);
+    void updateBand(int first_row, FrameVertices& points);
+    void updateTile(const HeightRefined& refined, int first, int end, FrameVertices& points) const;
+    bool isStale(int row, int column) const;
+    void castOnStale(const CastShadow& cast, int threads, FrameVertices& points) const;
+    void castOnRow(const CastShadow& cast, int row, FrameVertices& points) const;
+    void castOnBand(const CastShadow& cast, int first_row, FrameVertices& points) const;
 };
 
 // How a ground with heights looks: its material is one of `asset`, or Lambertian. Throws InvalidInput for a material

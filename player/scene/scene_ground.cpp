@@ -1,13 +1,4 @@
-// What the ground sees.
-//
-// Problem: a ground of 128 x 128 vertices looks up 31 parts at each, 19 ms of one core, while its visibility varies
-// slowly but for a hand's breadth around each foot.
-//
-// Naive: evaluate all vertices.
-//
-// Here: blocks of 4 x 4 squares are evaluated at their corners and in the middle. Where the corners are alike and the
-// middle is what they say, the vertices between are interpolated: all have one local frame, so numbers may be mixed.
-// All vertices of the other blocks are evaluated. Neighbouring blocks share their edge's vertices, so nothing cracks.
+// What the ground sees, by blocks of squares (cast_blocks.h), and the triangles that show it.
 #include "player/scene/scene_ground.h"
 
 #include <algorithm>
@@ -15,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "player/scene/cast_on.h"
+#include "player/scene/cast_blocks.h"
 #include "sh/quadrature.h"
 #include "sh/sh_basis.h"
 
@@ -23,129 +14,48 @@ namespace penumbra {
 
 namespace {
 
-constexpr std::uint32_t kBlock = 4;  // squares a side
-// rms of V over the sphere: how far the middle may be from its corners' mean, and the corners from one another.
-constexpr float kMiddleOff = 0.003f, kCornersApart = 0.15f;
 // rms of the corners' a - b - c + d, up to which a fan about the middle may show a smooth block. The fan is a 16th of
 // it off at most.
 constexpr float kMostTwist = 0.012f;
 
-using Row = std::span<const float, kFarNumbers>;
-
-// A block of squares: vertices low..high both ways.
-struct Block {
-    std::uint32_t low[2], high[2];
-
-    std::uint32_t middle(int axis) const { return (low[axis] + high[axis]) / 2; }
-};
-
-class Refinement {
+// Draws smooth blocks with fewer triangles.
+class Fans {
 public:
-    Refinement(const CastShadow& cast, GroundVertices& ground, int threads)
-        : cast_(cast), ground_(ground), threads_(threads), done_(ground.positions.size()) {
-        std::vector<std::uint32_t> lines;
-        for (std::uint32_t i = 0; i + 1 < ground.side; i += kBlock) lines.push_back(i);
-        lines.push_back(ground.side - 1);
-        blocks_a_side_ = lines.size() - 1;
-        for (std::size_t i = 0; i + 1 < lines.size(); ++i)
-            for (std::size_t j = 0; j + 1 < lines.size(); ++j)
-                blocks_.push_back({{lines[i], lines[j]}, {lines[i + 1], lines[j + 1]}});
+    Fans(GroundVertices& ground, const CastGrid& grid, std::span<const CastBlock> blocks)
+        : ground_(ground), grid_(grid), blocks_(blocks) {
+        while (blocks_a_side_ < blocks.size() && blocks[blocks_a_side_].low[0] == 0) ++blocks_a_side_;
+        for (const CastBlock& block : blocks) coarse_.push_back(block.smooth && isFlat(block));
     }
 
-    void run() {
-        for (const Block& block : blocks_) {
-            for (const std::uint32_t i : {block.low[0], block.high[0]})
-                for (const std::uint32_t j : {block.low[1], block.high[1]}) want(i, j);
-            want(block.middle(0), block.middle(1));
-        }
-        evaluate();
-        std::vector<const Block*> smooth;
-        for (const Block& block : blocks_) {
-            const bool is_smooth = isSmooth(block);
-            coarse_.push_back(is_smooth && isFlat(block));
-            if (is_smooth) {
-                smooth.push_back(&block);
-                continue;
-            }
-            for (std::uint32_t i = block.low[0]; i <= block.high[0]; ++i)
-                for (std::uint32_t j = block.low[1]; j <= block.high[1]; ++j) want(i, j);
-        }
-        evaluate();
-        for (const Block* block : smooth) interpolate(*block);
+    void add() {
         for (std::size_t b = 0; b < blocks_.size(); ++b) coarse_[b] ? addFan(b) : addSquares(blocks_[b]);
     }
 
 private:
-    const CastShadow& cast_;
     GroundVertices& ground_;
-    int threads_;
+    const CastGrid& grid_;
+    std::span<const CastBlock> blocks_;  // row by row
     std::size_t blocks_a_side_ = 0;
-    std::vector<Block> blocks_;          // row by row
-    std::vector<bool> coarse_;           // of a block: a fan shows it
-    std::vector<bool> done_;             // a vertex is evaluated, or about to be
-    std::vector<std::uint32_t> wanted_;  // vertices
+    std::vector<bool> coarse_;  // of a block: a fan shows it
 
     std::uint32_t vertex(std::uint32_t i, std::uint32_t j) const { return i * ground_.side + j; }
-    Row row(std::uint32_t i, std::uint32_t j) const {
-        return Row(ground_.mirrored.data() + vertex(i, j) * kFarNumbers, kFarNumbers);
-    }
-    void want(std::uint32_t i, std::uint32_t j) {
-        if (done_[vertex(i, j)]) return;
-        done_[vertex(i, j)] = true;
-        wanted_.push_back(vertex(i, j));
-    }
 
-    void evaluate() {
-        std::vector<Vec3> positions;
-        for (const std::uint32_t v : wanted_) positions.push_back(ground_.positions[v]);
-        const std::span normals = std::span(ground_.normals).first(wanted_.size()),
-                        tangents = std::span(ground_.tangents).first(wanted_.size());
-        std::vector<float> mirrored;
-        castOn(cast_, {}, {positions, normals, tangents}, threads_, mirrored);
-        for (std::size_t n = 0; n < wanted_.size(); ++n)
-            std::copy_n(&mirrored[n * kFarNumbers], kFarNumbers, &ground_.mirrored[wanted_[n] * kFarNumbers]);
-        ground_.evaluated += wanted_.size();
-        wanted_.clear();
-    }
-
-    // Numbers of a vertex between the corners.
-    std::array<float, kFarNumbers> between(const Block& block, std::uint32_t i, std::uint32_t j) const {
-        const float x = float(i - block.low[0]) / float(block.high[0] - block.low[0]),
-                    z = float(j - block.low[1]) / float(block.high[1] - block.low[1]);
-        const Row a = row(block.low[0], block.low[1]), b = row(block.low[0], block.high[1]),
-                  c = row(block.high[0], block.low[1]), d = row(block.high[0], block.high[1]);
-        std::array<float, kFarNumbers> out;
-        for (std::size_t n = 0; n < kFarNumbers; ++n)
-            out[n] = (1 - x) * ((1 - z) * a[n] + z * b[n]) + x * ((1 - z) * c[n] + z * d[n]);
-        return out;
-    }
-
-    static float apart(Row a, Row b) {
-        float sum = 0;
-        for (std::size_t n = 0; n < kFarNumbers; ++n) sum += (a[n] - b[n]) * (a[n] - b[n]);
-        return std::sqrt(sum / (4 * std::numbers::pi_v<float>));
-    }
-    bool isSmooth(const Block& block) const {
-        const Row first = row(block.low[0], block.low[1]);
-        for (const Row other :
-             {row(block.low[0], block.high[1]), row(block.high[0], block.low[1]), row(block.high[0], block.high[1])})
-            if (apart(first, other) > kCornersApart) return false;
-        const std::array<float, kFarNumbers> expected = between(block, block.middle(0), block.middle(1));
-        return apart(expected, row(block.middle(0), block.middle(1))) <= kMiddleOff;
-    }
-
-    bool isFlat(const Block& block) const {
-        const Row a = row(block.low[0], block.low[1]), b = row(block.low[0], block.high[1]),
-                  c = row(block.high[0], block.low[1]), d = row(block.high[0], block.high[1]);
+    bool isFlat(const CastBlock& block) const {
+        const auto row = [&](std::uint32_t i, std::uint32_t j) {
+            return grid_.mirrored.data() + vertex(i, j) * kFarNumbers;
+        };
+        const float *a = row(block.low[0], block.low[1]), *b = row(block.low[0], block.high[1]),
+                    *c = row(block.high[0], block.low[1]), *d = row(block.high[0], block.high[1]);
         std::array<float, kFarNumbers> ad, bc;
         for (std::size_t n = 0; n < kFarNumbers; ++n) {
             ad[n] = a[n] + d[n];
             bc[n] = b[n] + c[n];
         }
-        return block.high[0] - block.low[0] > 1 && block.high[1] - block.low[1] > 1 && apart(ad, bc) <= kMostTwist;
+        return block.high[0] - block.low[0] > 1 && block.high[1] - block.low[1] > 1 &&
+               castRowsApart(ad, bc) <= kMostTwist;
     }
 
-    void addSquares(const Block& block) {
+    void addSquares(const CastBlock& block) {
         for (std::uint32_t i = block.low[0]; i < block.high[0]; ++i)
             for (std::uint32_t j = block.low[1]; j < block.high[1]; ++j) {
                 const std::uint32_t a = vertex(i, j), b = vertex(i + 1, j);
@@ -155,7 +65,7 @@ private:
 
     // A fan about the middle. Beside a block that is no fan it has all vertices of their edge, so that nothing cracks.
     void addFan(std::size_t index) {
-        const Block& block = blocks_[index];
+        const CastBlock& block = blocks_[index];
         const std::uint32_t middle = vertex(block.middle(0), block.middle(1));
         const std::size_t i = index / blocks_a_side_, j = index % blocks_a_side_, last = blocks_a_side_ - 1;
         const bool fine[4] = {i > 0 && !coarse_[index - blocks_a_side_], j < last && !coarse_[index + 1],
@@ -176,15 +86,6 @@ private:
                 at = next;
             }
         }
-    }
-
-    void interpolate(const Block& block) {
-        for (std::uint32_t i = block.low[0]; i <= block.high[0]; ++i)
-            for (std::uint32_t j = block.low[1]; j <= block.high[1]; ++j) {
-                if (done_[vertex(i, j)]) continue;
-                const std::array<float, kFarNumbers> numbers = between(block, i, j);
-                std::copy(numbers.begin(), numbers.end(), &ground_.mirrored[vertex(i, j) * kFarNumbers]);
-            }
     }
 };
 
@@ -212,9 +113,13 @@ GroundVertices groundMesh(const SceneGround& ground) {
 }
 
 GroundVertices groundVertices(const SceneGround& ground, const CastShadow& cast, int threads) {
-    GroundVertices vertices = groundMesh(ground);
-    Refinement(cast, vertices, threads).run();
-    return vertices;
+    GroundVertices out = groundMesh(ground);
+    for (std::size_t v = 0; v < out.positions.size(); ++v) out.mirrored[v * kFarNumbers] = kOpenSight;
+    const CastGrid grid{out.side, out.side, {out.positions, out.normals, out.tangents}, out.mirrored};
+    std::vector<CastBlock> blocks = castBlocks(out.side, out.side);
+    out.evaluated = castOnBlocks(cast, grid, blocks, threads);
+    Fans(out, grid, blocks).add();
+    return out;
 }
 
 GroundVertices groundVertices(const PosedScene& scene, int threads) {

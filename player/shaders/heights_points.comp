@@ -1,11 +1,8 @@
-// What the points of a height field show. heights.glsl and a preamble with WORK_GROUP, CHANNEL, PENUMBRA_STRIDE4,
-// NUMBERS, LINES, SPACING, NORMALS_MATTER, ROW_QUADS and EVALUATED_QUADS stand before this text; RECEIVERS where it writes the points that casters cast
-// on instead, CAST where they have cast on them.
+// What the points of a height field show. heights_seen.glsl and a preamble with WORK_GROUP, CHANNEL, PENUMBRA_STRIDE4,
+// NUMBERS and EVALUATED_QUADS stand before this text; RECEIVERS where it writes the points that casters cast on instead,
+// CAST where they have cast on them.
 layout(local_size_x = WORK_GROUP) in;
 
-const ivec2 lines = LINES;  // rows and columns of receivers, SPACING points apart
-
-layout(std430, binding = 2) readonly buffer Rows { vec4 rows[]; };  // as heights_horizons.comp writes them
 #ifdef RECEIVERS
 layout(std430, binding = 3) writeonly buffer Receivers { vec4 receivers[]; };  // as cast.comp reads them
 #else
@@ -68,6 +65,9 @@ void visibilityBetween(ivec2 at, vec3 normal, out float v[ORDER * ORDER]) {
         for (int q = 0; q < ROW_QUADS; ++q) sum[q] += weight * rows[first + q];
     }
     for (int i = 0; i < ORDER * ORDER; ++i) v[i] = sum[i / 4][i % 4] / weights;
+#ifdef REFINED
+    mixFiner(at, normal, v);
+#endif
 }
 
 #ifdef SUNLIT

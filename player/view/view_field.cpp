@@ -26,7 +26,7 @@ SceneGround plainGround(const SceneGround& ground) {
 ViewField::ViewField(const Scene& scene)
     : scene_(&scene),
       heights_(scene.field->heights().field(), scene.ground_file->heights->order, scene.ground_file->heights->step,
-               scene.field->heights().corner()) {}
+               scene.field->tolerance(), scene.field->heights().corner()) {}
 
 void ViewField::update() { heights_.update(scene_->field->takeChanged()); }
 

@@ -1,6 +1,6 @@
 // Horizons of a height field and what lies above them, for 8 points at a time.
 //
-// Problem: a point looks along 16 azimuths at some 30 samples of a pyramid each, and every sample is bilinear. A field
+// Problem: a point looks along 20 azimuths at some 25 samples of a pyramid each, and every sample is bilinear. A field
 // of 512 x 512 points has to be looked at 30 times a second.
 //
 // Naive: horizonTangents() and horizonVisibility() (sh/height/horizon.h), which this is held to.

@@ -13,12 +13,13 @@ HeightReceivers::HeightReceivers(const HeightGrid& grid, int step) : grid_(grid)
         if (lines.back() != count - 1 && grid.border != HeightBorder::kPeriodic) lines.push_back(count - 1);
     }
     awake_.assign(lines_[0].size() * lines_[1].size(), 1);
-    stale_ = changed_ = awake_;
+    stale_ = changed_ = looks_ = awake_;
 }
 
 void HeightReceivers::wakeAll() {
     std::ranges::fill(awake_, std::uint8_t(1));
     std::ranges::fill(stale_, std::uint8_t(1));
+    std::ranges::fill(looks_, std::uint8_t(1));
 }
 
 bool HeightReceivers::isStale(std::size_t row, std::size_t column) const {
@@ -32,6 +33,7 @@ bool HeightReceivers::isStale(std::size_t row, std::size_t column) const {
 void HeightReceivers::freshen() {
     std::ranges::fill(stale_, std::uint8_t(0));
     std::ranges::fill(changed_, std::uint8_t(0));
+    std::ranges::fill(looks_, std::uint8_t(0));
 }
 
 // Makes cells stale that have one of these receivers at a corner: those and the ones before them, round the ends.
@@ -48,7 +50,7 @@ void HeightReceivers::spoil(std::size_t first_row, std::size_t first_column, std
 
 std::size_t HeightReceivers::awake() const { return std::size_t(std::ranges::count(awake_, 1)); }
 
-// Wakes receivers in a box of places, which may lie beyond the border.
+// Wakes receivers in a box of places, which may lie beyond the border, and notes the cells that have some of them.
 void HeightReceivers::wakeBox(double row0, double row1, double column0, double column1) {
     const auto range = [&](std::size_t axis, double low, double high) {
         const auto begin = lines_[axis].begin();
@@ -70,14 +72,18 @@ void HeightReceivers::wakeBox(double row0, double row1, double column0, double c
             const auto [left, right] =
                 range(1, column0 + double(j) * grid_.columns, column1 + double(j) * grid_.columns);
             for (std::size_t r = first; r < end && left < right; ++r)
-                std::fill_n(awake_.begin() + std::ptrdiff_t(r * lines_[1].size() + left), right - left,
-                            std::uint8_t(1));
+                std::fill_n(awake_.begin() + std::ptrdiff_t(r * columns() + left), right - left, std::uint8_t(1));
+            // Cells begin at their first line, and the one before the box ends in it.
+            const std::size_t before = std::max(left, std::size_t(1)) - 1;
+            for (std::size_t r = std::max(first, std::size_t(1)) - 1; r < end && before < right; ++r)
+                std::fill_n(looks_.begin() + std::ptrdiff_t(r * columns() + before), right - before, std::uint8_t(1));
         }
 }
 
 void HeightReceivers::wake(const HeightField& field, const HorizonTaps& taps, std::span<const TexelBox> changed) {
     constexpr double kFar = 1e6;  // beyond a clamped border the edge goes on for ever
     if (changed.empty() || changed[0].empty()) return;
+    if (changed[0] == TexelBox{0, 0, grid_.rows, grid_.columns}) return wakeAll();
     const bool clamps = grid_.border == HeightBorder::kClamped;
     // Normals and own heights, of receivers and of the points between them.
     const auto cellOf = [&](int at) { return std::size_t(std::max(at, 0) / step_); };
@@ -109,6 +115,13 @@ void HeightReceivers::takeAwake(std::vector<std::uint32_t>& receivers) {
     receivers.clear();
     for (std::size_t i = 0; i < awake_.size(); ++i)
         if (takeAwake(i)) receivers.push_back(std::uint32_t(i));
+}
+
+void HeightReceivers::takeLooking(std::vector<std::uint32_t>& cells) {
+    cells.clear();
+    for (std::size_t i = 0; i < looks_.size(); ++i)
+        if (looks_[i]) cells.push_back(std::uint32_t(i));
+    std::ranges::fill(looks_, std::uint8_t(0));
 }
 
 void HeightReceivers::around(int axis, int at, std::size_t& low, std::size_t& high, float& share) const {

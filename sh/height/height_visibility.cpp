@@ -212,7 +212,8 @@ void framesOf(const HeightField& field, int row, int first, std::span<Vec3> norm
 }  // namespace
 
 void HeightVisibility::numbers(const HeightField& field, int row, int first_column, std::span<Vec3> normals,
-                               std::span<Vec3> tangents, std::size_t stride, std::span<float> numbers) const {
+                               std::span<Vec3> tangents, std::size_t stride, std::span<float> numbers,
+                               const HeightRefined* refined) const {
     assert(normals.size() <= kMostPoints && !normals.empty());
     const std::size_t count = normals.size(), columns = receivers_.columns();
     RowNumbers n;
@@ -246,6 +247,8 @@ void HeightVisibility::numbers(const HeightField& field, int row, int first_colu
         for (std::size_t k = 0; k < 4; ++k) blends[p].weights[k] = weights[k][p] / sum[p];
     std::array<float, kMostPoints * 32> rows;
     tables_.path().blend(blends.data(), count, row_size_, rows.data());
+    if (refined && refined->any)
+        mixFiner(field.grid(), *refined, row, first_column, normals, std::span(rows).first(count * row_size_));
     tables_.mirror(std::span(rows).first(count * row_size_), row_size_, {normals.data(), tangents.data()}, true, stride,
                    numbers);
 }

@@ -9,6 +9,7 @@
 
 #include "sh/height/height_kernel.h"
 #include "sh/height/height_receivers.h"
+#include "sh/height/height_refinement.h"
 #include "sh/height/horizon.h"
 #include "sh/visibility_convention.h"
 
@@ -75,14 +76,30 @@ public:
     const HeightReceivers& receivers() const { return receivers_; }
     // Call this after numbers() of all stale points.
     void freshen() { receivers_.freshen(); }
+
+    // The rms error of V between receivers, as it is estimated, above which there are more of them. 0: nowhere.
+    float tolerance() const { return tolerance_; }
+    void setTolerance(float tolerance) {
+        tolerance_ = step() > 1 ? tolerance : 0;
+        wakeAll();
+    }
+    // Point (row, column) is in cell (row / step, column / step). Its numbers are those of before unless it is stale.
+    // They may still be those of before where receivers().isStale() does not hold and finerKey() is what it was.
+    bool isStale(const HeightField& field, std::size_t row, std::size_t column) const;
+    // Lets more points of a tile look for their horizons: rows [first_row, first_row + step) and columns [first_column,
+    // end_column), at most HeightRefined::kColumns. It begins at a cell. Allocates nothing.
+    void refine(const HeightField& field, int first_row, int first_column, int end_column, HeightRefined& out) const;
     // Looks for the horizons of awake receivers in rows [first, end) of receivers, which then sleep. Different rows may
     // run at once. Allocates nothing.
     void evaluate(const HeightField& field, std::size_t first, std::size_t end);
+    // A hash of what finer receivers of the cell see that begins at this point of a refined tile; 0 without any.
+    std::uint64_t finerKey(const HeightRefined& refined, int row, int column) const;
     // Writes normals and tangents (in the frame of the field) and numbers of points [first_column, first_column +
-    // normals.size()) of a row of the field: numbers[p * stride + i]. At most kMostPoints at once. Allocates nothing.
+    // normals.size()) of a row of the field: numbers[p * stride + i]. At most kMostPoints at once. `refined` is of a
+    // tile that has them, or null: then only receivers count. Allocates nothing.
     static constexpr std::size_t kMostPoints = 128;
     void numbers(const HeightField& field, int row, int first_column, std::span<Vec3> normals, std::span<Vec3> tangents,
-                 std::size_t stride, std::span<float> numbers) const;
+                 std::size_t stride, std::span<float> numbers, const HeightRefined* refined = nullptr) const;
     // V of a receiver, in the frame of the field.
     std::span<const float> receiver(std::size_t row, std::size_t column) const {
         return std::span(rows_).subspan((row * receivers_.columns() + column) * row_size_,
@@ -91,11 +108,28 @@ public:
     int lineOf(int axis, std::size_t i) const { return receivers_.lines(axis)[i]; }
 
 private:
+    struct Cell;
+    struct Looker;
+    // V and the normal of a receiver, also of a finer one.
+    struct Seen {
+        const float* row;
+        Vec3 normal;
+    };
+
     HeightTables tables_;
     HeightReceivers receivers_;
+    float tolerance_ = 0;
     std::size_t row_size_;       // numbers of a receiver, padded
     std::vector<float> rows_;    // [receivers, row_size_]
     std::vector<Vec3> normals_;  // [receivers]
+
+    Cell cellAt(const HeightGrid& grid, int row, int column, int step) const;
+    Seen seenAt(const HeightGrid& grid, const HeightRefined* refined, int row, int column) const;
+    float shareOf(const HeightField& field, const HeightRefined* refined, const Cell& cell, int step) const;
+    void lookHalfWay(const HeightField& field, int size, HeightRefined& out) const;
+    void shareHalves(const HeightField& field, int size, HeightRefined& out) const;
+    void mixFiner(const HeightGrid& grid, const HeightRefined& refined, int row, int first_column,
+                  std::span<const Vec3> normals, std::span<float> rows) const;
 };
 
 }  // namespace penumbra

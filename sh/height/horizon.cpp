@@ -12,8 +12,18 @@ namespace penumbra {
 
 namespace {
 
-constexpr double kFirstTap = 0.25;  // texels
-constexpr double kTapsPerOctave = 3, kLevelBias = 3.5;
+constexpr double kLevelBias = 3.25;
+
+// log2 of the distances in texels, up to that of the longer side.
+std::vector<double> tapOctaves(double longest) {
+    constexpr double kRounding = 1e-9;
+    std::vector<double> out;
+    for (double at = -2; at <= longest + kRounding;) {
+        out.push_back(at);
+        at += at < -kRounding ? 1 : at < 4 - kRounding ? 1.0 / 3 : 0.4;
+    }
+    return out;
+}
 
 }  // namespace
 
@@ -22,14 +32,14 @@ double horizonAzimuth(int a, int azimuths) { return 2 * std::numbers::pi * a / a
 HorizonTaps horizonTaps(const HeightField& field, int azimuths) {
     const HeightGrid& grid = field.grid();
     HorizonTaps out;
-    const double side = std::max(grid.rows, grid.columns);
-    out.count = std::size_t(kTapsPerOctave * std::log2(side / kFirstTap) + 1e-9) + 1;
+    const std::vector<double> all_octaves = tapOctaves(std::log2(std::max(grid.rows, grid.columns)));
+    out.count = all_octaves.size();
     const int top = int(field.levels().size()) - 1;
     for (int a = 0; a < azimuths; ++a) {
         const double phi = horizonAzimuth(a, azimuths), x = std::cos(phi) / double(grid.cell_x),
                      y = std::sin(phi) / double(grid.cell_y), metres = 1 / std::hypot(x, y);  // of a texel
-        for (std::size_t k = 0; k < out.count; ++k) {
-            const double octaves = std::log2(kFirstTap) + double(k) / kTapsPerOctave, distance = std::exp2(octaves);
+        for (const double octaves : all_octaves) {
+            const double distance = std::exp2(octaves);
             const int level = int(std::nearbyint(octaves - kLevelBias));
             out.taps.push_back({float(distance * metres * x), float(distance * metres * y),
                                 float(1 / (distance * metres)), std::clamp(level, 0, top)});

@@ -13,7 +13,8 @@
 
 namespace penumbra {
 
-constexpr int kHorizonAzimuths = 16;
+// True horizons at 16 azimuths leave rms V 0.0137 of order 5 on rough ground, at 20 they leave 0.0094.
+constexpr int kHorizonAzimuths = 20;
 constexpr int kLeastHeightOrder = 4, kMostHeightOrder = 5;
 
 // A sample of the pyramid: how far it is along an azimuth, in texels and in metres, and of which level.
@@ -22,8 +23,10 @@ struct HorizonTap {
     float per_metre = 0;        // 1 / distance
     int level = 0;
 };
-// Distances are 1/4 2^(k/3) texels, up to the longer side of the field, and the level is that of the distance less 3.5:
-// pure maxima at the level of the distance are far too dark. taps[a * count + k], k ascending.
+// Distances are 1/4 and 1/2 of a texel, then there are 3 to an octave up to 16 texels and 2.5 to an octave up to the
+// longer side of the field. Within a cell, which is bilinear, more of them find nothing else; beyond it they are what
+// errs. The level is that of the distance less 3.25: pure maxima at the level of the distance are far too dark.
+// taps[a * count + k], k ascending.
 struct HorizonTaps {
     std::size_t count = 0;  // of an azimuth
     std::vector<HorizonTap> taps;

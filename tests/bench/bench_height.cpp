@@ -1,8 +1,9 @@
 // What a height field costs and how far it is from the truth. Figures are of the processor's time of one thread, which
 // other programs hardly change; frames are also timed on two threads.
 //
-//   bench_height                 waves of 128^2 to 1024^2 points: cost by step, and sub-sampling against full
-//   resolution bench_height DEM.npz [CELL]  rms V of a file's heights against traced horizons
+//   bench_height                 waves of 128^2 to 1024^2 points: cost by step and with more receivers where cells
+//                                need them; sub-sampling of waves, dunes and a steep fractal against full resolution
+//   bench_height DEM.npz [CELL]  rms V of a file's heights against traced horizons
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -17,6 +18,7 @@
 #include "player/render/flip.h"
 #include "player/scene/scene_field.h"
 #include "sh/light/analytic_light.h"
+#include "tests/sh/height_samples.h"
 
 namespace penumbra {
 namespace {
@@ -47,16 +49,19 @@ Taken timeOf(const Body& body) {
     return best;
 }
 
-SceneGround wavesOf(int side, int order, int step) {
+SceneGround groundOf(const char* analytic, int side, double cell, int order, int step, double refine) {
     SceneGround ground;
     SceneHeights& heights = ground.heights.emplace();
-    heights.source.analytic = "waves:height=0.25,length=4,count=5";
+    heights.source.analytic = analytic;
     heights.source.rows = heights.source.columns = side;
-    heights.source.cell_rows = heights.source.cell_columns = 0.05;
+    heights.source.cell_rows = heights.source.cell_columns = cell;
     heights.order = order;
     heights.step = step;
+    heights.refine = refine;
     return ground;
 }
+
+const char* const kWaves = "waves:height=0.25,length=4,count=5";
 
 std::vector<float> skySh(double sun_height) {
     char text[96];
@@ -66,12 +71,17 @@ std::vector<float> skySh(double sun_height) {
 }
 
 void timeWaves(const LightView& light) {
-    std::printf("%6s %5s %4s | %8s %8s %8s %8s | %10s %9s | %9s %6s\n", "side", "order", "step", "heights", "look",
-                "shade", "all", "ns a point", "ratio", "2 threads", "Hz");
+    std::printf("%6s %5s %4s %7s | %8s %8s %8s %8s | %10s %9s | %9s %6s\n", "side", "order", "step", "refine",
+                "heights", "look", "shade", "all", "ns a point", "ratio", "2 threads", "Hz");
+    struct Case {
+        int side, order, step;
+        double refine = double(kHeightTolerance);
+    };
     double first = 0;
-    for (const auto& [side, order, step] : std::initializer_list<std::array<int, 3>>{
-             {128, 4, 4}, {256, 4, 4}, {512, 4, 4}, {1024, 4, 4}, {512, 5, 4}, {512, 4, 8}, {512, 4, 2}, {512, 4, 1}}) {
-        const SceneGround ground = wavesOf(side, order, step);
+    for (const auto& [side, order, step, refine] :
+         {Case{128, 4, 4}, Case{256, 4, 4}, Case{512, 4, 4}, Case{512, 4, 4, 0}, Case{1024, 4, 4}, Case{512, 5, 4},
+          Case{512, 5, 4, 0}, Case{512, 4, 8}, Case{512, 4, 2}, Case{512, 4, 1}}) {
+        const SceneGround ground = groundOf(kWaves, side, 0.05, order, step, refine);
         SceneField field(ground);
         AssetView asset;
         FieldLook look(ground, field.convention(), asset, light);
@@ -91,21 +101,32 @@ void timeWaves(const LightView& light) {
         });
         const double all = heights.processor + looked.processor + shaded.processor, point = 1e6 * all / side / side;
         if (first == 0) first = point;
-        std::printf("%6d %5d %4d | %8.2f %8.2f %8.2f %8.2f | %10.1f %9.3f | %9.2f %6.1f\n", side, order, step,
-                    heights.processor, looked.processor, shaded.processor, all, point, point / first, frame.wall,
-                    1000 / frame.wall);
+        std::printf("%6d %5d %4d %7.3f | %8.2f %8.2f %8.2f %8.2f | %10.1f %9.3f | %9.2f %6.1f\n", side, order, step,
+                    refine, heights.processor, looked.processor, shaded.processor, all, point, point / first,
+                    frame.wall, 1000 / frame.wall);
     }
 }
 
-Image pictureOf(const SceneGround& ground, const LightView& light) {
+// A map from above, and what it took to look for its horizons.
+struct Map {
+    Image picture;
+    double milliseconds;
+};
+
+// `heights` stand for those of the ground, if there are any.
+Map mapOf(const SceneGround& ground, std::span<const float> heights, const LightView& light) {
     SceneField field(ground);
+    const int side = ground.heights->source.rows;
+    if (!heights.empty()) field.set({0, 0, side, side}, heights);
     AssetView asset;
     FieldLook look(ground, field.convention(), asset, light);
     FrameVertices points;
     std::vector<Vec3> radiance;
+    const double start = processorMilliseconds();
     field.evaluate(2, points);
+    const double taken = processorMilliseconds() - start;
     look.shade(points, {0, 9, 9}, 2, radiance);
-    return {ground.heights->source.columns, ground.heights->source.rows, std::move(radiance), {}};
+    return {{side, side, std::move(radiance), {}}, taken};
 }
 
 double meanFlip(const Image& full, const Image& picture, float exposure) {
@@ -118,18 +139,25 @@ double meanFlip(const Image& full, const Image& picture, float exposure) {
     return sum;
 }
 
-void compareSteps() {
+// Steps with more receivers where cells need them, and without.
+void compareSteps(const char* name, const char* analytic, int side, double cell, std::span<const float> heights) {
     for (const double sun : {10.0, 30.0, 60.0}) {
         const std::vector<float> sh = skySh(sun);
         const LightView light{"sky", 5, sh};
-        const Image full = pictureOf(wavesOf(512, 5, 1), light);
+        const auto map = [&](int step, double refine) {
+            return mapOf(groundOf(analytic, side, cell, 5, step, refine), heights, light);
+        };
+        const Map full = map(1, 0);
         float most = 0;
-        for (const Vec3 p : full.pixels) most = std::max(most, p.y);
-        std::printf("sun %2.0f degrees high: FLIP of a map from above, 512^2, against full resolution:", sun);
-        for (const int step : {2, 4, 8}) {
-            const Image picture = pictureOf(wavesOf(512, 5, step), light);
-            std::printf("  step %d %.4f", step, meanFlip(full, picture, 0.8f / most));
-        }
+        for (const Vec3 p : full.picture.pixels) most = std::max(most, p.y);
+        std::printf("%s, sun %2.0f degrees high, FLIP of a map from above against full resolution (%.0f ms):", name,
+                    sun, full.milliseconds);
+        for (const int step : {2, 4, 8})
+            for (const double refine : {double(kHeightTolerance), 0.0}) {
+                const Map one = map(step, refine);
+                std::printf("  step %d%s %.4f (%.0f ms)", step, refine > 0 ? "" : " alone",
+                            meanFlip(full.picture, one.picture, 0.8f / most), one.milliseconds);
+            }
         std::printf("\n");
     }
 }
@@ -178,5 +206,7 @@ int main(int argc, char** argv) {
     }
     const std::vector<float> sh = skySh(30);
     timeWaves({"sky", 5, sh});
-    compareSteps();
+    compareSteps("waves", kWaves, 512, 0.05, {});
+    compareSteps("dunes", "dunes:height=0.8,length=4", 128, 0.0625, {});
+    compareSteps("fractal", kWaves, 192, 0.1, fractalHeights(192, 192, 2, 1.1));
 }

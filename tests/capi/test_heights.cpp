@@ -2,6 +2,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <span>
+
 #include "sh/height/analytic_heights.h"
 #include "sh/height/field_in_scene.h"
 #include "sh/height/height_visibility.h"
@@ -103,6 +108,40 @@ TEST(CApiHeights, TellTheGroundUnderAPose) {
     EXPECT_EQ(penumbra_heights_under(nullptr, nullptr, 0, placed, &height, &error), PENUMBRA_INVALID_ARGUMENT);
 }
 
+double largestDifference(std::span<const float> a, std::span<const float> b) {
+    double most = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) most = std::max(most, double(std::abs(a[i] - b[i])));
+    return most;
+}
+
+// With next to no tolerance all points look for themselves, whatever rows one asks for.
+TEST(CApiHeights, WithAToleranceLookMoreClosely) {
+    penumbra_heights_options options = kOptions;
+    options.step = 1;
+    const Heights field = make(dunes());
+    penumbra_heights* full = nullptr;
+    ASSERT_EQ(penumbra_heights_create(&options, dunes().data(), &full, nullptr), PENUMBRA_OK);
+    const Heights owner(full);
+    updateAll(full);
+    updateAll(field.get());
+    FieldPoints expected, coarse, points;
+    expected.read(full);
+    coarse.read(field.get());
+    EXPECT_NE(coarse.numbers, expected.numbers);
+    EXPECT_EQ(penumbra_heights_set_tolerance(field.get(), 1e-7f, nullptr), PENUMBRA_OK);
+    updateAll(field.get());
+    for (std::size_t first = 0; first < 40; first += 5)
+        EXPECT_EQ(penumbra_heights_get_points(field.get(), first, 5, points.positions.data(), points.normals.data(),
+                                              points.tangents.data(), points.numbers.data(), nullptr),
+                  PENUMBRA_OK);
+    EXPECT_LT(largestDifference(points.numbers, expected.numbers), 1e-3);
+    EXPECT_GT(largestDifference(coarse.numbers, expected.numbers), 0.05);
+    EXPECT_EQ(penumbra_heights_set_tolerance(field.get(), 0, nullptr), PENUMBRA_OK);
+    updateAll(field.get());
+    points.read(field.get());
+    EXPECT_EQ(points.numbers, coarse.numbers);
+}
+
 TEST(CApiHeights, AnEditGivesWhatANewFieldGivesAndAllocatesNothing) {
     const Heights edited = make(dunes());
     updateAll(edited.get());
@@ -188,6 +227,9 @@ TEST(CApiHeights, RefuseWhatIsWrong) {
     const float one = 0;
     EXPECT_EQ(penumbra_heights_set(good.get(), 40, 1, 0, 1, &one, nullptr), PENUMBRA_INVALID_ARGUMENT);
     EXPECT_EQ(penumbra_heights_update(good.get(), 0, 1000, nullptr), PENUMBRA_INVALID_ARGUMENT);
+    for (const float tolerance : {-0.1f, 1.1f, std::numeric_limits<float>::quiet_NaN()})
+        EXPECT_EQ(penumbra_heights_set_tolerance(good.get(), tolerance, nullptr), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_heights_set_tolerance(nullptr, 0.1f, nullptr), PENUMBRA_INVALID_ARGUMENT);
     EXPECT_EQ(penumbra_heights_update_rows(nullptr), 0u);
     penumbra_heights_destroy(nullptr);
 }

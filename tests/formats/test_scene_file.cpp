@@ -135,7 +135,7 @@ TEST(SceneFile, ReadsAGroundWithHeights) {
     const SceneDescription scene = parsed(R"({"version": 2, "characters": [{"asset": "a.pnb", "on_ground": true}],
         "ground": {"height": -1, "material": "sand", "heights": {"file": "dem.npz", "array": "elevation",
         "cells": [30, 20], "scale": 0.1, "offset": -23, "border": "periodic", "no_data": -32768, "fill": 0, "fps": 10,
-        "time": 2, "order": 4, "step": 2}}})");
+        "time": 2, "order": 4, "step": 2, "refine": 0.05}}})");
     ASSERT_TRUE(scene.ground && scene.ground->heights);
     const SceneHeights& heights = *scene.ground->heights;
     EXPECT_EQ(heights.source.file, "/folder/dem.npz");
@@ -148,10 +148,17 @@ TEST(SceneFile, ReadsAGroundWithHeights) {
     EXPECT_EQ(heights.seconds, 2);
     EXPECT_EQ(heights.order, 4);
     EXPECT_EQ(heights.step, 2);
+    EXPECT_EQ(heights.refine, 0.05);
     EXPECT_EQ(scene.ground->material, "sand");
     EXPECT_TRUE(scene.characters[0].on_ground);
     EXPECT_EQ(filesNamedIn(scene).back(), "/folder/dem.npz");
     EXPECT_EQ(parsed(heightsWith(R"("analytic": "waves", "rows": 5)")).ground->heights->source.rows, 5);
+    const auto refineOf = [](const char* key) {
+        return parsed(heightsWith(R"("analytic": "waves")" + std::string(key))).ground->heights->refine;
+    };
+    EXPECT_EQ(refineOf(""), double(kHeightTolerance));
+    EXPECT_EQ(refineOf(R"(, "refine": true)"), double(kHeightTolerance));
+    EXPECT_EQ(refineOf(R"(, "refine": false)"), 0);
 }
 
 // Places count from the origin afterwards, in steps that floats take away exactly. Who counts from the ground keeps its
@@ -197,6 +204,8 @@ TEST(SceneFile, RefusesHeightsWithThePlaceOfWhatIsWrong) {
              {R"("file": "a", "border": "torn")", "is none of clamped, periodic and open"},
              {R"("file": "a", "step": 3)", "is none of 1, 2, 4 and 8"},
              {R"("file": "a", "order": 6)", "/ground/heights/order"},
+             {R"("file": "a", "refine": 0)", "/ground/heights/refine"},
+             {R"("file": "a", "refine": "much")", "/ground/heights/refine"},
              {R"("file": "a", "hight": 6)", "/ground/heights/hight: unknown key"}})
         EXPECT_THAT(problemOf(heightsWith(keys)), HasSubstr(problem)) << keys;
     EXPECT_THAT(problemOf(sceneWith(R"(, "ground": {"heights": {"analytic": "waves"}})")),

@@ -207,6 +207,12 @@ TEST_F(SceneOnGpuTest, GroundsWithHeightsAreThoseOfTheCpu) {
         {R"("analytic": "waves:height=0.3,length=1", "rows": 33, "columns": 70, "cell": 0.05, "border": "open",
             "step": 2)",
          "", R"("casts": "nothing", )", Channel::kAmbient},
+        {R"("analytic": "waves:height=0.1,length=0.3+ripples", "rows": 43, "columns": 59, "cell": 0.05,
+            "border": "periodic", "step": 8, "refine": 0.03)",
+         "", "", Channel::kShaded},
+        {R"("analytic": "waves:height=0.1,length=0.3+ripples", "rows": 43, "columns": 59, "cell": 0.05, "step": 8,
+            "order": 4, "refine": 0.03)",
+         R"("material": "shiny", )", "", Channel::kShaded},
         {R"("analytic": "dunes:height=0.4,length=1.5", "rows": 1, "columns": 70, "cell": 0.05, "step": 8)", "", "",
          Channel::kAmbient}};
     RenderOptions options;
@@ -357,7 +363,7 @@ TEST_F(SceneOnGpuTest, AfterAStrokeOnlyWhatSeesItIsComputed) {
     const auto open = [&] {
         return PosedScene(parseScene(R"({"version": 2, "characters": [{"asset": "spheres.pnb"}],
             "ground": {"heights": {"analytic": "dunes:height=0.4,length=1.5", "rows": 128, "columns": 128,
-                                   "cell": 0.04}}})",
+                                   "cell": 0.04, "refine": 0.01}}})",
                                      "s.json", folder_));
     };
     const OffscreenTarget target(options.width, options.height, 1);

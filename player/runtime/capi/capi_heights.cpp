@@ -39,8 +39,8 @@ void requirePoints(const penumbra_heights& field, std::size_t first, std::size_t
 }
 
 // One row of points, or a part of one.
-void writePoints(const penumbra_heights& field, int row, int first, std::size_t count, float* positions, float* normals,
-                 float* tangents, float* numbers) {
+void writePoints(const penumbra_heights& field, int row, int first, std::size_t count, const HeightRefined& refined,
+                 float* positions, float* normals, float* tangents, float* numbers) {
     std::array<Vec3, HeightVisibility::kMostPoints> n, t;
     std::array<float, HeightVisibility::kMostPoints * PENUMBRA_HEIGHTS_STRIDE> own;
     const std::span<Vec3> some_n = std::span(n).first(count), some_t = std::span(t).first(count);
@@ -49,7 +49,7 @@ void writePoints(const penumbra_heights& field, int row, int first, std::size_t 
     const std::span<float> out =
         numbers ? std::span(numbers + at * PENUMBRA_HEIGHTS_STRIDE, count * PENUMBRA_HEIGHTS_STRIDE)
                 : std::span(own).first(count * PENUMBRA_HEIGHTS_STRIDE);
-    field.visibility.numbers(field.field, row, first, some_n, some_t, PENUMBRA_HEIGHTS_STRIDE, out);
+    field.visibility.numbers(field.field, row, first, some_n, some_t, PENUMBRA_HEIGHTS_STRIDE, out, &refined);
     const std::size_t all = grid.size();
     for (std::size_t i = 0; i < count; ++i) {
         const float height = field.field.heights()[at + i];
@@ -96,6 +96,14 @@ penumbra_status penumbra_heights_create(const penumbra_heights_options* options,
 
 void penumbra_heights_destroy(penumbra_heights* field) { delete field; }
 
+penumbra_status penumbra_heights_set_tolerance(penumbra_heights* field, float tolerance, penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(field, "field");
+        if (!(tolerance >= 0 && tolerance <= kMostHeightTolerance)) throw UsageError("tolerance is not in 0..1");
+        field->visibility.setTolerance(tolerance);
+    });
+}
+
 penumbra_status penumbra_heights_set(penumbra_heights* field, size_t first_row, size_t row_count, size_t first_column,
                                      size_t column_count, const float* heights, penumbra_error* error) {
     return guarded(error, [&] {
@@ -132,10 +140,15 @@ penumbra_status penumbra_heights_get_points(const penumbra_heights* field, size_
         requirePointer(field, "field");
         const HeightGrid& grid = field->field.grid();
         requireRange("rows", first_row, row_count, std::size_t(grid.rows));
-        for (std::size_t r = first_row; r < first_row + row_count; ++r)
-            for (int c = 0; c < grid.columns; c += int(HeightVisibility::kMostPoints))
-                writePoints(*field, int(r), c, std::min(HeightVisibility::kMostPoints, std::size_t(grid.columns - c)),
-                            positions, normals, tangents, numbers);
+        const int last = int(first_row + row_count), step = field->visibility.step();
+        HeightRefined refined;
+        for (int band = int(first_row) / step * step; band < last; band += step)
+            for (int c = 0; c < grid.columns; c += HeightRefined::kColumns) {
+                const int end = std::min(c + HeightRefined::kColumns, grid.columns);
+                field->visibility.refine(field->field, band, c, end, refined);
+                for (int r = std::max(band, int(first_row)); r < std::min(band + step, last); ++r)
+                    writePoints(*field, r, c, std::size_t(end - c), refined, positions, normals, tangents, numbers);
+            }
     });
 }
 

@@ -95,6 +95,13 @@ CastShadow::CastShadow(std::span<const Evaluator* const> casters, std::span<cons
 
 void CastShadow::hide(std::size_t caster) { casters_[caster].hidden = true; }
 
+float CastShadow::smallestCaster() const {
+    float least = std::numeric_limits<float>::infinity();
+    for (const Caster& caster : casters_)
+        if (!caster.hidden) least = std::min(least, caster.largest_part);
+    return least;
+}
+
 bool CastShadow::castsFields(CasterChoice choice) const {
     for (std::size_t c = 0; c < casters_.size(); ++c)
         if (!casters_[c].hidden && choice.has(c) && casters_[c].tables) return true;

@@ -63,6 +63,8 @@ public:
     const CastExponential& exponential() const { return exponential_; }
     // Returns whether a caster that is not hidden may count anywhere in a sphere.
     bool reaches(std::size_t caster, const CasterSphere& points) const;
+    // Returns the radius of the largest part or sphere of the caster of which it is smallest. Hidden ones do not count.
+    float smallestCaster() const;
     // Returns whether a chosen caster that is not hidden casts by fields.
     bool castsFields(CasterChoice choice) const;
     // Returns the spheres of the chosen casters that are not hidden, in the scene.
