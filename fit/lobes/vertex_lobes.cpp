@@ -19,7 +19,7 @@ std::vector<double> greyLight(std::span<const double> numbers) {
 }
 
 // Weight of the squares of the coefficients of the mean's lobes. Without it two lobes come near each other with large
-// coefficients of opposite sign. Folds of training clips chose it among 1e-4 to 1e-1 (NOTES.md).
+// coefficients of opposite sign. Folds of training clips chose it over 1e-3, by little (NOTES.md).
 constexpr double kMeanRidge = 1e-2;
 
 // Returns the lobes of the mean over training frames.

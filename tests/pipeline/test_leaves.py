@@ -92,7 +92,7 @@ def main():
         sheet.save("leaves.png")
         baked, model, paper = (error(picture, pictures[0]) for picture in pictures[1:])
         print(f"baked {baked:.3f}, model {model:.3f}, unshadowed back {paper:.3f}")
-        assert baked < 0.06 and model < 0.07 and paper > 0.3  # measured .035, .033 and .46
+        assert baked < 0.06 and model < 0.07 and paper > 0.3  # measured .035, .034 and .46
 
 
 main()
