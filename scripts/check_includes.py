@@ -30,8 +30,9 @@ MAY_INCLUDE = {
     "bake/poses": SH | {"bake/common", "bake/source"} | FORMATS,
     **{f"bake/{room}": SH | {"bake/common", "bake/source", "bake/trace"} | FORMATS for room in ("fields", "visibility")},
     "bake/reference": SH | {"bake/common", "bake/source", "bake/trace", "bake/visibility"} | FORMATS,
+    "bake/info": SH | {"bake/visibility"} | FORMATS,
     "bake": SH | {"bake/common", "bake/source", "bake/trace", "bake/poses", "bake/fields", "bake/visibility",
-             "bake/reference"} | FORMATS,
+             "bake/reference", "bake/info"} | FORMATS,
     "fit/numerics": SH | FORMATS,
     **{f"fit/{room}": SH | {"fit/numerics"} | FORMATS
        for room in ("blockers", "clusters", "models", "light", "reflectance")},
