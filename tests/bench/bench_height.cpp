@@ -82,7 +82,7 @@ void timeWaves(const LightView& light) {
          {Case{128, 4, 4}, Case{256, 4, 4}, Case{512, 4, 4}, Case{512, 4, 4, 0}, Case{1024, 4, 4}, Case{512, 5, 4},
           Case{512, 5, 4, 0}, Case{512, 4, 8}, Case{512, 4, 2}, Case{512, 4, 1}}) {
         const SceneGround ground = groundOf(kWaves, side, 0.05, order, step, refine);
-        SceneField field(ground);
+        SceneField field(ground, GroundHeights(ground));
         AssetView asset;
         FieldLook look(ground, field.convention(), asset, light);
         FrameVertices points;
@@ -115,7 +115,7 @@ struct Map {
 
 // `heights` stand for those of the ground, if there are any.
 Map mapOf(const SceneGround& ground, std::span<const float> heights, const LightView& light) {
-    SceneField field(ground);
+    SceneField field(ground, GroundHeights(ground));
     const int side = ground.heights->source.rows;
     if (!heights.empty()) field.set({0, 0, side, side}, heights);
     AssetView asset;
