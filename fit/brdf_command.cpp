@@ -38,9 +38,10 @@ struct BrdfCommand {
 };
 
 void define(CLI::App& app, BrdfCommand& command) {
-    app.add_option("--analytic", command.source.analytic,
-                   "NAME[:key=value,...][,color=R/G/B], as in ggx:alpha=0.3,f0=0.9; NAME is one of " +
-                       joined(brdfNames()) + "; one parameter may have a range, as alpha=0.1..0.6, for a slider");
+    app.add_option(
+        "--analytic", command.source.analytic,
+        "NAME[:key=value,...][,color=R/G/B], as in ggx:alpha=0.3,f0=0.9; NAME is one of " + joined(brdfNames()) +
+            ", or membrane (docs/cloth.md); one parameter may have a range, as alpha=0.1..0.6, for a slider");
     app.add_option("--merl", command.source.merl, "measurements of the MERL database (.binary)");
     app.add_option("--table", command.source.table,
                    "scattered measurements (Cornell's .brdf), fits (.csv) or a Penumbra BRDF table");

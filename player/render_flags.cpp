@@ -39,6 +39,9 @@ void defineShading(CLI::App& app, RenderCommand& command) {
                "--slot", options.slots,
                "SLOT=NAME: the material of a part of the mesh (penumbra-bake info lists the slots); any number of them")
             ->allow_extra_args(false),
+        app.add_option("--parameter", options.parameters,
+                       "MATERIAL=VALUE: the exponent or width of a live material, or of one over a range; any number")
+            ->allow_extra_args(false),
         app.add_option("--light", options.light, "name of the light, or how only it begins (default: the first)"),
         app.add_option("--light-rotation", options.light_rotation,
                        "yaw=,pitch=,roll= or axis=X/Y/Z,angle= (degrees) that the light is turned by"),

@@ -67,7 +67,7 @@ Json describeTransfer(const std::filesystem::path& path) {
               {"inputs", model.inputs()},
               {"outputs", model.outputs()},
               {"alpha", model.alpha},
-              {"bytes", modelBytes(model)},
+              {"model_bytes", modelBytes(model)},
               {"paper_bytes", paperBytes(model)},
               {"paper_mesh_bytes", paperMeshBytes(model)},
               {"holdout_clips", model.holdout_clips}};
@@ -86,7 +86,7 @@ Json describeLobeModel(const std::filesystem::path& path) {
               {"input_variance", model.input_variance},
               {"clusters", model.joint_of_cluster.size()},
               {"ridge", model.ridge},
-              {"bytes", modelBytes(model)},
+              {"model_bytes", modelBytes(model)},
               {"holdout_clips", model.holdout_clips}};
     json["errors"] = describe(model.clip_errors);
     json["provenance"] = describe(model.provenance);

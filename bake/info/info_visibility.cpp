@@ -5,7 +5,7 @@
 
 #include "bake/info/info_files.h"
 #include "bake/visibility/bake_visibility.h"
-#include "formats/common/errors.h"
+#include "formats/common/write_file.h"
 #include "formats/stage/visibility_file.h"
 
 namespace penumbra {

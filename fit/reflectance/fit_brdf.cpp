@@ -97,7 +97,7 @@ Albedo albedoOf(const SliceTable& table) {
 SliceTable settledSlices(const RgbBrdf& source, int slice_order, int threads) {
     SliceTable table = refinedSlices(source, slice_order, threads);
     if (!(table.refinement <= kSettled))
-        throw InvalidInput("BRDF " + source.name + ": its lobe is too narrow to tabulate (slices still change by " +
+        throw InvalidInput("BRDF " + source.name + ": it changes too abruptly to tabulate (slices still change by " +
                            std::to_string(table.refinement) + ")");
     return table;
 }

@@ -48,8 +48,20 @@ Numbers numbersOfPicture(const std::filesystem::path& path, const std::string& c
     return {image.height, image.width, {image.numbers.begin(), image.numbers.end()}};
 }
 
+// One array of a sequence of files.
+Numbers numbersOfNumpy(const std::filesystem::path& path) {
+    const NumpyArray array = openNumpy(openBytes(path), path.string());
+    if (array.shape.size() != 2 || array.shape[0] < 1 || array.shape[1] < 1 || array.shape[0] > kMostHeightSide ||
+        array.shape[1] > kMostHeightSide)
+        throw InvalidInput(array.what + ": " + describe(array) + " is not [rows, columns] of 1 to 65536");
+    const std::uint64_t count = array.shape[0] * array.shape[1];
+    if (count > kMostHeightTexels) throw InvalidInput(array.what + ": has more than 2^26 numbers");
+    return {int(array.shape[0]), int(array.shape[1]), readNumbers(array, 0, std::size_t(count))};
+}
+
 Numbers numbersOf(const std::filesystem::path& path, const std::string& channel) {
     const std::string extension = extensionOf(path);
+    if (extension == ".npy") return numbersOfNumpy(path);
     if (extension != ".bil" && extension != ".raw") return numbersOfPicture(path, channel);
     const RawHeights raw = readRawHeights(path);
     return {raw.rows, raw.columns, raw.numbers};
@@ -76,7 +88,7 @@ NumpyArray openZipArray(const std::filesystem::path& path, const std::string& wa
 
 std::vector<std::filesystem::path> framesOf(const std::filesystem::path& file) {
     if (!namesSequence(file)) return {file};
-    return findNumberedFiles(file, {".png", ".exr", ".bil", ".raw"}).files;
+    return findNumberedFiles(file, {".npy", ".png", ".exr", ".bil", ".raw"}).files;
 }
 
 }  // namespace
@@ -113,7 +125,9 @@ HeightSequence::HeightSequence(HeightSource source) : source_(std::move(source))
 
 void HeightSequence::openFiles() {
     const std::string extension = extensionOf(source_.file);
-    if (extension == ".npy" || extension == ".npz") {
+    if (extension == ".npy" && !source_.array.empty())
+        throw InvalidInput(source_.at + "/array: is of .npz and .exr files");
+    if ((extension == ".npy" || extension == ".npz") && !namesSequence(source_.file)) {
         files_ = {source_.file};
         array_ = extension == ".npy" ? openNumpy(openBytes(source_.file), source_.file.string())
                                      : openZipArray(source_.file, source_.array);

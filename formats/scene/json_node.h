@@ -35,6 +35,7 @@ public:
     int whole(int low, int high) const;
     bool flag() const;
     bool isFlag() const { return json_->is_boolean(); }
+    bool isArray() const { return json_->is_array(); }
     Vec3 vector(double low, double high) const;
 
 private:

@@ -88,6 +88,7 @@ void readSource(const JsonNode& node, const std::filesystem::path& folder, Heigh
     if (node.has("rows")) source.rows = node.at("rows").whole(1, kMostHeightSide);
     if (node.has("columns")) source.columns = node.at("columns").whole(1, kMostHeightSide);
     if (node.has("array")) source.array = node.at("array").text();
+    if (node.has("cell") && node.at("cell").isArray()) node.at("cell").fail("is one number; \"cells\" takes two");
     if (node.has("cell"))
         source.cell_rows = source.cell_columns = node.at("cell").number(double(kLeastCell), double(kMostCell));
     if (node.has("cells")) {  // along x and z, as the vectors of a scene

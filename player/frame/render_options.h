@@ -40,6 +40,7 @@ struct RenderOptions {
     // slots: SLOT=NAME (formats/common/slot_choice.h), applied after brdf. light: "" is the first one.
     std::string brdf, light;
     std::vector<std::string> slots;
+    std::vector<std::string> parameters;  // MATERIAL=VALUE of live and stepped materials
     ShadingChoice shading;
     SunChoice suns = SunChoice::kAuto;
     Bounces bounces = Bounces::kBoth;  // of an asset that has light that bounces

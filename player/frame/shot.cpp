@@ -9,6 +9,8 @@
 #include "formats/common/slot_choice.h"
 #include "player/frame/transfer_error.h"
 #include "player/frame/truth_frames.h"
+#include "player/runtime/shade/material_tables.h"
+#include "sh/key_values.h"
 #include "sh/light/light_rotation.h"
 
 namespace penumbra {
@@ -50,6 +52,27 @@ void assignMaterial(const AssetView& asset, const std::string& text, Shot& shot)
     for (const MaterialView& material : asset.materials) names.push_back(material.name);
     for (const std::size_t slot : findSlots(asset.mesh.slots, choice.slot))
         shot.material_of_slot[slot] = findMaterial(names, choice.material);
+}
+
+// Applies "MATERIAL=VALUE". The name of a material may have a '=' itself.
+void setParameter(const AssetView& asset, const std::string& text, Shot& shot) {
+    const std::size_t at = text.rfind('=');
+    if (at == text.npos || at == 0 || at + 1 == text.size())
+        throw UsageError("--parameter takes MATERIAL=VALUE, not \"" + text + "\"");
+    const std::size_t material = findByName(asset.materials, text.substr(0, at), "--parameter");
+    const std::string name = "the asset's material \"" + std::string(asset.materials[material].name) + "\"";
+    const std::optional<ChangingParameter> range = changingParameter(asset.materials[material]);
+    if (!range)
+        throw UsageError("--parameter: " + name +
+                         " has none that changes; penumbra-fit brdf makes live ones, and those over a range");
+    if (std::ranges::find(shot.material_of_slot, material) == shot.material_of_slot.end())
+        throw UsageError("--parameter: " + name + " is not drawn; --brdf and --slot choose what is");
+    try {
+        shot.parameters.emplace_back(material,
+                                     parseNumber(range->name, text.substr(at + 1), range->least, range->most));
+    } catch (const std::invalid_argument& error) {
+        throw UsageError("--parameter: " + name + ": " + error.what());
+    }
 }
 
 bool wantsSuns(SunChoice choice, const AssetView& asset, const Shot& shot) {
@@ -96,6 +119,7 @@ void resolveShading(const RenderOptions& options, const AssetView& asset, Shot& 
         std::fill(shot.material_of_slot.begin(), shot.material_of_slot.end(),
                   findByName(asset.materials, options.brdf, "--brdf"));
     for (const std::string& assignment : options.slots) assignMaterial(asset, assignment, shot);
+    for (const std::string& assignment : options.parameters) setParameter(asset, assignment, shot);
     shot.light = findByName(asset.lights, options.light, "--light");
     if (asset.transfer) requireDiffuse(asset, shot);
     for (const std::size_t material : shot.material_of_slot)
@@ -197,6 +221,7 @@ ShadingSet shadingOf(const Shot& shot) {
     ShadingSet set(*shot.asset, shot.shading);
     for (std::size_t slot = 0; slot < shot.material_of_slot.size(); ++slot)
         set.setMaterial(slot, shot.material_of_slot[slot]);
+    for (const auto& [material, value] : shot.parameters) set.setParameter(material, value);
     set.setLight(shot.light);
     set.setSuns(shot.suns);
     set.setBounces(shot.bounces);

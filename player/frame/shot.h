@@ -17,7 +17,8 @@ struct Shot {
     ShadingChoice shading;
     bool suns = false;  // those of the light shine as such
     Bounces bounces = Bounces::kBoth;
-    std::vector<std::size_t> material_of_slot;  // as many as ShadingSet has
+    std::vector<std::size_t> material_of_slot;               // as many as ShadingSet has
+    std::vector<std::pair<std::size_t, double>> parameters;  // of materials that have one that changes
     std::size_t light = 0;
     Mat3 light_rotation;
     // What is drawn beside the character:

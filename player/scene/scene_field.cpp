@@ -254,7 +254,7 @@ namespace {
 const MaterialView* fieldMaterial(const SceneGround& ground, const AssetView& asset) {
     if (ground.material.empty()) return nullptr;
     try {
-        const std::string what = ground.heights->source.at + ": the ground's material";
+        const std::string what = ground.heights->source.at + ": the \"material\" beside them";
         return &asset.materials[findByName(asset.materials, ground.material, what)];
     } catch (const UsageError& error) {
         throw InvalidInput(error.what());

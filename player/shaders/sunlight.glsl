@@ -1,7 +1,10 @@
 // The light of suns on a surface, for the fragment shaders of surfaces that it falls on (SUNLIT; SUN_MIRRORS where some
 // of it is a mirror, SUN_MEMBRANES where some is a membrane, SUN_LAMBERT where all lobes are Lambertian). sun_count is
 // not 0, and every surface has lobes. brdf_glsl.h writes penumbra_brdf_lobe(), and sun.glsl has sunVisibility().
-in vec3 surface_position;  // in the scene. sunFacing() needs its derivatives, which are wrong between centroids
+// Both are the place in the scene. sunFacing() needs derivatives, which are wrong between centroids. What the maps are
+// asked is of the triangle itself: at its edge the middle of the pixel may lie below the next triangle.
+in vec3 surface_position;
+centroid in vec3 surface_place;
 INTERPOLATION in vec3 surface_normal, surface_tangent;  // in the scene; not unit
 INTERPOLATION in float surface_sight;                   // V at the mirrored direction, for mirrors
 flat in uint surface_lobes;                             // LobeTable::add()
@@ -52,7 +55,7 @@ vec3 mirrored(vec3 direction, vec3 face) {
     int i = 0;
     do {
         if (sun_cosine[i] < 1.0 && dot(direction, sun_direction[i]) >= sun_cosine[i])
-            seen += sunVisibility(i, surface_position, face) * sun_irradiance[i] /
+            seen += sunVisibility(i, surface_place, face) * sun_irradiance[i] /
                     (3.14159265 * (1.0 - sun_cosine[i] * sun_cosine[i]));
     } while (++i < sun_count);
     return seen;
@@ -69,7 +72,7 @@ vec3 sunlightThrough() {
     do {
         float cosine = dot(normal, sun_direction[i]);
         if (cosine > 0.0)
-            sum += (open_back ? 1.0 : sunVisibility(i, surface_position, face)) * cosine * sun_irradiance[i];
+            sum += (open_back ? 1.0 : sunVisibility(i, surface_place, face)) * cosine * sun_irradiance[i];
     } while (++i < sun_count);
     return sum * texelFetch(lobes, 2 * entry + 1).rgb / 3.14159265;
 }
@@ -84,14 +87,14 @@ vec3 sunlight() {
     int i = 0;
     do {
         float cosine = dot(normal, sun_direction[i]);
-        if (cosine > 0.0) sum += sunVisibility(i, surface_position, face) * cosine * sun_irradiance[i];
+        if (cosine > 0.0) sum += sunVisibility(i, surface_place, face) * cosine * sun_irradiance[i];
     } while (++i < sun_count);
     return sum * paintOfSurface() / 3.14159265 + sunlightThrough();
 }
 #else
 // A surface that is seen from behind its normal sends back what it sends to the mirrored eye, as in penumbra_to_eye().
 vec3 sunlight() {
-    vec3 normal = normalize(surface_normal), to_eye = normalize(scene_eye - surface_position);
+    vec3 normal = normalize(surface_normal), to_eye = normalize(scene_eye - surface_place);
     vec3 face = sunFacing(surface_position, normal);
     vec3 tangent = normalize(surface_tangent - normal * dot(normal, surface_tangent));
     mat3 local_from_scene = transpose(mat3(tangent, cross(normal, tangent), normal));
@@ -101,7 +104,7 @@ vec3 sunlight() {
     int i = 0;
     do {
         vec3 wi = local_from_scene * sun_direction[i];
-        float share = wi.z > 0.0 ? sunVisibility(i, surface_position, face) : 0.0;
+        float share = wi.z > 0.0 ? sunVisibility(i, surface_place, face) : 0.0;
         if (share > 0.0) sum += share * wi.z * sun_irradiance[i] * brdfOfSurface(wi, wo);
     } while (++i < sun_count);
 #ifdef SUN_MIRRORS

@@ -92,6 +92,17 @@ std::string frameText(const ClipPosition& position) {
     return text;
 }
 
+// Names the parameter of the chosen material, if that may change.
+std::string parameterText(const Scene& scene, const ViewState& state) {
+    const std::size_t material = chosenMaterial(state);
+    const std::optional<ChangingParameter> range = shownRange(scene, material);
+    if (!range) return "";
+    char text[64];
+    std::snprintf(text, sizeof text, " with %s %.6g", std::string(range->name).c_str(),
+                  shownParameter(scene, state, material));
+    return text;
+}
+
 }  // namespace
 
 std::string describe(const Scene& scene, const ViewState& state) {
@@ -104,8 +115,8 @@ std::string describe(const Scene& scene, const ViewState& state) {
         ", " + std::string(nameOf(shownCompare(state)));
     const bool shaded = state.channel == Channel::kShaded && !state.component;
     if (shaded)
-        text += ", material " + std::string(scene.material_names[chosenMaterial(state)]) + ", light " +
-                std::string(scene.light_names[state.light]);
+        text += ", material " + std::string(scene.material_names[chosenMaterial(state)]) + parameterText(scene, state) +
+                ", light " + std::string(scene.light_names[state.light]);
     if (shaded && scene.blend.part() < 1) {
         char percent[8];
         std::snprintf(percent, sizeof percent, "%.0f%%", 100 * scene.blend.part());

@@ -39,7 +39,7 @@ double orenNayar(const Parameters& p, Vec3d i, Vec3d o) {
 
 double phong(const Parameters& p, Vec3d i, Vec3d o) {
     const double s = p[0], cosine = std::max(0.0, i.z * o.z - i.x * o.x - i.y * o.y);
-    return (s + 2) / (2 * pi) * std::pow(cosine, s);
+    return (s + 2) / (2 * pi) * std::pow(cosine, s);  // Lambert's where s is 0, also below the plane across
 }
 
 // The lobe (n.h)^s over its integral with the cosine at normal view, 8 pi (s + 2^(-s/2)) / ((s + 2) (s + 4)).
@@ -105,7 +105,8 @@ double nearMirror(const Parameters& p, Vec3d i, Vec3d o) { return ggx({0.01, p[0
 
 // Paper 003, eq. 2. The lobe alone depends on the angle to the mirror direction, so the cosine is divided out.
 double phongLive(const Parameters& p, Vec3d i, Vec3d o) {
-    const double cosine = std::max(0.0, i.z * o.z - i.x * o.x - i.y * o.y);
+    const double cosine = i.z * o.z - i.x * o.x - i.y * o.y;
+    if (cosine <= 0) return 0;  // also where the exponent is 0
     return (p[0] + 1) / (2 * pi) * std::pow(cosine, p[0]) / i.z;
 }
 

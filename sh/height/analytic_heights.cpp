@@ -35,7 +35,7 @@ AnalyticHeights parseOne(std::string_view text) {
             out.length = number(1e-3, 1e6);
         else if (item.key == "speed")
             out.speed = number(-1e3, 1e3);
-        else if (item.key == "angle")
+        else if (item.key == "angle" && out.kind != AnalyticHeights::Kind::kRipples)
             out.angle = number(-360, 360);
         else if (item.key == "spread" && out.kind == AnalyticHeights::Kind::kWaves)
             out.spread = number(0, 180);

@@ -185,6 +185,19 @@ TEST_F(HeightFile, ASequenceOfPicturesHasOneSize) {
                 HasSubstr("w_2.png: has 1 x 2 heights"));
 }
 
+TEST_F(HeightFile, ASequenceMayBeOfArrays) {
+    write("d_001.npy", npy("<i2", "1, 2", bytesOf<std::int16_t>({1, 2})));
+    write("d_002.npy", npy("<f4", "1, 2", bytesOf<float>({3, 4})));
+    EXPECT_EQ(heightsOf(HeightSequence(from(folder / "d_%03d.npy")), 0.04), (std::vector<float>{3, 4}));
+    EXPECT_EQ(HeightSequence(from(folder)).frameCount(), 2u);
+    write("d_002.npy", npy("<f4", "2", bytesOf<float>({3, 4})));
+    EXPECT_THAT(problemOf([&] { heightsOf(HeightSequence(from(folder / "d_%03d.npy")), 0.04); }),
+                HasSubstr("d_002.npy: f4 [2] is not [rows, columns]"));
+    HeightSource source = from(folder / "d_001.npy");
+    source.array = "d";
+    EXPECT_THAT(problemOf([&] { heightsOf(HeightSequence(source)); }), HasSubstr("/array: is of .npz and .exr"));
+}
+
 TEST_F(HeightFile, WhereNothingIsThereStandsTheFillOrAnError) {
     const float nan = std::numeric_limits<float>::quiet_NaN();
     HeightSource source = from(write("a.npy", npy("<f4", "1, 4", bytesOf<float>({1, nan, -9999, INFINITY}))));

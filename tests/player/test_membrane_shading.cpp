@@ -61,12 +61,13 @@ struct OnePoint {
 
 Vec3 rgb(const nlohmann::json& v) { return toFloat(vec3(v)); }
 
-// Six points with rough sheets of their own. Own back visibility: .0041; an open back, as paper 003 has it: .17 to .34
-// on 31 occluders. Measured here on the golden cases.
+// Six points with rough sheets of their own, each with rho and tau by channel. Over all of them the radiance is .0028
+// off with the back's own visibility and .215 with an open back, as paper 003 has it; of single points .0006 to .0036
+// and .027 to .46.
 TEST(MembraneShading, IsTheGoldenRadiance) {
     const auto golden = readGolden("translucency.json");
     const double tol = golden.at("tol_float").get<double>();
-    double error = 0, paper_error = 0, whole = 0;
+    double error = 0, paper_error = 0, whole = 0, worst = 0;
     for (const auto& test : golden.at("cases"))
         for (const bool open : {false, true}) {
             OnePoint point({rgb(test.at("rho")), rgb(test.at("tau")), open});
@@ -83,11 +84,13 @@ TEST(MembraneShading, IsTheGoldenRadiance) {
             }
             const Vec3d off = toDouble(point.shade(shadePaths().back())[0]) - truth;
             (open ? paper_error : error) += dot(off, off);
-            if (!open) whole += dot(truth, truth);
+            if (!open)
+                whole += dot(truth, truth), worst = std::max(worst, std::sqrt(dot(off, off) / dot(truth, truth)));
         }
-    std::printf("membrane: own back %.4f, open back %.3f\n", std::sqrt(error / whole), std::sqrt(paper_error / whole));
-    EXPECT_LE(std::sqrt(error / whole), 0.006);
-    EXPECT_GT(std::sqrt(paper_error / whole), 0.02);
+    std::printf("membrane: own back %.4f (one point %.4f at most), open back %.3f\n", std::sqrt(error / whole), worst,
+                std::sqrt(paper_error / whole));
+    EXPECT_LE(worst, 0.006);
+    EXPECT_GT(std::sqrt(paper_error / whole), 0.17);
 }
 
 // Under white light from everywhere an open sheet sends back rho + tau on either side.

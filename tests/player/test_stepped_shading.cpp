@@ -5,9 +5,11 @@
 #include <cmath>
 #include <ctime>
 
+#include "formats/common/errors.h"
 #include "player/draw/model_painter.h"
 #include "player/draw/picture_view.h"
 #include "player/frame/frame_values.h"
+#include "player/frame/shot.h"
 #include "player/gl/offscreen_target.h"
 #include "player/runtime/shade/shading_set.h"
 #include "tests/player/count_allocations.h"
@@ -114,6 +116,30 @@ TEST(SteppedShading, WhatCannotBeIsRefused) {
         } catch (const std::invalid_argument& error) {
             EXPECT_NE(std::string(error.what()).find("ggx alpha must be a number from 0.2 to 0.5"), std::string::npos)
                 << error.what();
+        }
+    }
+}
+
+TEST(SteppedShading, APictureMayChooseTheParameter) {
+    SteppedAsset stepped;
+    stepped.data.asset.materials[SteppedAsset::kStepped].name = "ggx:alpha=0.2..0.5";
+    RenderOptions options;
+    options.brdf = "ggx:alpha=0.2..0.5";
+    options.parameters = {"ggx:alpha=0.2..0.5=0.41"};
+    const Shot shot = resolveLook(options, stepped.data.asset, nullptr);
+    EXPECT_EQ(shadingOf(shot).lobesOf(SteppedAsset::kStepped)[0].parameters[0], 0.41f);
+    for (const auto& [text, problem] : {std::pair("ggx:alpha=0.2..0.5=0.6", "alpha"),
+                                        {"live=3", "is not drawn"},
+                                        {"ggx:alpha=0.2..0.5=nan", "alpha"},
+                                        {"=3", "takes MATERIAL=VALUE"},
+                                        {"ggx:alpha=0.2..0.5", "not '0.2..0.5'"},
+                                        {"none=3", "none"}}) {
+        options.parameters = {text};
+        try {
+            (void)resolveLook(options, stepped.data.asset, nullptr);
+            ADD_FAILURE() << text;
+        } catch (const UsageError& error) {
+            EXPECT_NE(std::string(error.what()).find(problem), std::string::npos) << error.what();
         }
     }
 }

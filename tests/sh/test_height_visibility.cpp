@@ -296,7 +296,7 @@ TEST(AnalyticHeights, AreDefinedByWordsAndRefuseOthers) {
     EXPECT_EQ(parseAnalyticHeights("waves:height=0.5,count=3+ripples").size(), 2u);
     EXPECT_EQ(parseAnalyticHeights("waves:length=1e+03+ripples")[0].length, 1000);
     for (const char* wrong : {"", "hills", "waves:height", "waves:height=-1", "waves:count=0", "dunes:spread=3",
-                              "waves+", "waves+1", "ripples:length=nan"})
+                              "waves+", "waves+1", "ripples:length=nan", "ripples:angle=30"})
         EXPECT_THROW(parseAnalyticHeights(wrong), std::invalid_argument) << wrong;
 }
 

@@ -64,6 +64,16 @@ TEST(MirrorLobe, MatrixIsTheIntegralOfTheBrdf) {
     }
 }
 
+// Below the plane across the mirror direction is nothing, also of the widest lobe.
+TEST(MirrorLobe, AnExponentOfZeroIsTheLimitOfSmallOnes) {
+    const Vec3d eye = normalized(Vec3d{0.9, 0, 0.4});
+    const BrdfFunction zero = brdfFunction(parseBrdf("phong-live:exponent=0")),
+                       small = brdfFunction(parseBrdf("phong-live:exponent=1e-9"));
+    for (const auto& [direction, weight] : gaussHemisphere(12, 24))
+        EXPECT_NEAR(zero(direction, eye), small(direction, eye), 1e-6 * (1 + zero(direction, eye)));
+    EXPECT_EQ(zero(normalized(Vec3d{0.9, 0, 0.2}), eye), 0);
+}
+
 // However narrow, a lobe sends back what it should: (a + 1)/2pi z^a integrates to 1 over the hemisphere; GGX's lobe
 // loses only what lies below the plane, (1 - a^2) / (1 + a^2) there is left to 1.
 TEST(MirrorLobe, EnergyIsThatOfTheLobe) {

@@ -67,7 +67,8 @@ float penumbra_phong(float s, vec3 wi, vec3 wo) {
 
 float penumbra_phong_live(float s, vec3 wi, vec3 wo) {
     vec3 away = wi - vec3(-wo.xy, wo.z);
-    float x = 0.5 * dot(away, away), cosine = max(1.0 - x, 0.0);
+    float x = 0.5 * dot(away, away), cosine = 1.0 - x;
+    if (cosine <= 0.0) return 0.0;
     return (s + 1.0) / (2.0 * PENUMBRA_PI) * penumbra_cosine_power(x, cosine, 2.0 * s) / wi.z;
 }
 

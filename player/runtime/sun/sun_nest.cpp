@@ -28,6 +28,7 @@ constexpr double kRingFactor = 8;             // sides of a ring and the one bef
 constexpr double kCoarsestShadow = 16;        // texels of a map that members cast in, in those of the finest
 constexpr double kGroupShare = 0.75;          // of a group's map that its members fill
 constexpr double kLargestTriangle = 1 << 20;  // texels; on larger ones floats tell places no better than the bias
+constexpr double kMostUneven = 16;            // sides of the largest group and the smallest that share out the maps
 constexpr int kBorderShare = 16;              // of a map's side that is its border, and that it moves by
 
 double sideOf(const SunBounds& box) { return std::max(box.high.x - box.low.x, box.high.y - box.low.y); }
@@ -73,7 +74,19 @@ std::array<Group, 2> halves(const Group& group, std::span<const SunBounds> boxes
     return {{{{order.begin(), middle}, before[best - 1]}, {{middle, order.end()}, after[best]}}};
 }
 
-// Cuts the largest group until no cut halves it.
+double smallestSide(const std::vector<Group>& groups) {
+    double side = HUGE_VAL;
+    for (const Group& group : groups) side = std::min(side, sideOf(group.box));
+    return side;
+}
+
+double largestSide(const std::vector<Group>& groups) {
+    double side = 0;
+    for (const Group& group : groups) side = std::max(side, sideOf(group.box));
+    return side;
+}
+
+// Cuts the largest group, again and again. More groups are taken where the largest one is at most half as wide then.
 std::vector<Group> groupsOf(std::span<const SunBounds> boxes) {
     std::vector<Group> groups(1);
     for (std::size_t m = 0; m < boxes.size(); ++m) {
@@ -81,15 +94,17 @@ std::vector<Group> groupsOf(std::span<const SunBounds> boxes) {
         groups[0].members.push_back(std::uint32_t(m));
         join(groups[0].box, boxes[m]);
     }
+    std::vector<Group> taken = groups;
     while (groups.size() < kMostSunGroups) {
         const auto largest = std::ranges::max_element(groups, {}, [](const Group& g) { return sideOf(g.box); });
         if (largest->members.size() < 2) break;
         std::array<Group, 2> cut = halves(*largest, boxes);
-        if (std::max(sideOf(cut[0].box), sideOf(cut[1].box)) > sideOf(largest->box) / 2) break;
         *largest = std::move(cut[0]);
         groups.push_back(std::move(cut[1]));
+        if (largestSide(groups) <= largestSide(taken) / 2) taken = groups;
     }
-    return groups;
+    // Where there are more crowds than maps, those that are small keep theirs.
+    return largestSide(groups) > kMostUneven * smallestSide(groups) ? groups : taken;
 }
 
 // Fits maps of one sun.
@@ -104,25 +119,35 @@ public:
         if (all_.empty) return;
         const double whole = fittingTexel(all_, size_);
         if (isFineEnough(whole)) return fitWhole(whole, nest.maps[0]);
-        const std::vector<Group> groups = groupsOf(boxes_);
-        std::vector<double> texels;
-        for (const Group& group : groups)
-            texels.push_back(texelStep(sideOf(group.box) / (kGroupShare * size_), group.box));
-        if (std::ranges::max(texels) > whole / 2) return fitWhole(whole, nest.maps[0]);
+        std::vector<Group> groups = groupsOf(boxes_);
+        const auto texelOf = [&](const Group& group) {
+            return texelStep(sideOf(group.box) / (kGroupShare * size_), group.box);
+        };
+        // Who has no fine map casts in the coarse ones.
+        std::erase_if(groups, [&](const Group& group) {
+            if (texelOf(group) <= whole / 2) return false;
+            coarse_.insert(coarse_.end(), group.members.begin(), group.members.end());
+            return true;
+        });
+        if (groups.empty()) return fitWhole(whole, nest.maps[0]);
 
-        const double finest = std::ranges::min(texels);
+        double finest = HUGE_VAL, widest = 0;
         turnGround();
         nest.maps.clear();
-        for (std::size_t g = 0; g < groups.size(); ++g) fitInner(groups[g].box, texels[g], 1, nest.maps.emplace_back());
-        double texel = std::max(sideOf(members_) / (kGroupShare * size_), kRingFactor * std::ranges::max(texels));
+        for (const Group& group : groups) {
+            finest = std::min(finest, texelOf(group));
+            widest = std::max(widest, texelOf(group));
+            fitInner(group.box, texelOf(group), 1, nest.maps.emplace_back());
+        }
+        double texel = std::max(sideOf(members_) / (kGroupShare * size_), kRingFactor * widest);
         for (int ring = 0; ring < kMostSunRings && 4 * texel <= whole; ++ring, texel *= kRingFactor) {
             const double step = texelStep(texel, members_);
             fitInner(members_, step, size_ / kBorderShare, nest.maps.emplace_back());
-            if (step > kCoarsestShadow * finest) nest.maps.back().members.clear();
+            if (step > kCoarsestShadow * finest) keepCoarse(nest.maps.back());
         }
         std::erase_if(nest.maps, [&](const NestedSunMap& map) { return double(map.frame.texel) > whole / 2; });
         fitWhole(whole, nest.maps.emplace_back());
-        if (nest.maps.size() > 1 && whole > kCoarsestShadow * finest) nest.maps.back().members.clear();
+        if (nest.maps.size() > 1 && whole > kCoarsestShadow * finest) keepCoarse(nest.maps.back());
     }
 
 private:
@@ -130,10 +155,11 @@ private:
     Mat3d axes_;
     float radius_;
     int size_;
-    SunBounds members_, all_;          // along the axes
-    std::vector<SunBounds> boxes_;     // of each member; none without a ground
-    std::vector<Vec3d> ground_;        // the points of the ground, along the axes
-    std::vector<std::uint8_t> sides_;  // of a window that each of them lies beyond, as bits
+    SunBounds members_, all_;            // along the axes
+    std::vector<SunBounds> boxes_;       // of each member; none without a ground
+    std::vector<std::uint32_t> coarse_;  // members without a fine map
+    std::vector<Vec3d> ground_;          // the points of the ground, along the axes
+    std::vector<std::uint8_t> sides_;    // of a window that each of them lies beyond, as bits
 
     void measure() {
         const bool may_nest = !casters_.ground.triangles.empty();
@@ -157,6 +183,11 @@ private:
             if (!box.empty) least = std::min(least, std::max({extent.x, extent.y, extent.z}));
         }
         return texel * kFineEnough <= least;
+    }
+
+    // Leaves those members that have no finer map.
+    void keepCoarse(NestedSunMap& map) const {
+        std::erase_if(map.members, [&](std::uint32_t m) { return std::ranges::find(coarse_, m) == coarse_.end(); });
     }
 
     void fitWhole(double texel, NestedSunMap& map) const {

@@ -5,7 +5,7 @@
 
 namespace penumbra {
 
-constexpr int kMostSunGroups = 3;  // of members, each with the finest map that it can have
+constexpr int kMostSunGroups = 6;  // of members, each with the finest map that it can have
 constexpr int kMostSunRings = 3;   // maps around all members, between these and the whole
 constexpr int kMostNestedMaps = kMostSunGroups + kMostSunRings + 1;
 

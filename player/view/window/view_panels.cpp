@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 
 #include "formats/image/exposure.h"
@@ -100,12 +101,16 @@ void parameterSlider(const Scene& scene, ViewState& state) {
         ImGui::TextColored(ImColor(kMarked), "a membrane needs a two-sided mesh");
     const std::optional<ChangingParameter> range = shownRange(scene, material);
     if (!range) return;
-    auto value = float(shownParameter(scene, state, material));
+    // Exponents spread over log(1 + s), so that 0 takes no more of the slider than it shows. Widths are logarithmic.
+    const double offset = range->least > 0 ? 0 : 1, shown = shownParameter(scene, state, material);
+    auto place = float(std::log(shown + offset));
+    char label[64];
+    std::snprintf(label, sizeof label, "%s %.4g", text(range->name).c_str(), shown);
     ImGui::SetNextItemWidth(-1);
-    if (ImGui::SliderFloat("##parameter", &value, float(range->least), float(range->most),
-                           (text(range->name) + " %.3g").c_str(),
-                           ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp))
-        chooseParameter(scene, state, material, double(value));
+    if (ImGui::SliderFloat("##parameter", &place, float(std::log(range->least + offset)),
+                           float(std::log(range->most + offset)), label,
+                           ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_NoInput))
+        chooseParameter(scene, state, material, std::exp(double(place)) - offset);
 }
 
 // Lets the user choose between direct light, light that bounces and both, where a character has the latter.
