@@ -203,15 +203,16 @@ EnvironmentLight readLightOf(const ReferenceCommand& command, const SceneFrame& 
     return light.turned(scene.light_rotation);
 }
 
-// Returns what the mesh reflects: as --albedo says, or as the bake has it.
-std::vector<Vec3> albedoOf(const ReferenceCommand& command, const VisibilityHeader& header) {
+// Returns what the mesh reflects, as --albedo says or as the bake has it, and what it lets through in the bake.
+SurfaceColors colorsOf(const ReferenceCommand& command, const VisibilityHeader& header) {
     if (command.options.bounces == 0) return {};
-    if (!header.colors.transmission.empty())
-        throw Unsupported(command.input.string() + ": its sheet lets light through, which --bounces does not trace");
-    if (!command.albedo.empty()) return readAlbedo(command.albedo, header.mesh);
-    if (header.colors.albedo.empty())
+    if (command.albedo.empty() && header.colors.albedo.empty())
         throw UsageError("--bounces needs --albedo: " + command.input.string() + " has none");
-    return header.colors.albedo;
+    if (command.albedo.empty()) return header.colors;
+    const SurfaceColors colors{readAlbedo(command.albedo, header.mesh), header.colors.transmission};
+    if (const std::string problem = findProblem(colors, header.mesh); !problem.empty())
+        throw UsageError("--albedo: " + command.input.string() + " has " + problem);
+    return colors;
 }
 
 void runScene(ReferenceCommand& command, const CommonOptions& common, Report& report) {
@@ -274,7 +275,7 @@ void runReference(ReferenceCommand& command, const CommonOptions& common, Report
         blockersOfFrame(header, std::size_t(command.frame), command.input.string(), command.occluders);
     const std::vector<std::uint16_t> brdf_of_vertex = chooseSlots(command, header.mesh, common.threads);
     const EnvironmentLight light = readLightOf(command);
-    const std::vector<Vec3> albedo = albedoOf(command, header);
+    const SurfaceColors colors = colorsOf(command, header);
     if (common.dry_run) {
         std::printf("frame %zu, %dx%d pixels, %d shadow rays a pixel\n", std::size_t(command.frame),
                     command.options.width, command.options.height, command.options.samples);
@@ -289,7 +290,8 @@ void runReference(ReferenceCommand& command, const CommonOptions& common, Report
     input.brdf_of_vertex = brdf_of_vertex;
     if (!blockers.blockers.triangles.empty()) input.blockers = &blockers.blockers;
     input.occluder_positions = blockers.occluder_positions;
-    input.albedo = albedo;
+    input.albedo = colors.albedo;
+    input.transmission = colors.transmission;
     const Image image = renderReference(input, camera, light, command.options, common.threads,
                                         parseProgressStyle(common.quiet ? "none" : common.progress));
     report.phase("write");
@@ -335,7 +337,8 @@ void defineReference(CLI::App& app, ReferenceCommand& command) {
         app.add_option("--light-rotation", command.light_rotation,
                        "yaw=,pitch=,roll= or axis=X/Y/Z,angle=, degrees, as in penumbra-player render");
     const CLI::Option* bounces =
-        app.add_option("--bounces", options.bounces, "how often the mesh reflects light diffusely, 0..16");
+        app.add_option("--bounces", options.bounces,
+                       "how often the mesh reflects light diffusely or lets it through as its bake says, 0..16");
     const CLI::Option* albedo = app.add_option(
         "--albedo", command.albedo,
         "of --bounces: what the mesh reflects, R/G/B or FILE.csv as in visibility (default: as the bake has it)");

@@ -57,6 +57,8 @@ struct ReferenceFrame {
     // itself where that is no sheet. Rays of sheets start at the bias as well.
     std::span<const std::uint32_t> back_of_vertex = {};
     std::span<const Vec3> albedo = {};  // [V] what the mesh reflects; needed with bounces
+    // [V] what a two-sided mesh sends to the side of the vertex of the light on its other side; empty: nothing
+    std::span<const Vec3> transmission = {};
     // The ray tracer's frame, of which floats are finest near its centre; unset: that of the box of the mesh.
     std::optional<SceneScale> scale = {};
 };

@@ -1,8 +1,12 @@
 // Traces paths of light through the mesh, whose surface reflects diffusely.
 //
-// A path leaves the shaded point in a direction that its material chooses. At each surface point that it meets, two
-// shadow rays estimate the light of the environment there, and a direction with the density cos / pi leads on. With
-// this density the albedo is the whole factor of a reflection. "Light that bounces" in docs/formulas.md has the terms.
+// A path leaves the shaded point in a direction that its material chooses. At each surface point that it meets, shadow
+// rays estimate the light of the environment there, and a direction with the density cos / pi leads on. With this
+// density the albedo is the whole factor of a reflection. "Light that bounces" in docs/formulas.md has the terms.
+//
+// A sheet that lets light through shines with albedo E + transmission E' over pi, from the light E on the side that the
+// path meets and E' on the other side. A path that followed both sides would split at every point. Instead the light of
+// the environment is estimated on both, and the path goes on from one of them, chosen at random by its share of both.
 #include "bake/reference/bounced_light.h"
 
 #include <algorithm>
@@ -14,14 +18,24 @@ namespace penumbra {
 
 namespace {
 
-// A point that a path meets, and what the surface reflects there.
-struct PathPoint {
-    SurfacePoint surface;
-    Vec3d albedo;
+// A side of the surface that a path meets, and how much of the light on this side comes back along the path.
+struct Side {
+    SurfacePoint point;
+    Vec3d factor;
+};
+struct PathHit {
+    Side met;
+    std::optional<Side> other;  // of a sheet that lets light through
 };
 
-// Returns the next point of a path, or nothing where light cannot come from a surface.
-std::optional<PathPoint> nextPoint(const ReferenceScene& scene, Vec3 origin, Vec3d direction) {
+Vec3d colorAt(std::span<const Vec3> colors, const Corners& corners) {
+    Vec3d sum;
+    for (std::size_t k = 0; k < 3; ++k) sum += toDouble(colors[corners.vertex[k]]) * corners.weight[k];
+    return sum;
+}
+
+// Returns what a path meets next, or nothing where light cannot come from a surface.
+std::optional<PathHit> nextHit(const ReferenceScene& scene, Vec3 origin, Vec3d direction) {
     const ReferenceFrame& input = scene.input;
     if (input.ground && direction.y < 0) return std::nullopt;
     const std::optional<SurfaceHit> hit = scene.blocking().closestHit(origin, toFloat(direction));
@@ -29,29 +43,48 @@ std::optional<PathPoint> nextPoint(const ReferenceScene& scene, Vec3 origin, Vec
     const bool back = dot(toDouble(hit->normal), direction) > 0;
     if (back && !input.mesh.two_sided) return std::nullopt;
     const Corners corners = cornersOf(input, *hit, direction);
-    PathPoint point{surfacePoint(scene, corners, -direction), {}};
-    if (point.surface.closed) return std::nullopt;
-    for (std::size_t k = 0; k < 3; ++k) point.albedo += toDouble(input.albedo[corners.vertex[k]]) * corners.weight[k];
-    return point;
+    PathHit found{{surfacePoint(scene, corners, -direction), colorAt(input.albedo, corners)}, {}};
+    if (!input.transmission.empty())
+        found.other = {surfacePoint(scene, otherSide(input, corners), direction), colorAt(input.transmission, corners)};
+    if (found.met.point.closed && (!found.other || found.other->point.closed)) return std::nullopt;
+    return found;
+}
+
+// Chooses the side from which a path goes on that has brought the share `share` of the light so far. The factor of this
+// side is then divided by its chance.
+Side chooseSide(const PathHit& hit, Vec3d share, std::uint64_t& state) {
+    if (!hit.other) return hit.met;
+    const auto weight = [&](Vec3d factor) { return dot(share, factor); };
+    const double through = weight(hit.other->factor), both = weight(hit.met.factor) + through;
+    const double chance = both > 0 ? through / both : 0;
+    if (nextUniform(state) < chance) return {hit.other->point, hit.other->factor / chance};
+    return {hit.met.point, hit.met.factor / (1 - chance)};
 }
 
 Vec3d inModelFrame(const SurfacePoint& point, Vec3d local) { return transposed(point.frame) * local; }
 
-// Returns the light that arrives at `origin` from `direction` by reflections. `state` draws the path's random numbers.
+// Returns the light that arrives at `origin` from `direction` by reflections and through sheets. `state` draws the
+// path's random numbers.
 Vec3d lightAlongPath(const ReferenceScene& scene, Vec3 origin, Vec3d direction, const EnvironmentLight& light,
                      std::uint64_t& state) {
     static const SampledBrdf white = sampledBrdf(rgbBrdf({}));  // 1 / pi
     const ShadowCaster caster{scene.blocking(), scene.input.ground};
+    const auto litFrom = [&](const Side& side) {
+        if (side.point.closed) return Vec3d();
+        return side.factor * directLight(caster, side.point, light, white, 4, nextRandom(state) >> 8);
+    };
     Vec3d sum, share{1, 1, 1};
     for (int k = 0; k < scene.bounces; ++k) {
-        const std::optional<PathPoint> point = nextPoint(scene, origin, direction);
-        if (!point) break;
-        share = share * point->albedo;
-        const std::uint64_t seed = nextRandom(state) >> 8;
-        sum += share * directLight(caster, point->surface, light, white, 4, seed);
+        const std::optional<PathHit> hit = nextHit(scene, origin, direction);
+        if (!hit) break;
+        sum += share * litFrom(hit->met);
+        if (hit->other) sum += share * litFrom(*hit->other);
+        const Side next = chooseSide(*hit, share, state);
+        if (next.point.closed) break;
+        share = share * next.factor;
         const double u = nextUniform(state), v = nextUniform(state);
-        direction = inModelFrame(point->surface, sampleCosine({u, v}));
-        origin = point->surface.ray_origin;
+        direction = inModelFrame(next.point, sampleCosine({u, v}));
+        origin = next.point.ray_origin;
     }
     return sum;
 }

@@ -155,6 +155,25 @@ def check_picture(place):
     assert "--bounces needs --albedo" in result.stderr, result.stderr
 
 
+def check_picture_through(place):
+    """Paths go through the sheets of a bake with transmission: more light, with any material, the same for any number of
+    threads. --albedo may not make the sheet give back more than it gets."""
+    picture = ["--frame", 3, "--size", "24x24", "--samples", 64, "--bounces", 2, "-q"]
+    sheet = ["--fps", "4", "--rays", "64", "--two-sided"]
+    opaque = bake(place("o.vis.h5"), *BOUNCES, rig=SHEET, small=sheet)
+    thin = bake(place("n.vis.h5"), *BOUNCES, "--transmission", "0.2/0.5/0.8", rig=SHEET, small=sheet)
+    membrane = ["--brdf", "membrane:rho=0.8/0.5/0.2,tau=0.2/0.5/0.8"]
+    for material in ([], membrane):
+        run("reference", opaque, *picture, *material, "-o", place("o.exr"))
+        run("reference", thin, *picture, *material, "-o", place("n.exr"))
+        run("reference", thin, *picture, *material, "--threads", 1, "-o", place("m.exr"))
+        assert digest(place("n.exr")) == digest(place("m.exr")) != digest(place("o.exr"))
+    run("reference", thin, *picture, "--albedo", "0.8/0.5/0.2", *membrane, "-o", place("m.exr"))
+    assert digest(place("n.exr")) == digest(place("m.exr"))
+    refuse(["reference", thin, *picture, "--albedo", "0.9/0.5/0.2", "-o", place("x.exr")], "--albedo: " + thin + " has transmission 0.2", 1)
+    refuse(["reference", opaque, *picture, "--brdf", "membrane:rho=0.5,tau=0.3,back=open", "-o", place("x.exr")], "back=open", 5)
+
+
 def refuse(words, part, code, tool=BAKE):
     result = run(*words, code=code, tool=tool)
     assert part in result.stderr and len(result.stderr.splitlines()) == 1, (words, result.stderr)
@@ -204,7 +223,7 @@ def check_consumers(place):
 def main():
     with tempfile.TemporaryDirectory() as folder:
         place = lambda name: os.path.join(folder, name)
-        for check in (check_content, check_splits, check_resume, check_surfaces, check_picture, check_refusals, check_consumers):
+        for check in (check_content, check_splits, check_resume, check_surfaces, check_picture, check_picture_through, check_refusals, check_consumers):
             check(place)
             print(f"{check.__name__}: ok")
 
