@@ -10,7 +10,6 @@ INTERPOLATION out vec3 value;
 
 #ifdef SUNLIT
 out vec3 surface_position;
-centroid out vec3 surface_place;
 INTERPOLATION out vec3 surface_normal, surface_tangent;
 INTERPOLATION out float surface_sight;
 flat out uint surface_lobes;
@@ -23,7 +22,7 @@ void main() {
     value = shown.xyz;
 #ifdef SUNLIT
     vec4 normal = texelFetch(evaluated, at + 2), tangent = texelFetch(evaluated, at + 3);
-    surface_position = surface_place = position;
+    surface_position = position;
     surface_normal = normal.xyz;
     surface_tangent = tangent.xyz;
     surface_sight = shown.w;

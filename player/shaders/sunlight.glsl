@@ -1,10 +1,7 @@
 // The light of suns on a surface, for the fragment shaders of surfaces that it falls on (SUNLIT; SUN_MIRRORS where some
 // of it is a mirror, SUN_MEMBRANES where some is a membrane, SUN_LAMBERT where all lobes are Lambertian). sun_count is
 // not 0, and every surface has lobes. brdf_glsl.h writes penumbra_brdf_lobe(), and sun.glsl has sunVisibility().
-// Both are the place in the scene. sunFacing() needs derivatives, which are wrong between centroids. What the maps are
-// asked is of the triangle itself: at its edge the middle of the pixel may lie below the next triangle.
-in vec3 surface_position;
-centroid in vec3 surface_place;
+in vec3 surface_position;  // in the scene. sunFacing() needs its derivatives, which are wrong between centroids
 INTERPOLATION in vec3 surface_normal, surface_tangent;  // in the scene; not unit
 INTERPOLATION in float surface_sight;                   // V at the mirrored direction, for mirrors
 flat in uint surface_lobes;                             // LobeTable::add()
@@ -15,6 +12,14 @@ uniform int sun_count;
 uniform vec3 sun_direction[3], sun_irradiance[3];  // unit, towards the sun; at normal incidence
 uniform float sun_cosine[3];                       // of the radius; 1: a point, which no mirror shows
 uniform mat3 light_from_scene;                     // for sky.glsl
+
+// Where the maps are asked: at the centroid, because at an edge the middle of the pixel may lie beyond the triangle and
+// below the next one. Software GL takes 1 / w of the pixel's middle there, which leaves the plane of the triangle by some
+// centimetres; `face`, the unit normal of the triangle, leads back to it.
+vec3 sunPoint(vec3 face) {
+    vec3 aside = interpolateAtCentroid(surface_position) - surface_position;
+    return surface_position + aside - face * dot(aside, face);
+}
 
 int lobeCount() { return int(surface_lobes >> 24 & 0x7fu); }
 
@@ -55,7 +60,7 @@ vec3 mirrored(vec3 direction, vec3 face) {
     int i = 0;
     do {
         if (sun_cosine[i] < 1.0 && dot(direction, sun_direction[i]) >= sun_cosine[i])
-            seen += sunVisibility(i, surface_place, face) * sun_irradiance[i] /
+            seen += sunVisibility(i, sunPoint(face), face) * sun_irradiance[i] /
                     (3.14159265 * (1.0 - sun_cosine[i] * sun_cosine[i]));
     } while (++i < sun_count);
     return seen;
@@ -72,7 +77,7 @@ vec3 sunlightThrough() {
     do {
         float cosine = dot(normal, sun_direction[i]);
         if (cosine > 0.0)
-            sum += (open_back ? 1.0 : sunVisibility(i, surface_place, face)) * cosine * sun_irradiance[i];
+            sum += (open_back ? 1.0 : sunVisibility(i, sunPoint(face), face)) * cosine * sun_irradiance[i];
     } while (++i < sun_count);
     return sum * texelFetch(lobes, 2 * entry + 1).rgb / 3.14159265;
 }
@@ -87,14 +92,14 @@ vec3 sunlight() {
     int i = 0;
     do {
         float cosine = dot(normal, sun_direction[i]);
-        if (cosine > 0.0) sum += sunVisibility(i, surface_place, face) * cosine * sun_irradiance[i];
+        if (cosine > 0.0) sum += sunVisibility(i, sunPoint(face), face) * cosine * sun_irradiance[i];
     } while (++i < sun_count);
     return sum * paintOfSurface() / 3.14159265 + sunlightThrough();
 }
 #else
 // A surface that is seen from behind its normal sends back what it sends to the mirrored eye, as in penumbra_to_eye().
 vec3 sunlight() {
-    vec3 normal = normalize(surface_normal), to_eye = normalize(scene_eye - surface_place);
+    vec3 normal = normalize(surface_normal), to_eye = normalize(scene_eye - surface_position);
     vec3 face = sunFacing(surface_position, normal);
     vec3 tangent = normalize(surface_tangent - normal * dot(normal, surface_tangent));
     mat3 local_from_scene = transpose(mat3(tangent, cross(normal, tangent), normal));
@@ -104,7 +109,7 @@ vec3 sunlight() {
     int i = 0;
     do {
         vec3 wi = local_from_scene * sun_direction[i];
-        float share = wi.z > 0.0 ? sunVisibility(i, surface_place, face) : 0.0;
+        float share = wi.z > 0.0 ? sunVisibility(i, sunPoint(face), face) : 0.0;
         if (share > 0.0) sum += share * wi.z * sun_irradiance[i] * brdfOfSurface(wi, wo);
     } while (++i < sun_count);
 #ifdef SUN_MIRRORS

@@ -16,7 +16,6 @@ layout(location = 5) in float vertex_sight;
 uniform mat4 scene_from_model;
 
 out vec3 surface_position;
-centroid out vec3 surface_place;
 INTERPOLATION out vec3 surface_normal, surface_tangent;
 INTERPOLATION out float surface_sight;
 flat out uint surface_lobes;
@@ -25,7 +24,7 @@ flat out uint surface_lobes;
 void main() {
     value = vertex_value;
 #ifdef SUNLIT
-    surface_position = surface_place = (scene_from_model * vec4(position, 1.0)).xyz;
+    surface_position = (scene_from_model * vec4(position, 1.0)).xyz;
     surface_normal = mat3(scene_from_model) * normal;
     surface_tangent = mat3(scene_from_model) * tangent;
     surface_lobes = vertex_lobes;

@@ -117,7 +117,7 @@ def check_failures(folder):
         (3, "minus.txt: line 6: channel G of cell 0 is negative", ["--table", "minus.txt"]),
         (3, "noise.txt", ["--table", "noise.txt"]),
         (3, "columns.csv: line 4", ["--table", "columns.csv", "--material", "red"]),
-        (3, "too narrow", ["--analytic", "ward:ax=0.01,ay=10"]),
+        (3, "too abruptly", ["--analytic", "ward:ax=0.01,ay=10"]),
     ]
     for expected, named, arguments in cases:
         code, _, err = run(folder, "fit", "brdf", *arguments, "-o", "x.h5")

@@ -353,6 +353,45 @@ TEST_F(SceneOnGpuTest, SunsOnWideGroundsAreThoseOfTheCpu) {
     EXPECT_GT(dark, 200u);
 }
 
+// Pixels of a column that are darker than those three above and below.
+std::size_t darkLines(const Image& image, double step) {
+    std::size_t count = 0;
+    const auto width = std::size_t(image.width);
+    for (std::size_t p = 3 * width; p + 3 * width < image.pixels.size(); ++p) {
+        const float least = std::min(luminance(image.pixels[p - 3 * width]), luminance(image.pixels[p + 3 * width]));
+        count += double(luminance(image.pixels[p])) < double(least) - step;
+    }
+    return count;
+}
+
+// Where several samples make a pixel, the middle of one at an edge lies beside the triangle, and below the next one
+// where the ground bends up.
+TEST_F(SceneOnGpuTest, SunsOfManySamplesShowNoEdgesOfTriangles) {
+    RenderOptions options;
+    options.width = 320;
+    options.height = 240;
+    options.camera = "pitch=22,yaw=30,distance=60,fov=40,target=0/0/0";
+    options.suns = SunChoice::kOn;
+    options.sun_map = 4096;
+    const PosedScene scene(
+        parseScene(R"({"version": 2, "characters": [{"asset": "sunny.pnb", "on_ground": true}], "ground": {"heights":
+                      {"analytic": "dunes:height=8,length=40", "rows": 256, "columns": 256, "cell": 2}}})",
+                   "s.json", folder_));
+    std::array<std::size_t, 2> lines{};
+    for (const EvaluationPath path : {EvaluationPath::kCpu, EvaluationPath::kGlsl}) {
+        options.path = path;
+        for (const int samples : {1, 4}) {
+            options.samples = samples;
+            const Image image = drawScene(scene, options, 1).image;
+            double brightest = 0;
+            for (const Vec3 pixel : image.pixels) brightest = std::max(brightest, double(luminance(pixel)));
+            lines[samples == 4] = darkLines(image, 0.05 * brightest);
+        }
+        std::printf("dark lines: %zu pixels of one sample, %zu of four\n", lines[0], lines[1]);
+        EXPECT_LE(2 * lines[1], 3 * lines[0]);  // 248, 308
+    }
+}
+
 // The GPU uploads the box of a stroke, makes the maxima above it anew and lets those receivers look that see it.
 TEST_F(SceneOnGpuTest, AfterAStrokeOnlyWhatSeesItIsComputed) {
     const std::unique_ptr<GlContext> context = createGlContext(GlBackend::kAuto);
