@@ -13,13 +13,13 @@ bool castOnNumbers(const CastShadow& cast, CasterChoice choice, const Evaluator&
                    const CastReceivers& vertices, int threads, std::span<float> numbers, std::span<float> indirect) {
     thread_local std::vector<float> mirrored;  // a megabyte, which is not to be mapped anew in every frame
     if (castOnCharacter(cast, choice, character, vertices, threads, mirrored) == 0) return false;
-    constexpr std::size_t kPiece = 512;  // vertices that a thread takes at once
+    constexpr std::size_t kVertexPiece = 512;  // vertices that a thread takes at once
     const ModelView& model = character.asset().model;
     const CastProduct product(model.convention);
     const std::span<const float> others(mirrored);  // other threads have a `mirrored` of their own
     const std::size_t count = vertices.positions.size(), stride = std::size_t(model.stride);
-    parallelFor((count + kPiece - 1) / kPiece, threads, [&](std::size_t piece) {
-        const std::size_t first = piece * kPiece, n = std::min(kPiece, count - first);
+    parallelFor((count + kVertexPiece - 1) / kVertexPiece, threads, [&](std::size_t piece) {
+        const std::size_t first = piece * kVertexPiece, n = std::min(kVertexPiece, count - first);
         product(numbers.subspan(first * stride, n * stride), stride,
                 others.subspan(first * kFarNumbers, n * kFarNumbers));
         if (!indirect.empty())
