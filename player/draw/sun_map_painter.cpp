@@ -92,8 +92,8 @@ SunMapPainter::SunMapPainter(int suns, int size)
       texel_blocks_(makeComputeProgram(blocksSource(true))),
       block_blocks_(makeComputeProgram(blocksSource(false))),
       frame_at_(gl::GetUniformLocation(program_.id(), "sun_frame")) {
+    makeLayers(std::size_t(suns));  // refuses what is above this OpenGL's limit
     assert(suns >= 1 && suns <= kMaxSunMaps && size >= kSmallestSunMap && size <= kLargestSunMap);
-    makeLayers(std::size_t(suns));
     checkGl("making the sun's map");
 }
 
