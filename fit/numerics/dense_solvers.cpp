@@ -4,6 +4,8 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <Eigen/SVD>
+#include <cassert>
+#include <cmath>
 
 #include "fit/numerics/fixed_blocks.h"
 
@@ -63,6 +65,21 @@ bool solvePositive(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b, Eigen::Ma
 bool solvePositive(const Eigen::MatrixXd& a, const RowMajorXd& b, RowMajorXd& x) { return solvedByCholesky(a, b, x); }
 
 Eigen::Vector3d solveSemidefinite(const Eigen::Matrix3d& a, const Eigen::Vector3d& b) { return a.ldlt().solve(b); }
+
+SmallMatrix solveMinNorm(const SmallMatrix& a, const SmallMatrix& b, double ridge) {
+    assert(a.rows() == b.rows());
+    // The ridge is a multiple of the identity below `a`. The normal equations would square the condition number.
+    using Stacked = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 2 * kMaxSmall, kMaxSmall>;
+    const Eigen::Index below = ridge > 0 ? a.cols() : 0;
+    Stacked matrix(a.rows() + below, a.cols()), right = Stacked::Zero(a.rows() + below, b.cols());
+    matrix.topRows(a.rows()) = a;
+    matrix.bottomRows(below) = std::sqrt(ridge) * SmallMatrix::Identity(below, a.cols());
+    right.topRows(b.rows()) = b;
+    Eigen::CompleteOrthogonalDecomposition<Stacked> solver;
+    solver.setThreshold(1e-9);
+    solver.compute(matrix);
+    return solver.solve(right);
+}
 
 struct SemidefiniteSolver::Factor {
     Eigen::LDLT<Eigen::MatrixXd> ldlt;
