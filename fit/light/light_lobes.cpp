@@ -7,14 +7,15 @@
 // numbers for its direction, and the objective has many minima.
 //
 // Here: for given directions, every band and channel is a least squares problem of its own, which solveMinNorm() solves
-// exactly (band 0 has rank 1, because all lobes share it). So only directions are searched. At the best coefficients
-// their derivative is zero, so the gradient by the directions needs no derivative of the solution (variable projection,
-// Golub and Pereyra 1973). Many starts take care of the minima.
+// exactly (band 0 has rank 1, because all lobes share it), or a regularised one. So only directions are searched. At
+// the best coefficients their derivative is zero, so the gradient by the directions needs no derivative of the solution
+// (variable projection, Golub and Pereyra 1973). Many starts take care of the minima.
 //
 // Derivation: docs/formulas.md, section 6.
 
 #include "fit/light/light_lobes.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cassert>
@@ -109,9 +110,12 @@ struct RidgeTo {
 
 // Solves for the coefficients of a band: the smallest |columns x - band|^2 + weight |x - towards|^2.
 SmallMatrix solveBand(const SmallMatrix& columns, const SmallMatrix& band, int l, const RidgeTo& ridge) {
+    if (ridge.weight == 0) return solveMinNorm(columns, band);
     const SmallMatrix& towards = ridge.towards[std::size_t(l)];
-    if (towards.size() == 0) return solveMinNorm(columns, band, ridge.weight);
-    return towards + solveMinNorm(columns, band - columns * towards, ridge.weight);
+    SmallMatrix normal = columns.transpose() * columns, right = columns.transpose() * band;
+    normal.diagonal().array() += ridge.weight;
+    if (towards.size() > 0) right += ridge.weight * towards;
+    return normal.llt().solve(right);
 }
 
 // Returns what is left, squared, when every band has its best coefficients, plus the ridge. Because these are best,

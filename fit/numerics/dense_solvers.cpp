@@ -4,8 +4,6 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <Eigen/SVD>
-#include <cassert>
-#include <cmath>
 
 #include "fit/numerics/fixed_blocks.h"
 
@@ -66,19 +64,11 @@ bool solvePositive(const Eigen::MatrixXd& a, const RowMajorXd& b, RowMajorXd& x)
 
 Eigen::Vector3d solveSemidefinite(const Eigen::Matrix3d& a, const Eigen::Vector3d& b) { return a.ldlt().solve(b); }
 
-SmallMatrix solveMinNorm(const SmallMatrix& a, const SmallMatrix& b, double ridge) {
-    assert(a.rows() == b.rows());
-    // The ridge is a multiple of the identity below `a`. The normal equations would square the condition number.
-    using Stacked = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 2 * kMaxSmall, kMaxSmall>;
-    const Eigen::Index below = ridge > 0 ? a.cols() : 0;
-    Stacked matrix(a.rows() + below, a.cols()), right = Stacked::Zero(a.rows() + below, b.cols());
-    matrix.topRows(a.rows()) = a;
-    matrix.bottomRows(below) = std::sqrt(ridge) * SmallMatrix::Identity(below, a.cols());
-    right.topRows(b.rows()) = b;
-    Eigen::CompleteOrthogonalDecomposition<Stacked> solver;
+SmallMatrix solveMinNorm(const SmallMatrix& a, const SmallMatrix& b) {
+    Eigen::CompleteOrthogonalDecomposition<SmallMatrix> solver;
     solver.setThreshold(1e-9);
-    solver.compute(matrix);
-    return solver.solve(right);
+    solver.compute(a);
+    return solver.solve(b);
 }
 
 struct SemidefiniteSolver::Factor {
