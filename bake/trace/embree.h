@@ -1,7 +1,6 @@
 #pragma once
 // Embree 3 (Debian 12) and Embree 4 (Debian 13 and Ubuntu 24.04) under one set of names. Everything in which the two
-// differ for us is in this file: how a query of a scene is put. Their results differ in the last bit of some hits
-// (docs/accuracy.md).
+// differ for us is in this file: how a query of a scene is put. Their bakes are the same bytes (docs/accuracy.md).
 #if PENUMBRA_EMBREE_MAJOR == 3
 #include <embree3/rtcore.h>
 #else
