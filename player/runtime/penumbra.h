@@ -167,7 +167,7 @@ typedef struct penumbra_material {
     float color[3];                        /* factor on the result */
     const float* slices;                   /* [channels, slice_order^2, view_order (view_order + 1) / 2]; NULL: live */
     int operator_count;                    /* 0: no PENUMBRA_OPERATORS */
-    size_t lobe_count;                     /* 0: suns add nothing to it */
+    size_t lobe_count;                     /* 1 to 4 */
 } penumbra_material;
 PENUMBRA_API penumbra_status penumbra_asset_get_material(const penumbra_asset* asset, size_t material,
                                                          penumbra_material* out);
