@@ -12,13 +12,8 @@
 int main(int argc, char** argv) {
     using namespace penumbra;
     setSourceHash(kSourceHash);
-    return runProgram("penumbra-pack", "The run-time asset: packed, and held against truth.",
-                      {{"penumbra.asset", kOldestAssetVersion, kAssetVersion},
-                       {"penumbra.visibility", 1, kVisibilityVersion},
-                       {"penumbra.transfer", kTransferVersion, kTransferVersion},
-                       {"penumbra.model", kSkinnedModelVersion, kModelVersion},
-                       {"penumbra.brdf", 1, kBrdfVersion},
-                       {"penumbra.light", kPlainLightVersion, kLightVersion},
-                       {"penumbra.blockers", 1, kBlockersVersion}},
-                      {assetVerb(), truthVerb(), checkVerb()}, argc, argv);
+    return runProgram(
+        "penumbra-pack", "The run-time asset: packed, and held against truth.",
+        {kAssetFormat, kVisibilityFormat, kTransferFormat, kModelFormat, kBrdfFormat, kLightFormat, kBlockersFormat},
+        {assetVerb(), truthVerb(), checkVerb()}, argc, argv);
 }

@@ -14,9 +14,6 @@ namespace penumbra {
 
 namespace {
 
-constexpr FileKind kLightKind{"penumbra.light", kLightVersion, kPlainLightVersion},
-    kPlainLightKind{"penumbra.light", kPlainLightVersion};
-
 void writeLobes(hid_t file, int order, const LightLobesFit& lobes) {
     const std::size_t count = lobes.directions.size();
     assert(count <= kMaxFileLobes && lobes.coefficients.size() == count * std::size_t(order) * 3);
@@ -48,7 +45,7 @@ void writeLight(const std::filesystem::path& path, const LightFile& light) {
     assert(light.sh.size() == count * 3);
     PartialFile partial(path);
     Hdf5Handle file = createHdf5(partial.path());
-    writeRoot(file, light.factor.empty() ? kPlainLightKind : kLightKind, light.order, light.provenance);
+    writeRoot(file, kLightFormat, light.order, light.provenance);
     writeTextAttribute(file, "/", "name", light.name);
     writeDoubles(file, "/light/sh", light.sh, {count, 3});
     writeNumberAttribute(file, "/light", "residual", light.residual);
@@ -122,12 +119,15 @@ LightPicture readPicture(const Hdf5Reader& in) {
     return picture;
 }
 
+// Reads the suns and the picture of a factored light. Any of its three parts tells one.
 void readFactor(const Hdf5Reader& in, LightFile& light) {
+    const bool has_suns = exists(in, "/light/suns"), has_picture = exists(in, "/light/picture");
+    if (!has_suns && !has_picture && !hasAttribute(in, "/light", "factor")) return;
     light.factor = readTextAttribute(in, "/light", "factor");
     if (light.factor != "hand-over" && light.factor != "paper" && light.factor != "exact")
         throw InvalidInput(in.name + ": /light factor: \"" + light.factor + "\" is none of hand-over, paper, exact");
-    if (exists(in, "/light/suns")) light.suns = readSuns(in);
-    if (exists(in, "/light/picture")) light.picture = readPicture(in);
+    if (has_suns) light.suns = readSuns(in);
+    if (has_picture) light.picture = readPicture(in);
 }
 
 }  // namespace
@@ -135,7 +135,7 @@ void readFactor(const Hdf5Reader& in, LightFile& light) {
 LightFile readLight(const std::filesystem::path& path) {
     const Hdf5Reader in = openHdf5(path);
     LightFile light;
-    light.order = readRoot(in, kLightKind, light.provenance);
+    light.order = readRoot(in, kLightFormat, light.provenance);
     light.name = readTextAttribute(in, "/", "name");
     std::vector<hsize_t> shape{hsize_t(coefficientCount(light.order)), 3};
     light.sh = readDoubles(in, "/light/sh", shape);
@@ -145,7 +145,7 @@ LightFile readLight(const std::filesystem::path& path) {
         light.window = readDoubles(in, "/light/window", bands);
     }
     if (exists(in, "/light/lobes")) light.lobes = readLobes(in, light.order);
-    if (readIntegerAttribute(in, "/", "format_version", 1, kLightVersion) > kPlainLightVersion) readFactor(in, light);
+    readFactor(in, light);
     return light;
 }
 

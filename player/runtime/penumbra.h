@@ -60,8 +60,8 @@ typedef struct penumbra_error {
 
 #define PENUMBRA_NONE ((size_t)-1) /* what the ..._find_ functions return for a name that is not there */
 
-PENUMBRA_API const char* penumbra_version(void);                       /* "0.1.0" */
-PENUMBRA_API int penumbra_asset_format_version(void);                  /* the newest .pnb that this library reads */
+PENUMBRA_API const char* penumbra_version(void);      /* "0.1.0" */
+PENUMBRA_API int penumbra_asset_format_version(void); /* the one version of .pnb that this library reads */
 PENUMBRA_API const char* penumbra_status_name(penumbra_status status); /* "PENUMBRA_OK", ... */
 
 /* --- Assets --- */
@@ -167,7 +167,7 @@ typedef struct penumbra_material {
     float color[3];                        /* factor on the result */
     const float* slices;                   /* [channels, slice_order^2, view_order (view_order + 1) / 2]; NULL: live */
     int operator_count;                    /* 0: no PENUMBRA_OPERATORS */
-    size_t lobe_count;                     /* 0: suns add nothing to it */
+    size_t lobe_count;                     /* 1 to 4 */
 } penumbra_material;
 PENUMBRA_API penumbra_status penumbra_asset_get_material(const penumbra_asset* asset, size_t material,
                                                          penumbra_material* out);
@@ -538,7 +538,7 @@ PENUMBRA_API penumbra_status penumbra_shading_shade_bounced(const penumbra_shadi
 /* Adds to the radiance what the suns that are on send to `eye`: the sum of visibility, irradiance, BRDF and cosine.
  * `visible` is [sun_count, V], the share of each sun, from 0 to 1, that reaches a vertex past everything, the character
  * itself included: from the engine's shadow maps, or from a penumbra_sun_map. Vertices are those of
- * penumbra_shading_shade, whose `numbers` may be NULL here. Materials without lobes send nothing back. */
+ * penumbra_shading_shade, whose `numbers` may be NULL here. */
 PENUMBRA_API penumbra_status penumbra_shading_add_suns(const penumbra_shading* shading,
                                                        const penumbra_vertices* vertices, const float eye[3],
                                                        size_t first, size_t count, const float* visible,

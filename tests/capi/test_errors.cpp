@@ -47,7 +47,7 @@ TEST(CApiErrors, NamesOfStatuses) {
     EXPECT_STREQ(penumbra_status_name(PENUMBRA_OK), "PENUMBRA_OK");
     EXPECT_STREQ(penumbra_status_name(PENUMBRA_OUT_OF_MEMORY), "PENUMBRA_OUT_OF_MEMORY");
     EXPECT_STREQ(penumbra_status_name(penumbra_status(7)), "unknown status");
-    EXPECT_EQ(penumbra_asset_format_version(), kAssetVersion);
+    EXPECT_EQ(penumbra_asset_format_version(), kAssetFormat.version);
     EXPECT_STREQ(penumbra_version(), "0.1.0");
 }
 

@@ -73,7 +73,7 @@ TEST(CApiSuns, TheAssetTellsItsLobesAndSuns) {
     EXPECT_EQ(lobe.parameters[0], 0.3f);
     EXPECT_EQ(lobe.color[2], 1);
     EXPECT_EQ(penumbra_asset_get_lobe(x.asset.get(), 0, 2, &lobe), PENUMBRA_INVALID_ARGUMENT);
-    EXPECT_EQ(penumbra_asset_get_lobe(x.asset.get(), 1, 0, &lobe), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_asset_get_lobe(x.asset.get(), 1, 1, &lobe), PENUMBRA_INVALID_ARGUMENT);
     EXPECT_EQ(penumbra_asset_get_lobe(x.asset.get(), 2, 0, &lobe), PENUMBRA_INVALID_ARGUMENT);
     EXPECT_EQ(penumbra_asset_get_lobe(nullptr, 0, 0, &lobe), PENUMBRA_INVALID_ARGUMENT);
     EXPECT_EQ(penumbra_asset_get_lobe(x.asset.get(), 0, 0, nullptr), PENUMBRA_INVALID_ARGUMENT);

@@ -126,15 +126,6 @@ TEST(ModelFile, RoundTripOfADeformingMesh) {
     }
 }
 
-// Programs that do not know deforming meshes go on reading the models of characters.
-TEST(ModelFile, VersionIsThatOfWhatIsThere) {
-    const samples::Folder folder("model_version");
-    writeModel(folder.path / "skinned", samples::model(FeatureKind::kRelativeBones));
-    writeModel(folder.path / "deforming", samples::deformingModel(FeatureKind::kRelativeBones));
-    EXPECT_EQ(readIntegerAttribute(openHdf5(folder.path / "skinned"), "/", "format_version", 0, 9), 2);
-    EXPECT_EQ(readIntegerAttribute(openHdf5(folder.path / "deforming"), "/", "format_version", 0, 9), 3);
-}
-
 TEST(ModelFile, SameBytesOnARerun) {
     const samples::Folder folder("model_rerun");
     writeModel(folder.path / "a", samples::model(FeatureKind::kRelativeBones));

@@ -91,7 +91,7 @@ void writeTables(const fs::path& out) {
 )");
     write(
         scenes / "heights.json",
-        R"({"version": 2, "characters": [{"asset": "a.pnb", "on_ground": true}], "ground": {"height": -1, "material": "sand", "heights": {"file": "d.npz",
+        R"({"version": 1, "characters": [{"asset": "a.pnb", "on_ground": true}], "ground": {"height": -1, "material": "sand", "heights": {"file": "d.npz",
 "array": "elevation", "cells": [30, 20], "scale": 0.1, "offset": 3, "border": "periodic", "no_data": -9, "fill": 0, "fps": 10, "time": 2, "order": 4, "step": 2}}}
 )");
     write(out / "fuzz_bone_poses" / "one.poses.json",

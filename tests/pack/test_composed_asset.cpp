@@ -27,7 +27,6 @@ std::vector<std::byte> tinyAsset() {
 TEST(ComposedAsset, HoldsWhatTheModelHas) {
     const Model model = composedTube();
     const Packed packed = packedTube({.precision = AssetPrecision::kF32}, model);
-    EXPECT_EQ(fbs::GetAsset(packed.bytes.data())->format_version(), 5);
     const AssetView asset = openAsset(packed.bytes);
     ASSERT_TRUE(asset.model.composition);
     const CompositionView& view = *asset.model.composition;
@@ -59,15 +58,6 @@ TEST(ComposedAsset, HoldsWhatTheModelHas) {
     ASSERT_EQ(view.residual.size(), asset.model.clusters.size());
     for (std::size_t c = 0; c < view.residual.size(); ++c)
         EXPECT_EQ(view.residual[c].first_vertex, asset.model.clusters[c].first_vertex);
-}
-
-TEST(ComposedAsset, OtherAssetsStayAtTheirVersion) {
-    const Packed packed = packedTube({.precision = AssetPrecision::kI8}, synthetic::tubeModel());
-    EXPECT_EQ(fbs::GetAsset(packed.bytes.data())->format_version(), kSkinnedAssetVersion);
-    std::vector<std::byte> bytes = packedTube().bytes;
-    fbs::GetMutableAsset(bytes.data())->mutate_format_version(kDeformingAssetVersion);
-    sealAsset(bytes);
-    EXPECT_THROW(openAsset(bytes), InvalidInput);
 }
 
 TEST(ComposedAsset, RejectsEveryTruncation) {

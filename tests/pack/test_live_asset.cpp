@@ -35,10 +35,9 @@ std::vector<std::byte> packed(const std::vector<BrdfFile>& brdfs) {
         .bytes;
 }
 
-TEST(LiveAsset, IsReadBackAndHasVersionSeven) {
+TEST(LiveAsset, IsReadBack) {
     const std::vector<std::byte> bytes =
         packed({live("phong-live:exponent=20,color=0.5/1/0.25"), live("ggx-live:alpha=0.2"), membrane()});
-    EXPECT_EQ(fbs::GetAsset(bytes.data())->format_version(), kBouncedAssetVersion);
     const AssetView asset = openAsset(bytes);
     const MaterialView &phong = asset.materials[0], &cloth = asset.materials[2];
     EXPECT_TRUE(phong.isLive());
@@ -49,12 +48,6 @@ TEST(LiveAsset, IsReadBackAndHasVersionSeven) {
     EXPECT_TRUE(asset.materials[1].isLive());
     EXPECT_FALSE(cloth.isLive());
     EXPECT_EQ(*cloth.membrane, (Membrane{{0.5f, 0.25f, 0}, {0.25f, 0.5f, 1}, true}));
-}
-
-TEST(LiveAsset, OthersKeepTheirVersion) {
-    BrdfFile lambert = synthetic::lambert();
-    lambert.lobes = {lobeOf({})};
-    EXPECT_EQ(fbs::GetAsset(packed({lambert}).data())->format_version(), kSunAssetVersion);
 }
 
 std::string refusal(std::vector<std::byte> bytes, const std::function<void(fbs::Asset&)>& change) {
@@ -75,7 +68,6 @@ TEST(LiveAsset, BrokenOnesAreRefused) {
         EXPECT_NE(said.find(words), std::string::npos) << said;
     };
     const auto material = [](fbs::Asset& a, unsigned i) { return a.mutable_materials()->GetMutableObject(i); };
-    expect("format_version is below 7", [](fbs::Asset& a) { a.mutate_format_version(6); });
     expect("materials[0].membrane", [&](fbs::Asset& a) { material(a, 0)->mutable_membrane()->Mutate(0, -1); });
     expect("materials[0].membrane", [&](fbs::Asset& a) { material(a, 0)->mutable_membrane()->Mutate(4, 0.9f); });
     expect("materials[0].membrane", [&](fbs::Asset& a) { material(a, 0)->mutable_membrane()->Mutate(2, NAN); });

@@ -56,11 +56,10 @@ std::vector<double> reference(const TransferModel& model, std::span<const float>
 // 3 clusters of 512 and 97 vertices: no tile of the kernels is left out.
 const synthetic::TubeOptions kLarge{.rings = 27, .segments = 23};
 
-TEST(TransferAsset, HoldsTheModelInVersionSeven) {
+TEST(TransferAsset, HoldsTheModel) {
     for (const TransferModelKind kind : kTransferModelKinds) {
         const TransferModel model = tubeTransfer(kind, 3);
         const std::vector<std::byte> bytes = packed(model);
-        EXPECT_EQ(fbs::GetAsset(bytes.data())->format_version(), 7);
         const AssetView asset = openAsset(bytes);
         ASSERT_TRUE(asset.transfer.has_value());
         EXPECT_FALSE(asset.has_model);
@@ -251,7 +250,6 @@ TEST(TransferAsset, WrongNumbersAreRefused) {
         a.mutable_mesh()->mutable_shading_point()->Mutate(1, 0);
     });
     expect("animation.pose", [](fbs::Asset& a) { a.mutable_animation()->mutate_pose_size(6); });
-    expect("is below 7", [](fbs::Asset& a) { a.mutate_format_version(6); });
 }
 
 TEST(TransferAsset, EveryTruncationIsRefused) {

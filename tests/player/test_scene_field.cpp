@@ -38,7 +38,7 @@ protected:
     }
     // `heights` are keys of the ground's heights, `tube` more keys of the tube.
     PosedScene scene(const std::string& heights, const std::string& tube = "", const std::string& ground = "") const {
-        return PosedScene(parseScene(R"({"version": 2, "characters": [{"asset": "tube.pnb")" + tube +
+        return PosedScene(parseScene(R"({"version": 1, "characters": [{"asset": "tube.pnb")" + tube +
                                          R"(}], "ground": {)" + ground + R"("heights": {)" + heights + "}}}",
                                      "s.json", folder_));
     }
@@ -439,7 +439,7 @@ TEST(HeightFrames, AllocateNothing) {
 
 TEST_F(SceneFieldTest, RefusesOtherWaysToCastAndMaterialsThatAreNotThere) {
     try {
-        const PosedScene folded(parseScene(R"({"version": 2, "characters": [{"asset": "tube.pnb"}],
+        const PosedScene folded(parseScene(R"({"version": 1, "characters": [{"asset": "tube.pnb"}],
             "ground": {"heights": {"analytic": "waves"}}})",
                                            "s.json", folder_),
                                 {CastMode::kFolded, {}});

@@ -224,7 +224,7 @@ TEST_F(SceneOnGpuTest, GroundsWithHeightsAreThoseOfTheCpu) {
         const auto picture = [&](EvaluationPath path, const std::string& heights) {
             options.path = path;
             PosedScene scene(
-                parseScene(R"({"version": 2, "characters": [{)" + std::string(one.casts) +
+                parseScene(R"({"version": 1, "characters": [{)" + std::string(one.casts) +
                                R"("asset": "fields.pnb", "position": [-0.2, 0.1, 0.1], "yaw": 50, "on_ground": true}],
                     "light": {"rotation": "yaw=40"}, "ground": {)" +
                                one.ground + R"("height": -0.3, "heights": {)" + heights + "}}}",
@@ -255,7 +255,7 @@ TEST_F(SceneOnGpuTest, FarFromTheOriginPicturesAreThoseAtTheOrigin) {
         options.path = path;
         options.camera = "pitch=35,yaw=20,distance=4,target=" + target;
         const PosedScene scene(
-            parseScene(R"({"version": 2, "characters": [{"asset": "fields.pnb", "position": )" + place +
+            parseScene(R"({"version": 1, "characters": [{"asset": "fields.pnb", "position": )" + place +
                            R"(}, {"asset": "fields.pnb", "yaw": 70, "on_ground": true, "position": )" + second +
                            R"(}], "light": {"rotation": "yaw=40"}, "ground": {)" + ground + "}}",
                        "s.json", folder_));
@@ -296,7 +296,7 @@ TEST_F(SceneOnGpuTest, SunsOnGroundsWithHeightsAreThoseOfTheCpu) {
             options.path = path;
             options.suns = suns;
             const PosedScene scene(
-                parseScene(R"({"version": 2, "characters": [{"asset": "sunny.pnb", "position": [-0.2, 0.1, 0.1],
+                parseScene(R"({"version": 1, "characters": [{"asset": "sunny.pnb", "position": [-0.2, 0.1, 0.1],
                                "on_ground": true}], "light": {"rotation": "yaw=40"}, "ground": {)" +
                                material + R"("heights": {"analytic": "dunes:height=0.4,length=1.5", "rows": 61,
                                "columns": 70, "cell": 0.05}}})",
@@ -333,7 +333,7 @@ TEST_F(SceneOnGpuTest, SunsOnWideGroundsAreThoseOfTheCpu) {
         options.path = path;
         options.suns = SunChoice::kOn;
         const PosedScene scene(
-            parseScene(R"({"version": 2, "characters": [{"asset": "sunny.pnb", "position": [-0.2, 0.1, 0.1],
+            parseScene(R"({"version": 1, "characters": [{"asset": "sunny.pnb", "position": [-0.2, 0.1, 0.1],
                            "on_ground": true}], "ground": {"heights": {"analytic": "waves:height=0.4,length=40", )" +
                            more + "}}}",
                        "s.json", folder_));
@@ -374,7 +374,7 @@ TEST_F(SceneOnGpuTest, SunsOfManySamplesShowNoEdgesOfTriangles) {
     options.suns = SunChoice::kOn;
     options.sun_map = 4096;
     const PosedScene scene(
-        parseScene(R"({"version": 2, "characters": [{"asset": "sunny.pnb", "on_ground": true}], "ground": {"heights":
+        parseScene(R"({"version": 1, "characters": [{"asset": "sunny.pnb", "on_ground": true}], "ground": {"heights":
                       {"analytic": "dunes:height=8,length=40", "rows": 256, "columns": 256, "cell": 2}}})",
                    "s.json", folder_));
     std::array<std::size_t, 2> lines{};
@@ -400,7 +400,7 @@ TEST_F(SceneOnGpuTest, AfterAStrokeOnlyWhatSeesItIsComputed) {
     options.channel = Channel::kAmbient;
     options.camera = "pitch=35,yaw=20";
     const auto open = [&] {
-        return PosedScene(parseScene(R"({"version": 2, "characters": [{"asset": "spheres.pnb"}],
+        return PosedScene(parseScene(R"({"version": 1, "characters": [{"asset": "spheres.pnb"}],
             "ground": {"heights": {"analytic": "dunes:height=0.4,length=1.5", "rows": 128, "columns": 128,
                                    "cell": 0.04, "refine": 0.01}}})",
                                      "s.json", folder_));

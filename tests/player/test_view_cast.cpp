@@ -216,7 +216,7 @@ TEST_F(ViewCast, MovesWithThePointer) {
 TEST_F(ViewCast, AGroundWithHeightsMovesAndShadowsAsInPictures) {
     writeWholeFile(
         folder / "s.json",
-        std::string(R"({"version": 2, "characters": [{"asset": "tube.pnb", "on_ground": true}], "ground": )") +
+        std::string(R"({"version": 1, "characters": [{"asset": "tube.pnb", "on_ground": true}], "ground": )") +
             R"({"heights": {"analytic": "waves:height=0.4,length=2", "rows": 40, "columns": 33, "cell": 0.1}}})");
     const std::array files = {folder / "s.json"};
     Scene scene = openScene(files, 1);

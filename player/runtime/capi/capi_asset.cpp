@@ -137,7 +137,7 @@ using namespace penumbra;
 
 const char* penumbra_version(void) { return PENUMBRA_VERSION; }
 
-int penumbra_asset_format_version(void) { return kAssetVersion; }
+int penumbra_asset_format_version(void) { return kAssetFormat.version; }
 
 const char* penumbra_status_name(penumbra_status status) {
     switch (status) {
