@@ -14,7 +14,7 @@ namespace {
 using synthetic::normalMatrix;
 using synthetic::normalNet;
 
-const LbfgsOptions kToTheEnd{.iterations = 3000, .least_decrease = 1e-14};
+const SearchOptions kToTheEnd{.iterations = 3000, .least_decrease = 1e-14};
 
 double largestGradient(const TanhNet& net, const Matrix& x, const Matrix& y, double alpha) {
     TanhNet gradient;
@@ -40,7 +40,7 @@ TEST(Lbfgs, FollowsACurvedValley) {
         return sum;
     };
     std::vector<double> x(10, -1.2);
-    const LbfgsResult result = minimise({evaluate, {}}, {.iterations = 2000, .least_decrease = 0}, x);
+    const SearchResult result = minimise(evaluate, {.iterations = 2000, .least_decrease = 0}, x);
     EXPECT_LT(result.value, 1e-20);
     for (double v : x) EXPECT_NEAR(v, 1, 1e-9);
 }
@@ -51,7 +51,7 @@ TEST(Lbfgs, StopsAtTheTarget) {
         return x[0] * x[0] * x[0] * x[0];
     };
     std::vector<double> x{1};
-    const LbfgsResult result = minimise({evaluate, {}}, {.target = 1e-3}, x);
+    const SearchResult result = minimise(evaluate, {.target = 1e-3}, x);
     EXPECT_LE(result.value, 1e-3);
     EXPECT_GT(result.value, 1e-9);
 }
@@ -114,7 +114,7 @@ TEST(ManyStarts, MoreRoundsAreNeverWorseAndATargetEndsThem) {
     EXPECT_LE(one.objective, single.objective * 1.001);
     EXPECT_LE(three.objective, one.objective);
     EXPECT_NEAR(three.objective, netObjective(three.net, x, y, 0.05), 1e-10 * three.objective);
-    LbfgsOptions easy = kToTheEnd;
+    SearchOptions easy = kToTheEnd;
     easy.target = 2 * three.objective;
     const NetFit early = fitFromManyStarts(x, y, 0.05, thrice, easy);
     EXPECT_LE(early.objective, easy.target);
