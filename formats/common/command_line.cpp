@@ -56,6 +56,8 @@ namespace {
 void addCommonOptions(CLI::App& app, CommonOptions& common) {
     CLI::Option* quiet = app.add_flag("-q,--quiet", common.quiet, "No messages but errors")->group(kCommonGroup);
     app.add_flag("-v,--verbose", common.verbosity, "More messages; twice for still more")
+        ->force_callback(false)  // CLI11 2.4 gives counted flags the value 0, which would exclude --quiet
+        ->default_str("")
         ->excludes(quiet)
         ->group(kCommonGroup);
     app.add_option("--threads", common.threads, "Threads; else $PENUMBRA_THREADS, $CUE_THREADS, all cores")
