@@ -50,7 +50,7 @@ TEST(Lbfgs, StopsAtTheTarget) {
         g[0] = 4 * x[0] * x[0] * x[0];
         return x[0] * x[0] * x[0] * x[0];
     };
-    std::vector<double> x{1};
+    std::vector<double> x{1.5};
     const SearchResult result = minimise(evaluate, {.target = 1e-3}, x);
     EXPECT_LE(result.value, 1e-3);
     EXPECT_GT(result.value, 1e-9);

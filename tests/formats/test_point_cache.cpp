@@ -147,17 +147,17 @@ TEST(ZipArchive, ManyThreadsReadOneDeflatedMember) {
 
 // The refusal names the archive, the member and the folder.
 TEST(ZipArchive, SaysWhereItCannotInflate) {
-    samples::writeText(scratch("full.zip"),
-                       samples::zipOf({{.name = "a", .data = std::string(9000, 'a'), .compress = true}}));
-    const auto problem = [] {
+    const std::filesystem::path file = scratch("full.zip");
+    samples::writeText(file, samples::zipOf({{.name = "a", .data = std::string(9000, 'a'), .compress = true}}));
+    const auto problem = [&] {
         try {
-            openMember(openZip(scratch("full.zip")), "a");
+            openMember(openZip(file), "a");
         } catch (const IoError& error) {
             return std::string(error.what());
         }
         return std::string("was inflated");
     };
-    const std::string start = scratch("full.zip").string() + ": 'a': cannot be inflated into ";
+    const std::string start = file.string() + ": 'a': cannot be inflated into ";
     // 1. A folder without room.
     const char* const usual = std::getenv("TMPDIR");
     const std::string before = usual ? usual : "";
