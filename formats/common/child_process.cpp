@@ -104,7 +104,12 @@ void printNothing() {
     for (const int stream : {STDOUT_FILENO, STDERR_FILENO}) ::dup2(nowhere, stream);
 }
 
-[[noreturn]] void runChild(int pipe, const std::function<std::vector<std::byte>()>& work) {
+// An exception of another kind than these aborts the child, as noexcept has it.
+[[noreturn]] void runChild(int pipe, pid_t parent, const std::function<std::vector<std::byte>()>& work,
+                           const ChildLimits& limits) noexcept {
+    leaveSignalsToParent(parent);
+    printNothing();
+    setLimits(limits);
     try {
         answer(pipe, Answer::kResult, work());
     } catch (const UsageError& error) {
@@ -179,10 +184,7 @@ Child start(const std::function<std::vector<std::byte>()>& work, const ChildLimi
     }
     if (process == 0) {
         ::close(pipe[0]);
-        leaveSignalsToParent(parent);
-        printNothing();
-        setLimits(limits);
-        runChild(pipe[1], work);
+        runChild(pipe[1], parent, work, limits);
     }
     ::close(pipe[1]);
     return Child(process, pipe[0]);

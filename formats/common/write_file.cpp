@@ -144,6 +144,7 @@ void sweepStale(const fs::path& target) {
 void checkTarget(const fs::path& target) {
     std::error_code error;
     const fs::file_status status = fs::status(target, error);
+    if (error == std::errc::filename_too_long) throw failed("cannot write here", target, ENAMETOOLONG);
     // rename() would replace the device or the folder itself.
     if (fs::exists(status) && !fs::is_regular_file(status)) throw IoError(target.string() + ": not a regular file");
     if (!fs::is_directory(target.parent_path(), error))
@@ -193,7 +194,8 @@ PartialFile::PartialFile(fs::path target) {
     checkTarget(target_);
     sweepStale(target_);
     // What replaces a file that others may not read is closed to them from the start.
-    const mode_t mode = fs::exists(target_) ? 0600 : 0666;
+    std::error_code missing;
+    const mode_t mode = fs::exists(target_, missing) ? 0600 : 0666;
     for (int attempt = 1; attempt <= 100;
          ++attempt) {  // "-2": a second writer here, or the same number in another host
         const std::string suffix = attempt == 1 ? "" : "-" + std::to_string(attempt);
