@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <cstdio>
+#include <span>
 #include <string>
 
 #include "formats/common/errors.h"
+#include "formats/common/light_picture.h"
 #include "formats/common/write_file.h"
 #include "formats/stage/stage_parts.h"
 #include "sh/sh_basis.h"
@@ -64,6 +67,16 @@ double readError(const Hdf5Reader& in, const std::string& object, const std::str
     return value;
 }
 
+void requireLightNumbers(const Hdf5Reader& in, const char* dataset, std::span<const double> values) {
+    for (const double value : values)
+        if (std::abs(value) > kMostLightNumber) {
+            char numbers[80];
+            std::snprintf(numbers, sizeof numbers, "holds %.3g; at most %.0e is allowed of a light", value,
+                          kMostLightNumber);
+            throw InvalidInput(in.name + ": " + dataset + ": " + numbers);
+        }
+}
+
 LightLobesFit readLobes(const Hdf5Reader& in, int order) {
     const std::string group = "/light/lobes";
     const auto fail = [&](const std::string& what) { throw InvalidInput(in.name + ": " + group + what); };
@@ -79,6 +92,7 @@ LightLobesFit readLobes(const Hdf5Reader& in, int order) {
     }
     std::vector<hsize_t> coefficient_shape{shape[0], hsize_t(order), 3};
     lobes.coefficients = readDoubles(in, group + "/coefficients", coefficient_shape);
+    requireLightNumbers(in, "/light/lobes/coefficients", lobes.coefficients);
     lobes.mode = readTextAttribute(in, group, "mode");
     if (lobes.mode != "greedy" && lobes.mode != "joint" && lobes.mode != "fixed")
         fail(" mode: \"" + lobes.mode + "\" is none of greedy, joint, fixed");
@@ -90,6 +104,7 @@ LightLobesFit readLobes(const Hdf5Reader& in, int order) {
 std::vector<SunD> readSuns(const Hdf5Reader& in) {
     std::vector<hsize_t> shape{0, 7};
     const std::vector<double> rows = readDoubles(in, "/light/suns", shape);
+    requireLightNumbers(in, "/light/suns", rows);
     const auto fail = [&](const std::string& what) { throw InvalidInput(in.name + ": /light/suns: " + what); };
     if (shape[0] < 1 || shape[0] > kMaxSuns)
         fail("1 to " + std::to_string(kMaxSuns) + " suns, not " + std::to_string(shape[0]));
@@ -139,6 +154,7 @@ LightFile readLight(const std::filesystem::path& path) {
     light.name = readTextAttribute(in, "/", "name");
     std::vector<hsize_t> shape{hsize_t(coefficientCount(light.order)), 3};
     light.sh = readDoubles(in, "/light/sh", shape);
+    requireLightNumbers(in, "/light/sh", light.sh);
     light.residual = readError(in, "/light", "residual");
     if (exists(in, "/light/window")) {
         std::vector<hsize_t> bands{hsize_t(light.order)};

@@ -7,8 +7,10 @@
  *
  * Errors. Functions that can fail return a penumbra_status. Unless it is PENUMBRA_OK, the function has changed and
  * written nothing, and `error`, unless NULL, holds one sentence. A NULL handle or array where none is allowed, an index
- * beyond the last and a count that does not fit are PENUMBRA_INVALID_ARGUMENT. No C++ exception leaves the library, and
- * it never prints or exits.
+ * beyond the last, a count that does not fit and a number that is not finite are PENUMBRA_INVALID_ARGUMENT. Arrays of
+ * all vertices that ..._shade, ..._add_suns, ..._ambient, ..._cast and ..._shadow read are not searched for such
+ * numbers, since other functions of the library write them: one in there spoils the result at its vertex and no other.
+ * No C++ exception leaves the library, and it never prints or exits.
  *
  * Enums have a last value ..._WIDE that makes them as wide as an int, so that the library can refuse a wrong value.
  *
@@ -153,7 +155,7 @@ typedef struct penumbra_frame {
 } penumbra_frame;
 PENUMBRA_API penumbra_status penumbra_asset_get_frame(const penumbra_asset* asset, size_t frame, penumbra_frame* out);
 /* Returns the last frame of `clip` that is not after `seconds`, or else its first frame. Returns PENUMBRA_NONE for a
- * clip that does not exist or has no frames. */
+ * clip that does not exist or has no frames, and where `seconds` is NaN. */
 PENUMBRA_API size_t penumbra_asset_frame_at(const penumbra_asset* asset, size_t clip, double seconds);
 
 /* Writes the vertex of the other side of each vertex of a two-sided mesh, [vertex_count]. Fails with

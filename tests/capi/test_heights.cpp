@@ -214,8 +214,13 @@ TEST(CApiHeights, RefuseWhatIsWrong) {
     wrong.rows = 0;
     EXPECT_THAT(problem(wrong, 0), HasSubstr("rows is 0"));
     wrong = kOptions;
-    wrong.cell_x = 0;
-    EXPECT_THAT(problem(wrong, 0), HasSubstr("cell"));
+    for (const float cell : {0.0f, std::nanf("")}) {
+        wrong.cell_x = cell;
+        EXPECT_THAT(problem(wrong, 0), HasSubstr("cell"));
+    }
+    wrong = kOptions;
+    wrong.corner[1] = std::nanf("");
+    EXPECT_THAT(problem(wrong, 0), HasSubstr("corner[1] is not finite"));
     wrong = kOptions;
     wrong.order = 6;
     EXPECT_THAT(problem(wrong, 0), HasSubstr("order"));
@@ -230,6 +235,19 @@ TEST(CApiHeights, RefuseWhatIsWrong) {
     for (const float tolerance : {-0.1f, 1.1f, std::numeric_limits<float>::quiet_NaN()})
         EXPECT_EQ(penumbra_heights_set_tolerance(good.get(), tolerance, nullptr), PENUMBRA_INVALID_ARGUMENT);
     EXPECT_EQ(penumbra_heights_set_tolerance(nullptr, 0.1f, nullptr), PENUMBRA_INVALID_ARGUMENT);
+    const float nan[3] = {std::nanf(""), 0, 0};
+    float height = 0;
+    EXPECT_EQ(penumbra_heights_shade(good.get(), nan, 0, 0, nullptr, nullptr, &error), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_STREQ(error.message, "eye[0] is not finite");
+    EXPECT_EQ(penumbra_heights_query(good.get(), nan, 1, &height, nullptr), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_heights_under(good.get(), nan, 1, nullptr, &height, nullptr), PENUMBRA_INVALID_ARGUMENT);
+    for (const int bits : {60, 63}) {  // refused before the array is read
+        const std::size_t many = std::size_t(1) << bits;
+        EXPECT_EQ(penumbra_heights_query(good.get(), nan, many, &height, &error), PENUMBRA_INVALID_ARGUMENT);
+        EXPECT_THAT(error.message, HasSubstr("count is"));
+        EXPECT_EQ(penumbra_heights_under(good.get(), nan, many, nullptr, &height, &error), PENUMBRA_INVALID_ARGUMENT);
+        EXPECT_THAT(error.message, HasSubstr("count is"));
+    }
     EXPECT_EQ(penumbra_heights_update_rows(nullptr), 0u);
     penumbra_heights_destroy(nullptr);
 }

@@ -316,6 +316,31 @@ TEST(LightFile, BadSunsAreRefused) {
     expectRefused("/light/picture", [](LightFile& l) { l.picture = {2, 4, l.picture.pixels}; });
 }
 
+// What shading could not sum is refused where it is read. The message names the file and the field.
+TEST(LightFile, NumbersThatAreTooLargeAreNamed) {
+    const Folder folder("bright");
+    const auto path = folder.path / "e.light.h5";
+    const auto refusal = [&](const auto& damage) {
+        LightFile light = factoredLight();
+        light.lobes = sampleLobes();
+        damage(light);
+        writeLight(path, light);
+        try {
+            readLight(path);
+            return std::string();
+        } catch (const InvalidInput& error) {
+            return std::string(error.what());
+        }
+    };
+    EXPECT_EQ(refusal([](LightFile& l) { l.sh[5] = -1e33; }), "");
+    const std::string limit = " holds 1.06e+39; at most 1e+33 is allowed of a light";
+    EXPECT_EQ(refusal([](LightFile& l) { l.sh[5] = 1.06e39; }), path.string() + ": /light/sh:" + limit);
+    EXPECT_EQ(refusal([](LightFile& l) { l.suns[0].irradiance.z = 1.06e39; }),
+              path.string() + ": /light/suns:" + limit);
+    EXPECT_EQ(refusal([](LightFile& l) { l.lobes.coefficients[1] = 1.06e39; }),
+              path.string() + ": /light/lobes/coefficients:" + limit);
+}
+
 TEST(BrdfFile, RejectsTruncation) {
     const Folder folder("brdf_cut");
     BrdfFile brdf = sampleBrdf();

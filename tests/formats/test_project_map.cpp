@@ -269,6 +269,18 @@ TEST(EnvironmentMap, NegativeRadianceIsNamed) {
 }
 
 // There are rings beside a sun. Nothing stays below 0, and every channel keeps its flux.
+// 1e30 is kMostRadiance. What is off the light may have any number.
+TEST(EnvironmentMap, RadianceBeyondWhatShadingCanSumIsNamed) {
+    Image image = plain(8, 4);
+    image.pixels[8 * 2 + 5].y = 1e30f;
+    EXPECT_EQ(refusal(image, ""), "");
+    image.pixels[8 * 2 + 5].y = 3e38f;
+    EXPECT_EQ(refusal(image, ""), "p.exr: a radiance of 3e+38 in pixel (5, 2); at most 1e+30 is allowed");
+    Image ball = plain(8, 8);
+    ball.pixels[0] = {3e38f, 3e38f, 3e38f};
+    EXPECT_EQ(refusal(ball, "ball"), "");
+}
+
 TEST(EnvironmentMap, RingingKeepsItsFlux) {
     Image image = plain(64, 32, {0.5f, 1, 2});
     for (int x = 18; x < 24; ++x) image.pixels[std::size_t(64 * 12 + x)] = {-20, -30, 0.1f};

@@ -4,6 +4,8 @@
 #include <cstdio>
 
 #include "formats/image/image_file.h"
+#include "formats/rig/rig_bytes.h"
+#include "formats/rig/rig_import.h"
 #include "tests/formats/brdf_samples.h"
 #include "tests/formats/sheet_files.h"
 #include "tests/formats/stage_samples.h"
@@ -185,6 +187,7 @@ void copyRigs(const fs::path& samples, const fs::path& out) {
     for (const char* name : {"weights_u16.glb", "quantized.glb", "sparse.glb", "interpolation.glb", "swing.glb"})
         write(out / "fuzz_rig" / name, samples::readText(samples / name));
     write(out / "fuzz_point_cache_gltf" / "sheet_morph.glb", samples::readText(samples / "sheet_morph.glb"));
+    write(out / "fuzz_rig_bytes" / "swing", textOf(bytesOf(importWithAssimp(samples / "swing.fbx"))));
 }
 
 // Cases of the targets that make their files themselves.
