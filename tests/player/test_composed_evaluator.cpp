@@ -142,7 +142,11 @@ TEST(ComposedEvaluator, MatchesTheFormulas) {
             Evaluator evaluator(asset);
             for (std::size_t f = 0; f < asset.animation.frameCount(); ++f) {
                 const std::span<const Affine> bones = asset.animation.bonesOf(f);
-                off.add(largestDifference(numbersOf(evaluator, bones), expectedNumbers(model, asset, bones)));
+                const std::vector<float> expected = expectedNumbers(model, asset, bones);
+                for (const EvaluatorPath& path : evaluatorPaths()) {
+                    evaluator.usePath(path);
+                    off.add(largestDifference(numbersOf(evaluator, bones), expected));
+                }
             }
         }
     EXPECT_LT(off, 1e-5);
@@ -258,7 +262,11 @@ TEST(ComposedEvaluator, ARigOfOnePartHasNoFarPart) {
         for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) evaluator.evaluateCluster(c, out);
         return out;
     };
-    EXPECT_LT(largestDifference(numbers(first), numbers(second)), 2e-6);
+    for (const EvaluatorPath& path : evaluatorPaths()) {
+        first.usePath(path);
+        second.usePath(path);
+        EXPECT_LT(largestDifference(numbers(first), numbers(second)), 2e-6) << path.name;
+    }
 }
 
 TEST(ComposedEvaluator, EveryPathAgreesWithThePortableOne) {
@@ -292,13 +300,16 @@ TEST(ComposedEvaluator, SameNumbersForAnyThreadCountAndForCopies) {
     const Packed packed = pack(composedTube(kManyVertices), AssetPrecision::kI8);
     const AssetView asset = openAsset(packed.bytes);
     Evaluator evaluator(asset);
-    const std::vector<float> expected = numbersOf(evaluator, asset.animation.bonesOf(2));
-    for (int threads : {2, 8}) {
-        Evaluator copy(evaluator);
-        std::vector<float> numbers(expected.size());
-        copy.setPose(asset.animation.bonesOf(2), {});
-        parallelFor(copy.clusterCount(), threads, [&](std::size_t c) { copy.evaluateCluster(c, numbers); });
-        EXPECT_EQ(numbers, expected);
+    for (const EvaluatorPath& path : evaluatorPaths()) {
+        evaluator.usePath(path);
+        const std::vector<float> expected = numbersOf(evaluator, asset.animation.bonesOf(2));
+        for (int threads : {2, 8}) {
+            Evaluator copy(evaluator);
+            std::vector<float> numbers(expected.size());
+            copy.setPose(asset.animation.bonesOf(2), {});
+            parallelFor(copy.clusterCount(), threads, [&](std::size_t c) { copy.evaluateCluster(c, numbers); });
+            EXPECT_EQ(largestDifference(numbers, expected), 0) << path.name;
+        }
     }
 }
 
@@ -312,10 +323,13 @@ TEST(ComposedEvaluator, NoPoseMakesItExplode) {
         std::vector<Affine> bones(std::size_t(kManyVertices.joints));
         for (std::size_t j = 0; j < bones.size(); ++j)
             for (std::size_t i = 0; i < 12; ++i) bones[j].m[i] = size * std::sin(float(7 * j + 3 * i) + size);
-        const std::vector<float> numbers = numbersOf(evaluator, bones);
-        EXPECT_GT(largestMagnitude(numbers), 0.3) << size;
-        ambient(asset.model.convention, asset.model.stride, 0, e.size(), numbers, e);
-        for (float value : e) EXPECT_TRUE(value >= -1e-5f && value <= 1 + 1e-5f) << size << " " << value;
+        for (const EvaluatorPath& path : evaluatorPaths()) {
+            evaluator.usePath(path);
+            const std::vector<float> numbers = numbersOf(evaluator, bones);
+            EXPECT_GT(largestMagnitude(numbers), 0.3) << size;
+            ambient(asset.model.convention, asset.model.stride, 0, e.size(), numbers, e);
+            for (float value : e) EXPECT_TRUE(value >= -1e-5f && value <= 1 + 1e-5f) << size << " " << value;
+        }
     }
 }
 

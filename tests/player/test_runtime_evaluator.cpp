@@ -174,13 +174,16 @@ std::pair<double, double> differenceToReference(const Model& model) {
     const std::size_t size = std::size_t(model.convention.size()), stride = std::size_t(asset.model.stride);
     Largest numbers_off, range_off, range;
     for (std::size_t f = 0; f < model.frames.frameCount(); ++f) {
-        const std::vector<float> numbers = evaluate(evaluator, f);
         const ReferencePose expected = referencePose(model, f);
-        for (std::size_t v = 0; v < evaluator.vertexCount(); ++v)
-            for (std::size_t i = 0; i < stride; ++i) {
-                const double e = i < size ? expected.numbers[asset.mesh.shading_point[v] * size + i] : 0;
-                numbers_off.add(std::abs(numbers[v * stride + i] - e));
-            }
+        for (const EvaluatorPath& path : evaluatorPaths()) {
+            evaluator.usePath(path);
+            const std::vector<float> numbers = evaluate(evaluator, f);
+            for (std::size_t v = 0; v < evaluator.vertexCount(); ++v)
+                for (std::size_t i = 0; i < stride; ++i) {
+                    const double e = i < size ? expected.numbers[asset.mesh.shading_point[v] * size + i] : 0;
+                    numbers_off.add(std::abs(numbers[v * stride + i] - e));
+                }
+        }
         range_off.add(std::abs(evaluator.outOfRange() - expected.out_of_range));
         range.add(expected.out_of_range);
     }
@@ -220,10 +223,14 @@ TEST(Evaluator, NoPoseMakesItExplode) {
                 for (std::size_t i = 0; i < 12; ++i) bones[j].m[i] = size * std::sin(float(7 * j + 3 * i) + size);
             evaluator.setPose(bones, {});
             EXPECT_GT(evaluator.outOfRange(), 0.1) << nameOf(kind);
-            for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) evaluator.evaluateCluster(c, numbers);
-            ambient(asset.model.convention, asset.model.stride, 0, e.size(), numbers, e);
-            for (float value : e) EXPECT_TRUE(value >= -1e-5f && value <= 1 + 1e-5f) << nameOf(kind) << " " << value;
-            EXPECT_GT(largestOf(e), 0.3) << "not all is dark";
+            for (const EvaluatorPath& path : evaluatorPaths()) {
+                evaluator.usePath(path);
+                for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) evaluator.evaluateCluster(c, numbers);
+                ambient(asset.model.convention, asset.model.stride, 0, e.size(), numbers, e);
+                for (float value : e)
+                    EXPECT_TRUE(value >= -1e-5f && value <= 1 + 1e-5f) << nameOf(kind) << " " << value;
+                EXPECT_GT(largestOf(e), 0.3) << "not all is dark";
+            }
         }
     }
 }
@@ -337,11 +344,15 @@ TEST(Evaluator, SameNumbersForAnyThreadCount) {
     const Packed packed = pack(tubeModel({.rings = 40, .segments = 30, .clusters = 16}), AssetPrecision::kI8);
     const AssetView asset = openAsset(packed.bytes);
     Evaluator evaluator(asset);
-    const std::vector<float> expected = evaluate(evaluator, 2);
-    for (int threads : {2, 8}) {
-        std::vector<float> numbers(expected.size());
-        parallelFor(evaluator.clusterCount(), threads, [&](std::size_t c) { evaluator.evaluateCluster(c, numbers); });
-        EXPECT_EQ(numbers, expected);
+    for (const EvaluatorPath& path : evaluatorPaths()) {
+        evaluator.usePath(path);
+        const std::vector<float> expected = evaluate(evaluator, 2);
+        for (int threads : {2, 8}) {
+            std::vector<float> numbers(expected.size());
+            parallelFor(evaluator.clusterCount(), threads,
+                        [&](std::size_t c) { evaluator.evaluateCluster(c, numbers); });
+            EXPECT_EQ(largestDifference(numbers, expected), 0) << path.name;
+        }
     }
 }
 
@@ -398,9 +409,12 @@ TEST(Evaluator, SingularBoneGivesFiniteNumbers) {
     const Packed packed = pack(model, AssetPrecision::kF32);
     const AssetView asset = openAsset(packed.bytes);
     Evaluator evaluator(asset);
-    const double largest = largestMagnitude(evaluate(evaluator, 0));
-    EXPECT_GT(largest, 0.5);
-    EXPECT_LT(largest, 10);
+    for (const EvaluatorPath& path : evaluatorPaths()) {
+        evaluator.usePath(path);
+        const double largest = largestMagnitude(evaluate(evaluator, 0));
+        EXPECT_GT(largest, 0.5) << path.name;
+        EXPECT_LT(largest, 10) << path.name;
+    }
 }
 
 }  // namespace
