@@ -11,6 +11,7 @@
 #include "sh/height/field_in_scene.h"
 #include "sh/height/height_visibility.h"
 #include "tests/capi/packed_asset.h"
+#include "tests/difference.h"
 #include "tests/player/count_allocations.h"
 
 namespace penumbra {
@@ -108,12 +109,6 @@ TEST(CApiHeights, TellTheGroundUnderAPose) {
     EXPECT_EQ(penumbra_heights_under(nullptr, nullptr, 0, placed, &height, &error), PENUMBRA_INVALID_ARGUMENT);
 }
 
-double largestDifference(std::span<const float> a, std::span<const float> b) {
-    double most = 0;
-    for (std::size_t i = 0; i < a.size(); ++i) most = std::max(most, double(std::abs(a[i] - b[i])));
-    return most;
-}
-
 // With next to no tolerance all points look for themselves, whatever rows one asks for.
 TEST(CApiHeights, WithAToleranceLookMoreClosely) {
     penumbra_heights_options options = kOptions;
@@ -180,9 +175,7 @@ TEST(CApiHeights, AreShadedAndShadowCharacters) {
             << error.message;
         EXPECT_EQ(penumbra_heights_shade(field.get(), eye, 0, 2000, &view, points.radiance.data(), nullptr),
                   PENUMBRA_OK);
-        float most = 0;
-        for (const float x : points.radiance) most = std::max(most, x);
-        EXPECT_GT(most, 0.01f);
+        EXPECT_GT(largestOf(points.radiance), 0.01);
     }
     const Character character = capi_test::character(asset);
     const penumbra_asset_info info = infoOf(asset);

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "fit/models/features.h"
+#include "tests/difference.h"
 #include "tests/fit/synthetic_character.h"
 
 namespace penumbra {
@@ -65,7 +66,21 @@ TEST(RelativeBones, StayFiniteWithACollapsedBone) {
     VisibilityFrame frame;
     frame.bones.resize(4);
     frame.bones[1] = Affine{{}};
-    for (double x : featuresOf(recipe, 1, frame)) EXPECT_TRUE(std::isfinite(x));
+    // The other bones stand still. In a frame without a size, which its rotation alone makes, their centres do too.
+    const std::vector<double> raw = featuresOf(recipe, 1, frame);
+    const Mat3d rotation = transposed(toDouble(nearestRotation(frame.bones[1].linear())));
+    std::vector<double> expected;
+    for (const std::size_t j : {0u, 2u, 3u}) {
+        const Vec3d center = toDouble(recipe.joint_centers[j]), moved = (rotation * center - center) / recipe.scale;
+        expected.insert(expected.end(), {moved.x, moved.y, moved.z});
+        for (std::size_t i = 0; i < 9; ++i) expected.push_back(rotation.m[i] - (i % 4 == 0 ? 1 : 0));
+    }
+    EXPECT_LT(largestDifference(raw, expected), 1e-6);
+    // The collapsed bone itself has moved to the origin.
+    const Vec3d center = toDouble(recipe.joint_centers[1]) / recipe.scale;
+    const std::vector<double> seen = featuresOf(recipe, 0, frame);
+    EXPECT_LT(largestDifference(Vec3d{seen[0], seen[1], seen[2]}, -center), 1e-6);
+    EXPECT_GT(length(center), 0.1);
 }
 
 TEST(JointAngles, AreThePoseItself) {

@@ -3,6 +3,7 @@
 
 #include "pack/pack_asset.h"
 #include "player/runtime/evaluate/evaluator.h"
+#include "tests/difference.h"
 #include "tests/synthetic_composition.h"
 
 namespace penumbra {
@@ -30,7 +31,8 @@ struct ScatteredReceivers {
 };
 
 struct KernelError {
-    double largest = 0, rms = 0, blocked = 0;  // blocked: most of the sphere
+    Largest largest, blocked;  // blocked: most of the sphere
+    double rms = 0;
 };
 
 // Compares a path with farVisibility() for receivers that see `parts`, all of which are multiplied in.
@@ -54,10 +56,10 @@ KernelError kernelError(const EvaluatorPath& path, const std::vector<std::uint16
                           expected);
             for (std::size_t n = 0; n < kFarNumbers; ++n) {
                 const double off = far[i * kFarNumbers + n] - expected[n];
-                error.largest = std::max(error.largest, std::abs(off));
+                error.largest.add(std::abs(off));
                 error.rms += off * off;
             }
-            error.blocked = std::max(error.blocked, 1 - expected[0] / std::sqrt(4 * std::numbers::pi));
+            error.blocked.add(1 - expected[0] / std::sqrt(4 * std::numbers::pi));
         }
     }
     error.rms = std::sqrt(error.rms / double(all.positions.size() * kFarNumbers));
