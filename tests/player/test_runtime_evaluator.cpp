@@ -374,6 +374,21 @@ TEST(Evaluator, SkinsAsTheBakeDoes) {
     }
 }
 
+// Bones are seen relative to one another, so the scores of a character twice as large are the same.
+TEST(Evaluator, TheSizeOfTheWholeCharacterDoesNotMatter) {
+    const Packed packed = pack(tubeModel(), AssetPrecision::kF32);
+    const AssetView asset = openAsset(packed.bytes);
+    Evaluator evaluator(asset), larger(asset);
+    std::vector<Affine> bones(asset.animation.bonesOf(1).begin(), asset.animation.bonesOf(1).end());
+    evaluator.setPose(bones, {});
+    for (Affine& bone : bones)
+        for (float& x : bone.m) x *= 2;
+    larger.setPose(bones, {});
+    for (std::size_t c = 0; c < evaluator.clusterCount(); ++c)
+        for (std::size_t k = 0; k < evaluator.scores(c).size(); ++k)
+            EXPECT_NEAR(larger.scores(c)[k], evaluator.scores(c)[k], 1e-5) << c << " " << k;
+}
+
 TEST(Evaluator, TangentAlongTheNormalBecomesSomeOrthogonalOne) {
     Model model = tubeModel();
     model.rest_tangents = model.rest_normals;
