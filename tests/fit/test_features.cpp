@@ -91,6 +91,27 @@ TEST(JointAngles, AreThePoseItself) {
     for (std::size_t i = 0; i < raw.size(); ++i) EXPECT_EQ(raw[i], frame.pose[i]);
 }
 
+// Joint 1 has moved to half a diagonal from the cluster, joint 2 stands at two diagonals. A place weighs 1 / (0.02 +
+// d^2), a rotation 0.3 times that.
+TEST(RelativeBones, WeighByTheirDistance) {
+    FeatureRecipe recipe;
+    recipe.scale = 2;
+    recipe.joint_centers = {{0, 0, 0}, {2, 0, 0}, {0, 0, 4}};
+    Matrix raw(1, recipe.count());
+    raw(0, 0) = -0.5;
+    const std::vector<std::size_t> rows{0};
+    const ClusterPlace place{0, {0, 0, 0}};
+    const std::array<double, 2> near{1 / 0.27, 1 / 4.02};
+    const std::vector<double> features = featureWeights(recipe, place, raw, rows),
+                              groups = groupWeights(recipe, place, raw, rows);
+    ASSERT_EQ(features.size(), 24u);
+    for (std::size_t i = 0; i < 24; ++i) EXPECT_NEAR(features[i], near[i / 12] * (i % 12 < 3 ? 1 : 0.3), 1e-12) << i;
+    const double sum = near[0] * near[0] + near[1] * near[1];
+    ASSERT_EQ(groups.size(), 3u);
+    EXPECT_EQ(groups[0], 0);
+    for (std::size_t j = 0; j < 2; ++j) EXPECT_NEAR(groups[j + 1], near[j] * near[j] / sum, 1e-12);
+}
+
 TEST(JointCenters, OfAJointThatMovesNothingIsItsAncestors) {
     Mesh mesh = synthetic::tube(24, 8);
     Skin skin = synthetic::chainSkin(mesh);

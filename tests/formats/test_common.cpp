@@ -3,7 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <bit>
@@ -21,6 +23,15 @@
 #include "formats/common/write_file.h"
 #include "tests/formats/stage_samples.h"
 #include "tests/no_simd.h"
+
+// The names of the files and folders that fsync() was called for, while somebody listens.
+static std::vector<std::filesystem::path>* flushed = nullptr;
+
+// Stands before the C library's fsync() in this program.
+extern "C" int fsync(int file) {
+    if (flushed) flushed->push_back(std::filesystem::read_symlink("/proc/self/fd/" + std::to_string(file)));
+    return int(::syscall(SYS_fsync, file));
+}
 
 namespace penumbra {
 namespace {
@@ -74,6 +85,21 @@ TEST(PartialFile, ReplacesOnCommitOnly) {
     writeWholeFile(target, "new");
     EXPECT_EQ(samples::bytesOf(target), "new");
     EXPECT_EQ(folder.entries(), 1u);
+}
+
+// After a crash of the machine the name must stand for the whole file. So the bytes go to the disk before the name
+// does, and the folder with the name goes there last.
+TEST(PartialFile, FlushesTheBytesAndThenTheName) {
+    const samples::Folder folder("partial_flush");
+    std::vector<std::filesystem::path> names;
+    flushed = &names;
+    PartialFile partial(folder.path / "out");
+    std::ofstream(partial.path()) << "whole";
+    const std::filesystem::path written = std::filesystem::canonical(partial.path());
+    partial.commit();
+    flushed = nullptr;
+    EXPECT_THAT(names, testing::ElementsAre(written, std::filesystem::canonical(folder.path)));
+    EXPECT_EQ(samples::bytesOf(folder.path / "out"), "whole");
 }
 
 TEST(PartialFile, TwoWritersOfOneTargetDoNotMix) {

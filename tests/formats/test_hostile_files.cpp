@@ -189,8 +189,8 @@ TEST(HostileFiles, OtherFilesAreOutOfReach) {
         path);
 }
 
-// 2^50 vertices in a file of some kilobytes are refused before anything is allocated, and so are chunks that nobody
-// wrote.
+// 2^50 vertices in a file of some kilobytes are refused before anything is allocated, and so is what nobody wrote, in
+// chunks or in one piece.
 TEST(HostileFiles, SizesAreHeldToTheFilesLength) {
     for (const hsize_t vertices : {hsize_t(1) << 50, hsize_t(8)})
         expectRefused(
@@ -202,9 +202,13 @@ TEST(HostileFiles, SizesAreHeldToTheFilesLength) {
     expectRefused(
         [&](hid_t file) {
             removeLink(file, "/mesh/rest_positions");
-            (void)createDataset(file, "/mesh/rest_positions", H5T_IEEE_F32LE, {8, 3}, {});
+            const hsize_t shape[] = {8, 3};
+            const Hdf5Handle space(H5Screate_simple(2, shape, nullptr), H5Sclose, "test");
+            const Hdf5Handle made(
+                H5Dcreate2(file, "/mesh/rest_positions", H5T_IEEE_F32LE, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
+                H5Dclose, "test");
         },
-        "/mesh/rest_positions");
+        "/mesh/rest_positions: was never written");
 }
 
 TEST(HostileFiles, WrongTypesAndShapesAreNamed) {

@@ -34,6 +34,11 @@ TEST(Quantize, EveryPrecisionStaysWithinItsBound) {
     const std::vector<float> f16 = decoded(quantize(values, 200, AssetPrecision::kF16, "x").view());
     const StoredNumbers i8 = quantize(values, 200, AssetPrecision::kI8, "x");
     ASSERT_EQ(i8.scale.size(), 3u);
+    for (std::size_t row = 0; row < 3; ++row) {
+        const auto [low, high] =
+            std::minmax_element(values.begin() + long(200 * row), values.begin() + long(200 * row + 200));
+        EXPECT_FLOAT_EQ(i8.scale[row], std::max(-*low, *high) / 127) << "the largest number takes the largest byte";
+    }
     const std::vector<float> bytes = decoded(i8.view());
     for (std::size_t i = 0; i < values.size(); ++i) {
         EXPECT_LE(std::abs(f16[i] - values[i]), std::max(std::abs(values[i]) * 0x1p-11f, 0x1p-25f));

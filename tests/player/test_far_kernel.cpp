@@ -85,5 +85,33 @@ TEST(FarKernel, IsCloseToFarVisibilityForManyParts) {
     }
 }
 
+// Anchors a kilometre apart leave all parts to their receivers, however small these look. Anchors a micrometre apart
+// sum what looks small.
+TEST(FarKernel, AnchorsLeaveOutWhatIsNearerThanTheirSpacings) {
+    const Packed packed = packAsset(composedTube(kTube), {}, {}, {.precision = AssetPrecision::kF32}, "{}", 1);
+    const AssetView asset = openAsset(packed.bytes);
+    const FarTables tables = makeFarTables(*asset.model.composition, 5);
+    FarPose pose(tables);
+    pose.set(tables, asset.animation.bonesOf(1));
+    const ScatteredReceivers all;
+    const std::vector<std::uint16_t> parts{0, 1, 2, 3, 4, 5};
+    const std::size_t stride = anchorStride(parts.size());
+    std::vector<float> values(kMostReceivers * stride);
+    for (const EvaluatorPath& path : evaluatorPaths())
+        for (const float spacing : {1e3f, 1e-6f}) {
+            const FarScene scene{tables.tables(), pose.parts.data(), parts.data(), parts.size(), spacing};
+            path.far->anchors(tables.constants(), scene,
+                              {all.positions.data(), all.normals.data(), all.tangents.data(), kMostReceivers},
+                              values.data());
+            std::size_t summed = 0, near = 0;
+            for (std::size_t r = 0; r < kMostReceivers; ++r) {
+                summed += values[r * stride] != 0;  // NaN, too
+                for (std::size_t p = 0; p < parts.size(); ++p) near += values[r * stride + kAnchorSums + p] == 1;
+            }
+            EXPECT_EQ(summed > 0, spacing < 1) << path.name;
+            EXPECT_EQ(near > kMostReceivers, spacing > 1) << path.name;
+        }
+}
+
 }  // namespace
 }  // namespace penumbra

@@ -187,6 +187,19 @@ TEST(PoseInterpolation, BonesStayRigidAndJointsTogether) {
     EXPECT_LT(gap, 3e-4);      // metres; 1e-4 measured, of the pivots' 0.4 mm
 }
 
+// A character that grows from one frame to the next grows evenly in between.
+TEST(PoseInterpolation, SizesChangeEvenly) {
+    Chain chain;
+    for (std::size_t b = 0; b < 2 * kJoints; ++b) {
+        const float size = b < kJoints ? 1 : 3;
+        chain.bones[b] = {{size, 0, 0, 0, 0, size, 0, 0, 0, 0, size, 0}};
+    }
+    PoseInterpolation between(chain.asset);
+    between.evaluate(0, 1, 0.25);
+    for (const Affine& bone : between.bones())
+        for (std::size_t e = 0; e < 9; ++e) EXPECT_NEAR(bone.linear().m[e], e % 4 == 0 ? 1.5 : 0, 1e-5);
+}
+
 // A rotation vector of nearly pi and one of nearly -pi are neighbours: between them lies pi, not 0.
 TEST(PoseInterpolation, RotationVectorsTakeTheShortWay) {
     Chain chain;

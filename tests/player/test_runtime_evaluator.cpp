@@ -259,6 +259,37 @@ TEST(Evaluator, EveryPathAgreesWithThePortableOne) {
         }
 }
 
+// E of some vertices is below 0 and of some above 1. Each moves along the weights until E is 0 or 1. Counts of vertices
+// leave lanes over, and strides have a kernel of their own or not. Numbers reach 8, of which floats round 5e-7.
+TEST(Evaluator, EveryPathClampsAmbientVisibility) {
+    for (const char* name : {"D5", "D4", "B3", "A8"})
+        for (const std::size_t vertices : {1u, 7u, 8u, 37u}) {
+            const Convention convention = parseConvention(name);
+            const std::size_t size = std::size_t(convention.size()), stride = (size + 3) / 4 * 4;
+            std::vector<float> weights(stride), numbers;
+            ambientWeights(convention, std::span(weights).first(size));
+            synthetic::Noise noise(5);
+            synthetic::fillNoise(numbers, vertices * stride, 8, noise);
+            double norm2 = 0;
+            for (const float w : weights) norm2 += double(w) * w;
+            std::vector<float> expected = numbers;
+            std::size_t below = 0, above = 0;
+            for (std::size_t v = 0; v < vertices; ++v) {
+                double e = 0;
+                for (std::size_t i = 0; i < stride; ++i) e += double(weights[i]) * numbers[v * stride + i];
+                below += e<0, above += e> 1;
+                for (std::size_t i = 0; i < stride; ++i)
+                    expected[v * stride + i] -= float(weights[i] * (e - std::clamp(e, 0.0, 1.0)) / norm2);
+            }
+            EXPECT_TRUE(vertices < 37 || (below > 3 && above > 3)) << name;
+            for (const EvaluatorPath& path : evaluatorPaths()) {
+                std::vector<float> clamped = numbers;
+                path.clamp({weights.data(), stride, float(norm2)}, clamped.data(), vertices);
+                EXPECT_LT(largestDifference(clamped, expected), 1e-5) << path.name << " " << name << " " << vertices;
+            }
+        }
+}
+
 // Weights of bytes are rounded to 16 bits: at most half a unit, the largest weight / 32767, times 127 for each
 // component, plus what floats round. The cases have an odd count of components, and clusters that end within a tile.
 TEST(Evaluator, BytesAreWeighedWithinSixteenBits) {
@@ -383,6 +414,21 @@ TEST(Evaluator, SkinsAsTheBakeDoes) {
             EXPECT_LT(length(tangents[v] - projected), 1e-5f);
         }
     }
+}
+
+// Bones are seen relative to one another, so the scores of a character twice as large are the same.
+TEST(Evaluator, TheSizeOfTheWholeCharacterDoesNotMatter) {
+    const Packed packed = pack(tubeModel(), AssetPrecision::kF32);
+    const AssetView asset = openAsset(packed.bytes);
+    Evaluator evaluator(asset), larger(asset);
+    std::vector<Affine> bones(asset.animation.bonesOf(1).begin(), asset.animation.bonesOf(1).end());
+    evaluator.setPose(bones, {});
+    for (Affine& bone : bones)
+        for (float& x : bone.m) x *= 2;
+    larger.setPose(bones, {});
+    for (std::size_t c = 0; c < evaluator.clusterCount(); ++c)
+        for (std::size_t k = 0; k < evaluator.scores(c).size(); ++k)
+            EXPECT_NEAR(larger.scores(c)[k], evaluator.scores(c)[k], 1e-5) << c << " " << k;
 }
 
 TEST(Evaluator, TangentAlongTheNormalBecomesSomeOrthogonalOne) {
