@@ -260,7 +260,7 @@ TEST(Evaluator, EveryPathAgreesWithThePortableOne) {
 }
 
 // E of some vertices is below 0 and of some above 1. Each moves along the weights until E is 0 or 1. Counts of vertices
-// leave lanes over, and strides have a kernel of their own or not.
+// leave lanes over, and strides have a kernel of their own or not. Numbers reach 8, of which floats round 5e-7.
 TEST(Evaluator, EveryPathClampsAmbientVisibility) {
     for (const char* name : {"D5", "D4", "B3", "A8"})
         for (const std::size_t vertices : {1u, 7u, 8u, 37u}) {
@@ -269,7 +269,7 @@ TEST(Evaluator, EveryPathClampsAmbientVisibility) {
             std::vector<float> weights(stride), numbers;
             ambientWeights(convention, std::span(weights).first(size));
             synthetic::Noise noise(5);
-            synthetic::fillNoise(numbers, vertices * stride, 3, noise);
+            synthetic::fillNoise(numbers, vertices * stride, 8, noise);
             double norm2 = 0;
             for (const float w : weights) norm2 += double(w) * w;
             std::vector<float> expected = numbers;
@@ -285,7 +285,7 @@ TEST(Evaluator, EveryPathClampsAmbientVisibility) {
             for (const EvaluatorPath& path : evaluatorPaths()) {
                 std::vector<float> clamped = numbers;
                 path.clamp({weights.data(), stride, float(norm2)}, clamped.data(), vertices);
-                EXPECT_LT(largestDifference(clamped, expected), 3e-6) << path.name << " " << name << " " << vertices;
+                EXPECT_LT(largestDifference(clamped, expected), 1e-5) << path.name << " " << name << " " << vertices;
             }
         }
 }
