@@ -20,8 +20,8 @@
 #include "formats/common/write_file.h"
 #include "pack/baked_frames.h"
 #include "pack/check_sums.h"
-#include "pack/least_squares.h"
 #include "pack/rank_correlation.h"
+#include "pack/span_projector.h"
 #include "player/runtime/evaluate/evaluator.h"
 #include "player/runtime/shade/shading.h"
 #include "sh/sh_rotation.h"
@@ -101,7 +101,7 @@ Spans::Spans(const AssetView& asset) {
         first += cluster.mean.count;
         std::vector<float> basis(cluster.basis.count);
         decode(cluster.basis, basis);
-        projectors.emplace_back(std::move(basis), cluster.mean.count);
+        projectors.emplace_back(basis, cluster.mean.count);
     }
 }
 

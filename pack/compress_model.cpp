@@ -16,107 +16,48 @@
 
 #include <algorithm>
 #include <cassert>
-#include <cmath>
 
-#include "pack/symmetric_eigen.h"
+#include "pack/dense_solvers.h"
 
 namespace penumbra {
 
 namespace {
 
-// Multiplies rows [r, k] by a matrix [k, n] in double.
+using Eigen::Index;
+using Eigen::MatrixXd;
 template <class T>
-std::vector<float> multiply(std::span<const double> rows, const std::vector<T>& matrix, std::size_t k) {
-    if (k == 0) return {};
-    const std::size_t count = rows.size() / k, n = matrix.size() / k;
-    std::vector<float> out(count * n);
-    std::vector<double> sum(n);
-    for (std::size_t r = 0; r < count; ++r) {
-        std::fill(sum.begin(), sum.end(), 0.0);
-        for (std::size_t i = 0; i < k; ++i)
-            for (std::size_t j = 0; j < n; ++j) sum[j] += rows[r * k + i] * double(matrix[i * n + j]);
-        std::copy(sum.begin(), sum.end(), out.begin() + std::ptrdiff_t(r * n));
-    }
-    return out;
+using Rows = Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+// The rows [k, n] of a matrix as doubles, of which there may be none.
+MatrixXd asRows(std::span<const float> values, std::size_t k) {
+    return Eigen::Map<const Rows<float>>(values.data(), Index(k), Index(values.size() / k)).cast<double>();
 }
 
-// Returns the mean of the scores over the frames.
-std::vector<double> meanScores(std::span<const float> scores, std::size_t components) {
-    std::vector<double> mean(components);
-    for (std::size_t i = 0; i < scores.size(); ++i) mean[i % components] += scores[i];
-    for (double& m : mean) m /= std::max(1.0, double(scores.size() / components));
-    return mean;
-}
-
-// Returns the sum over frames of (y - mean)(y - mean)^T.
-std::vector<double> scatterOf(std::span<const float> scores, const std::vector<double>& mean) {
-    const std::size_t k = mean.size();
-    std::vector<double> scatter(k * k), y(k);
-    for (std::size_t first = 0; first < scores.size(); first += k) {
-        for (std::size_t i = 0; i < k; ++i) y[i] = scores[first + i] - mean[i];
-        for (std::size_t i = 0; i < k; ++i)
-            for (std::size_t j = 0; j <= i; ++j) scatter[i * k + j] += y[i] * y[j];
-    }
-    for (std::size_t i = 0; i < k; ++i)
-        for (std::size_t j = 0; j < i; ++j) scatter[j * k + i] = scatter[i * k + j];
-    return scatter;
-}
-
-// Returns the inner products of the components, of which only the lower triangle is filled in.
-std::vector<double> gramOf(const std::vector<float>& basis, std::size_t components) {
-    const std::size_t length = basis.size() / components;
-    std::vector<double> gram(components * components);
-    for (std::size_t i = 0; i < components; ++i)
-        for (std::size_t j = 0; j <= i; ++j) {
-            double sum = 0;
-            for (std::size_t n = 0; n < length; ++n) sum += double(basis[i * length + n]) * basis[j * length + n];
-            gram[i * components + j] = sum;
-        }
-    return gram;
+std::vector<float> asFloats(const MatrixXd& rows) {
+    std::vector<float> values(std::size_t(rows.size()));
+    Eigen::Map<Rows<float>>(values.data(), rows.rows(), rows.cols()) = rows.cast<float>();
+    return values;
 }
 
 // The turn of scores, y' = scores (y - mean), and of components, basis' = basis_rows basis. On the span of the
 // components scores^T basis_rows = 1.
 struct Turn {
-    std::vector<double> scores, basis;  // [K', K]
-    std::vector<double> energies;       // [K']
+    MatrixXd scores, basis;    // [K', K]
+    Eigen::VectorXd energies;  // [K'], descending
 };
 
 // Finds the turn. The Gram matrix of the components is U^T diag(s) U, so that sqrt(s) U y are the scores of the
 // orthonormal components U basis / sqrt(s). The scatter of these scores, Q^T diag(energies) Q, gives the axes: scores
 // = Q sqrt(s) U, basis = Q U / sqrt(s).
-Turn principalTurn(const std::vector<double>& gram, const std::vector<double>& scatter, std::size_t components) {
-    const SymmetricEigen span = symmetricEigen(gram, components);
-    std::size_t rank = 0;
-    while (rank < components && span.values[rank] > 1e-12 * span.values[0]) ++rank;
-    std::vector<double> whole(rank * components), inverse(rank * components);
-    for (std::size_t r = 0; r < rank; ++r)
-        for (std::size_t k = 0; k < components; ++k) {
-            const double length = std::sqrt(span.values[r]), u = span.vectors[r * components + k];
-            whole[r * components + k] = length * u;
-            inverse[r * components + k] = u / length;
-        }
-    std::vector<double> half(rank * components), turned(rank * rank);
-    for (std::size_t r = 0; r < rank; ++r)
-        for (std::size_t i = 0; i < components; ++i)
-            for (std::size_t j = 0; j < components; ++j)
-                half[r * components + j] += whole[r * components + i] * scatter[i * components + j];
-    for (std::size_t r = 0; r < rank; ++r)
-        for (std::size_t q = 0; q <= r; ++q) {
-            double sum = 0;
-            for (std::size_t j = 0; j < components; ++j) sum += half[r * components + j] * whole[q * components + j];
-            turned[r * rank + q] = sum;
-        }
-    const SymmetricEigen axes = symmetricEigen(turned, rank);
-    Turn turn{std::vector<double>(rank * components), std::vector<double>(rank * components), axes.values};
-    for (std::size_t r = 0; r < rank; ++r)
-        for (std::size_t q = 0; q < rank; ++q)
-            for (std::size_t k = 0; k < components; ++k) {
-                turn.scores[r * components + k] += axes.vectors[r * rank + q] * whole[q * components + k];
-                turn.basis[r * components + k] += axes.vectors[r * rank + q] * inverse[q * components + k];
-            }
-    for (double& energy : turn.energies) energy = std::max(0.0, energy);
-    return turn;
+Turn principalTurn(const MatrixXd& gram, const MatrixXd& scatter) {
+    const SymmetricAxes span = symmetricAxes(gram);
+    const Index rank = (span.values.array() > 1e-12 * span.values[0]).count();
+    if (rank == 0) return {};
+    const Eigen::VectorXd lengths = span.values.head(rank).cwiseSqrt();
+    const MatrixXd u = span.axes.leftCols(rank).transpose(), whole = lengths.asDiagonal() * u;
+    const SymmetricAxes axes = symmetricAxes(whole * scatter * whole.transpose());
+    const MatrixXd q = axes.axes.transpose();
+    return {q * whole, q * (lengths.cwiseInverse().asDiagonal() * u), axes.values.cwiseMax(0.0)};
 }
 
 // Drops components until `enough` says that the next one must stay.
@@ -166,26 +107,24 @@ std::vector<double> turnToPrincipalAxes(ClusterModel& cluster, std::span<const f
     if (components == 0 || cluster.basis.empty()) return std::vector<double>(components);
     assert(scores.size() % components == 0);
     // 1. Find the axes of the predicted scores.
-    const std::vector<double> mean = meanScores(scores, components);
-    const Turn turn = principalTurn(gramOf(cluster.basis, components), scatterOf(scores, mean), components);
-    if (turn.energies.empty()) {  // all components are zeros, as visibility never changes; one of them stays
+    const MatrixXd basis = asRows(cluster.basis, components);
+    MatrixXd y = Eigen::Map<const Eigen::MatrixXf>(scores.data(), Index(components), Index(scores.size() / components))
+                     .cast<double>();  // [K, frames]
+    const Eigen::VectorXd mean = y.rowwise().sum() / std::max(1.0, double(y.cols()));
+    y.colwise() -= mean;
+    const Turn turn = principalTurn(basis * basis.transpose(), y * y.transpose());
+    if (turn.energies.size() == 0) {  // all components are zeros, as visibility never changes; one of them stays
         keepComponents(cluster, 1);
         return {0.0};
     }
     // 2. The mean score moves into the stored mean, so that the turned scores are centred.
-    const std::size_t length = cluster.mean.size();
-    for (std::size_t n = 0; n < length; ++n) {
-        double sum = cluster.mean[n];
-        for (std::size_t k = 0; k < components; ++k) sum += mean[k] * cluster.basis[k * length + n];
-        cluster.mean[n] = float(sum);
-    }
+    cluster.mean = asFloats(asRows(cluster.mean, 1) + mean.transpose() * basis);
     // 3. Turn the components one way, and the regression's weights and bias the other way.
-    std::vector<double> centred(components);
-    for (std::size_t k = 0; k < components; ++k) centred[k] = cluster.bias[k] - mean[k];
-    cluster.basis = multiply(turn.basis, cluster.basis, components);
-    cluster.weights = multiply(turn.scores, cluster.weights, components);
-    cluster.bias = multiply(turn.scores, centred, components);
-    return turn.energies;
+    const MatrixXd bias = asRows(cluster.bias, components) - mean;
+    cluster.basis = asFloats(turn.basis * basis);
+    cluster.weights = asFloats(turn.scores * asRows(cluster.weights, components));
+    cluster.bias = asFloats(turn.scores * bias);
+    return {turn.energies.begin(), turn.energies.end()};
 }
 
 void keepComponents(ClusterModel& cluster, std::size_t count) {

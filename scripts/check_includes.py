@@ -72,7 +72,7 @@ EDGES = {
     r"tbb/|oneapi/": ["formats/common/parallel_for.cpp", "tests/"],
     r"tiny_gltf\.h": ["formats/rig/rig_gltf"],
     r"assimp/": ["formats/rig/rig_assimp"],
-    r"zlib\.h": ["formats/cache/inflate_index.cpp", "formats/cache/zip_archive.cpp", "tests/"],
+    r"zlib\.h": ["formats/cache/inflate_file.cpp", "formats/cache/zip_archive.cpp", "tests/"],
     r"meshoptimizer\.h": ["formats/rig/rig_", "tests/"],
     r"OpenEXR/|Imf\w*\.h|Imath": ["formats/image/image_", "tests/formats/test_height_file.cpp"],
     r"png\.h": ["formats/image/image_", "tests/formats/test_image_file.cpp",
@@ -83,6 +83,7 @@ EDGES = {
     r"GLFW/": ["player/view/window/view_window.cpp"],
     r"imgui|backends/imgui": ["player/view/"],
     r"Eigen/": ["fit/", "pack/", "tests/"],
+    r"ceres/|glog/": ["fit/numerics/quasi_newton.cpp"],  # GPL parts: never in the player or in pack
     r"flatbuffers/|asset_generated\.h": ["formats/asset/", "pack/", "tests/"],
 }
 

@@ -13,7 +13,7 @@
 #include <cmath>
 #include <limits>
 
-#include "fit/numerics/cholesky.h"
+#include "fit/numerics/dense_solvers.h"
 #include "formats/common/parallel_for.h"
 #include "sh/cast/caster_sphere.h"
 
@@ -96,23 +96,18 @@ double squaresOf(std::span<const double> residuals) {
 
 // J^T J and -J^T r, by forward differences.
 void normalEquations(const BandFit& fit, const std::vector<double>& logs, const std::vector<double>& residuals,
-                     std::vector<double>& matrix, std::vector<double>& right) {
-    const std::size_t n = fit.unknowns();
-    std::vector<std::vector<double>> columns;
-    for (std::size_t s = 0; s < n; ++s) {
+                     Eigen::MatrixXd& matrix, Eigen::MatrixXd& right) {
+    const auto asVector = [](const std::vector<double>& v) {
+        return Eigen::Map<const Eigen::VectorXd>(v.data(), Eigen::Index(v.size()));
+    };
+    Eigen::MatrixXd columns(Eigen::Index(fit.residuals()), Eigen::Index(fit.unknowns()));
+    for (std::size_t s = 0; s < fit.unknowns(); ++s) {
         std::vector<double> moved = logs;
         moved[s] += kDifference;
-        columns.push_back(fit.evaluate(moved));
-        for (std::size_t i = 0; i < residuals.size(); ++i)
-            columns.back()[i] = (columns.back()[i] - residuals[i]) / kDifference;
+        columns.col(Eigen::Index(s)) = (asVector(fit.evaluate(moved)) - asVector(residuals)) / kDifference;
     }
-    matrix.assign(n * n, 0);
-    right.assign(n, 0);
-    for (std::size_t a = 0; a < n; ++a) {
-        for (std::size_t i = 0; i < residuals.size(); ++i) right[a] -= columns[a][i] * residuals[i];
-        for (std::size_t b = 0; b <= a; ++b)
-            for (std::size_t i = 0; i < residuals.size(); ++i) matrix[a * n + b] += columns[a][i] * columns[b][i];
-    }
+    matrix = columns.transpose() * columns;
+    right = -columns.transpose() * asVector(residuals);
 }
 
 }  // namespace
@@ -121,7 +116,8 @@ RadiusRefinement refineRadii(std::span<const Triangle> triangles, const Silhouet
                              std::span<const Vec3d> views, int threads, SphereBlockers& blockers) {
     const BandFit fit(triangles, poses, views, threads, blockers);
     const std::size_t n = fit.unknowns();
-    std::vector<double> logs(n, 0.0), residuals = fit.evaluate(logs), matrix, right;
+    std::vector<double> logs(n, 0.0), residuals = fit.evaluate(logs), step(n);
+    Eigen::MatrixXd matrix, right, found;
     RadiusRefinement out{fit.error(residuals), fit.error(residuals)};
     double squares = squaresOf(residuals), damping = 1e-3;
     for (bool better = true; better && out.steps < kMostSteps;) {
@@ -130,11 +126,10 @@ RadiusRefinement refineRadii(std::span<const Triangle> triangles, const Silhouet
         // 2. Step, with more damping until the squares get fewer.
         better = false;
         for (int attempt = 0; attempt < 6 && !better; ++attempt, damping *= 10) {
-            std::vector<double> damped = matrix, step = right;
-            for (std::size_t a = 0; a < n; ++a) damped[a * n + a] *= 1 + damping;
-            factorCholesky(damped, n);
-            solveCholesky(damped, step);
-            for (std::size_t a = 0; a < n; ++a) step[a] = logs[a] + std::clamp(step[a], -0.5, 0.5);
+            Eigen::MatrixXd damped = matrix;
+            damped.diagonal() *= 1 + damping;
+            if (!solvePositive(damped, right, found)) continue;
+            for (std::size_t a = 0; a < n; ++a) step[a] = logs[a] + std::clamp(found(Eigen::Index(a)), -0.5, 0.5);
             const std::vector<double> moved = fit.evaluate(step);
             const double error = fit.error(moved);
             if (!(squaresOf(moved) < squares) || error > out.after) continue;

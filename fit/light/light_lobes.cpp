@@ -7,14 +7,15 @@
 // numbers for its direction, and the objective has many minima.
 //
 // Here: for given directions, every band and channel is a least squares problem of its own, which solveMinNorm() solves
-// exactly (band 0 has rank 1, because all lobes share it). So only directions are searched. At the best coefficients
-// their derivative is zero, so the gradient by the directions needs no derivative of the solution (variable projection,
-// Golub and Pereyra 1973). Many starts take care of the minima.
+// exactly (band 0 has rank 1, because all lobes share it), or a regularised one. So only directions are searched. At
+// the best coefficients their derivative is zero, so the gradient by the directions needs no derivative of the solution
+// (variable projection, Golub and Pereyra 1973). Many starts take care of the minima.
 //
 // Derivation: docs/formulas.md, section 6.
 
 #include "fit/light/light_lobes.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cassert>
@@ -24,7 +25,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "fit/numerics/min_norm.h"
+#include "fit/numerics/dense_solvers.h"
 #include "fit/numerics/minimise_directions.h"
 #include "sh/quadrature.h"
 #include "sh/sh_basis.h"
@@ -42,6 +43,7 @@ constexpr int kCandidates = 1500;  // paper 000 section 5.4
 constexpr double kRidge = 1e-8;
 
 using Basis = std::array<double, coefficientCount(kMaxOrder)>;
+using Eigen::Index;
 
 // The bands of a light, scaled to a norm of 1 (or 0 for a black light).
 struct Bands {
@@ -56,11 +58,10 @@ Bands bandsOf(int order, std::span<const double> sh) {
     bands.scale = std::sqrt(std::inner_product(sh.begin(), sh.end(), sh.begin(), 0.0));
     for (int l = 0; l < order; ++l) {
         SmallMatrix& band = bands.of[std::size_t(l)];
-        band.rows = 2 * l + 1;
-        band.columns = 3;
-        for (std::size_t i = 0; i < std::size_t(band.rows); ++i)
-            for (std::size_t c = 0; c < 3; ++c)
-                band.at[c][i] = bands.scale > 0 ? sh[3 * (std::size_t(l * l) + i) + c] / bands.scale : 0;
+        band.resize(2 * l + 1, 3);
+        for (Index i = 0; i < band.rows(); ++i)
+            for (Index c = 0; c < 3; ++c)
+                band(i, c) = bands.scale > 0 ? sh[std::size_t(3 * (l * l + i) + c)] / bands.scale : 0;
     }
     return bands;
 }
@@ -88,18 +89,10 @@ Basis slopeOfBasis(int order, Vec3d s, Vec3d t) {
 
 // Returns band l of every lobe's basis as the columns of a matrix.
 SmallMatrix columnsOf(int l, std::span<const Basis> bases) {
-    SmallMatrix columns{2 * l + 1, int(bases.size()), {}};
-    for (std::size_t d = 0; d < bases.size(); ++d)
-        std::copy_n(bases[d].begin() + l * l, columns.rows, columns.at[d].begin());
+    SmallMatrix columns(2 * l + 1, Index(bases.size()));
+    for (Index d = 0; d < columns.cols(); ++d)
+        std::copy_n(bases[std::size_t(d)].begin() + l * l, columns.rows(), columns.col(d).begin());
     return columns;
-}
-
-// Returns band - columns x.
-SmallMatrix leftOf(SmallMatrix band, const SmallMatrix& columns, const SmallMatrix& x) {
-    for (std::size_t c = 0; c < 3; ++c)
-        for (std::size_t d = 0; d < std::size_t(columns.columns); ++d)
-            for (std::size_t i = 0; i < std::size_t(band.rows); ++i) band.at[c][i] -= columns.at[d][i] * x.at[c][d];
-    return band;
 }
 
 std::vector<Basis> basesOf(int order, std::span<const Vec3d> directions) {
@@ -108,25 +101,21 @@ std::vector<Basis> basesOf(int order, std::span<const Vec3d> directions) {
     return bases;
 }
 
-// What a search pays for coefficients: `weight` times the squares of their distance from `towards`, of scaled bands. No
-// matrices stand for zeros.
+// What a search pays for coefficients: `weight` times the squares of their distance from `towards`, of scaled bands.
+// Empty matrices stand for zeros.
 struct RidgeTo {
     double weight = 0;
     std::array<SmallMatrix, kMaxOrder> towards{};  // [D, 3]
-
-    double from(int l, std::size_t d, std::size_t channel, double x) const {
-        return x - towards[std::size_t(l)].at[channel][d];
-    }
 };
 
 // Solves for the coefficients of a band: the smallest |columns x - band|^2 + weight |x - towards|^2.
 SmallMatrix solveBand(const SmallMatrix& columns, const SmallMatrix& band, int l, const RidgeTo& ridge) {
+    if (ridge.weight == 0) return solveMinNorm(columns, band);
     const SmallMatrix& towards = ridge.towards[std::size_t(l)];
-    if (towards.rows == 0) return solveMinNorm(columns, band, ridge.weight);
-    SmallMatrix x = solveMinNorm(columns, leftOf(band, columns, towards), ridge.weight);
-    for (std::size_t c = 0; c < 3; ++c)
-        for (std::size_t d = 0; d < std::size_t(columns.columns); ++d) x.at[c][d] += towards.at[c][d];
-    return x;
+    SmallMatrix normal = columns.transpose() * columns, right = columns.transpose() * band;
+    normal.diagonal().array() += ridge.weight;
+    if (towards.size() > 0) right += ridge.weight * towards;
+    return normal.llt().solve(right);
 }
 
 // Returns what is left, squared, when every band has its best coefficients, plus the ridge. Because these are best,
@@ -140,17 +129,12 @@ double residualOf(const Bands& bands, std::span<const Vec3d> directions, std::sp
         // 1. Solve for the coefficients of the band.
         const SmallMatrix columns = columnsOf(l, bases);
         const SmallMatrix x = solveBand(columns, bands.of[std::size_t(l)], l, ridge);
-        const SmallMatrix left = leftOf(bands.of[std::size_t(l)], columns, x);
-        // 2. Sum what is left, and the pull -2 R X^T on every lobe's column.
-        for (std::size_t c = 0; c < 3; ++c) {
-            for (std::size_t d = 0; d < directions.size(); ++d)
-                sum += ridge.weight * ridge.from(l, d, c, x.at[c][d]) * ridge.from(l, d, c, x.at[c][d]);
-            for (std::size_t i = 0; i < std::size_t(left.rows); ++i) {
-                sum += left.at[c][i] * left.at[c][i];
-                for (std::size_t d = 0; d < directions.size(); ++d)
-                    pull[d][std::size_t(l * l) + i] -= 2 * left.at[c][i] * x.at[c][d];
-            }
-        }
+        const SmallMatrix left = bands.of[std::size_t(l)] - columns * x, &towards = ridge.towards[std::size_t(l)];
+        // 2. Sum what is left, and take the pull -2 R X^T on every lobe's column.
+        sum += left.squaredNorm() + ridge.weight * (towards.size() == 0 ? x : x - towards).squaredNorm();
+        const SmallMatrix of_band = -2 * left * x.transpose();
+        for (Index d = 0; d < of_band.cols(); ++d)
+            std::copy_n(of_band.col(d).begin(), of_band.rows(), pull[std::size_t(d)].begin() + l * l);
     }
     // 3. Take the pull along two tangents of every direction.
     for (std::size_t d = 0; d < gradient.size(); ++d) {
@@ -172,7 +156,7 @@ Vec3d bestCandidate(const Bands& bands, std::span<const Vec3d> candidates) {
         double gain = 0;
         for (int l = 1; l < bands.order; ++l)
             for (std::size_t c = 0; c < 3; ++c) {
-                const double* band = bands.of[std::size_t(l)].at[c].data();
+                const double* band = bands.of[std::size_t(l)].col(Index(c)).data();
                 const double projected = std::inner_product(band, band + 2 * l + 1, y.begin() + l * l, 0.0);
                 gain += projected * projected;
             }
@@ -205,7 +189,7 @@ DirectionMinimum refine(const Bands& bands, std::span<const Vec3d> start, const 
 // Fits one lobe at a time to what the lobes before have left.
 Lobes fitGreedily(Bands bands, int count, std::span<const Vec3d> candidates) {
     Lobes lobes;
-    for (int l = 0; l < bands.order; ++l) lobes.z[std::size_t(l)] = {count, 3, {}};
+    for (int l = 0; l < bands.order; ++l) lobes.z[std::size_t(l)] = SmallMatrix::Zero(count, 3);
     for (int d = 0; d < count; ++d) {
         // 1. Find the best direction for one lobe, and its coefficients.
         const Vec3d start = bestCandidate(bands, candidates);
@@ -215,8 +199,8 @@ Lobes fitGreedily(Bands bands, int count, std::span<const Vec3d> candidates) {
         const Basis y = unitBasis(bands.order, one.directions[0]);
         for (int l = 0; l < bands.order; ++l) {
             const SmallMatrix& z = one.z[std::size_t(l)];
-            for (std::size_t c = 0; c < 3; ++c) lobes.z[std::size_t(l)].at[c][std::size_t(d)] = z.at[c][0];
-            bands.of[std::size_t(l)] = leftOf(bands.of[std::size_t(l)], columnsOf(l, std::span(&y, 1)), z);
+            lobes.z[std::size_t(l)].row(d) = z.row(0);
+            bands.of[std::size_t(l)] -= columnsOf(l, std::span(&y, 1)) * z;
         }
     }
     return lobes;
@@ -259,14 +243,11 @@ double relativeDifference(int order, std::span<const double> a, std::span<const 
 // Turns the axes of lobes that point away from the light to the opposite direction. The lobes stay the same, because
 // z_l and (-1)^l z_l at the opposite axis agree.
 void turnTowardsLight(int order, Lobes& lobes) {
-    constexpr std::array<double, 3> kLuminance{0.2126, 0.7152, 0.0722};
+    const Eigen::RowVector3d luminance(0.2126, 0.7152, 0.0722);
     for (std::size_t d = 0; order > 1 && d < lobes.directions.size(); ++d) {
-        double towards = 0;
-        for (std::size_t c = 0; c < 3; ++c) towards += kLuminance[c] * lobes.z[1].at[c][d];
-        if (towards >= 0) continue;
+        if (lobes.z[1].row(Index(d)).dot(luminance) >= 0) continue;
         lobes.directions[d] = -lobes.directions[d];
-        for (std::size_t l = 1; l < std::size_t(order); l += 2)
-            for (std::size_t c = 0; c < 3; ++c) lobes.z[l].at[c][d] = -lobes.z[l].at[c][d];
+        for (std::size_t l = 1; l < std::size_t(order); l += 2) lobes.z[l].row(Index(d)) *= -1;
     }
 }
 
@@ -275,8 +256,7 @@ std::vector<std::size_t> byEnergy(int order, const Lobes& lobes) {
     std::vector<double> energy(lobes.directions.size(), 0.0);
     for (int l = 0; l < order; ++l)
         for (std::size_t d = 0; d < energy.size(); ++d)
-            for (std::size_t c = 0; c < 3; ++c)
-                energy[d] += lobes.z[std::size_t(l)].at[c][d] * lobes.z[std::size_t(l)].at[c][d];
+            energy[d] += lobes.z[std::size_t(l)].row(Index(d)).squaredNorm();
     std::vector<std::size_t> sorted(energy.size());
     std::iota(sorted.begin(), sorted.end(), std::size_t(0));
     std::stable_sort(sorted.begin(), sorted.end(), [&](std::size_t a, std::size_t b) { return energy[a] > energy[b]; });
@@ -291,7 +271,7 @@ LightLobesFit measured(int order, std::span<const double> sh, double scale, cons
     for (std::size_t d : sorted) {
         fit.directions.push_back(lobes.directions[d]);
         for (int l = 0; l < order; ++l)
-            for (std::size_t c = 0; c < 3; ++c) fit.coefficients.push_back(scale * lobes.z[std::size_t(l)].at[c][d]);
+            for (Index c = 0; c < 3; ++c) fit.coefficients.push_back(scale * lobes.z[std::size_t(l)](Index(d), c));
     }
     const std::vector<double> lobes_sh = lobesToSh(order, fit);
     fit.residual = relativeDifference(order, lobes_sh, sh, std::vector<double>(std::size_t(order), 1.0));
@@ -337,10 +317,10 @@ LightLobesFit fitLobesFrom(int order, std::span<const double> sh, std::span<cons
     if (bands.scale == 0) bands.scale = 1;  // black stays black, and coefficients that are pulled have a scale
     RidgeTo pull{ridge, {}};
     for (std::size_t l = 0; l < std::size_t(order) && !towards.empty(); ++l) {
-        pull.towards[l] = {int(directions.size()), 3, {}};
+        pull.towards[l].resize(Index(directions.size()), 3);
         for (std::size_t d = 0; d < directions.size(); ++d)
             for (std::size_t c = 0; c < 3; ++c)
-                pull.towards[l].at[c][d] = towards[(d * std::size_t(order) + l) * 3 + c] / bands.scale;
+                pull.towards[l](Index(d), Index(c)) = towards[(d * std::size_t(order) + l) * 3 + c] / bands.scale;
     }
     const Lobes lobes = withBestCoefficients(bands, refine(bands, directions, pull).directions, pull);
     std::vector<std::size_t> as_they_are(directions.size());

@@ -16,7 +16,7 @@ struct Search {
     NetFit best;
     int iterations = 0, evaluations = 0;
 
-    NetFit run(const TanhNet& start, const LbfgsOptions& options) {
+    NetFit run(const TanhNet& start, const SearchOptions& options) {
         NetFit fit = fitByProjection(data, start, alpha, options);
         iterations += fit.iterations;
         evaluations += fit.evaluations;
@@ -29,12 +29,12 @@ struct Search {
 }  // namespace
 
 NetFit fitFromManyStarts(const Matrix& inputs, const Matrix& outputs, double alpha, const StartPlan& plan,
-                         const LbfgsOptions& options) {
+                         const SearchOptions& options) {
     assert(plan.rounds > 0 && plan.starts > 0 && plan.kept > 0);
     const NetData data = netData(inputs, outputs);
     Search search{data, alpha, options.target, {}};
     search.best.objective = std::numeric_limits<double>::infinity();
-    LbfgsOptions first = options;
+    SearchOptions first = options;
     first.iterations = std::min(plan.first_iterations, options.iterations);
     for (int round = 0; round < plan.rounds && !search.done(); ++round) {
         // 1. Search briefly from every start of the round.

@@ -21,6 +21,6 @@ struct StartPlan {
 // Returns the best net of all searches. Its `iterations` and `evaluations` are summed over all of them. The searches
 // stop as soon as one reaches options.target.
 NetFit fitFromManyStarts(const Matrix& inputs, const Matrix& outputs, double alpha, const StartPlan& plan,
-                         const LbfgsOptions& options);
+                         const SearchOptions& options);
 
 }  // namespace penumbra

@@ -20,8 +20,8 @@ namespace {
 // These options limit how far a search goes. Deeper searches fit the training frames better, but not new clips: the
 // relative error on two held-out clips is 0.664 both for 1e-3 with 200 iterations and for 1e-4 with 400 (31 clusters,
 // 199 frames, 32 neurons).
-const LbfgsOptions kValidation{.iterations = 200, .least_decrease = 1e-3};
-const LbfgsOptions kFinal{.iterations = 500, .least_decrease = 1e-4};
+const SearchOptions kValidation{.iterations = 200, .least_decrease = 1e-3};
+const SearchOptions kFinal{.iterations = 500, .least_decrease = 1e-4};
 constexpr double kTolerated = 1.01;  // error that a smaller net may have, as a multiple of the best
 
 // Returns 1 / (root mean square length of the rows), or 1 when all rows are zero.

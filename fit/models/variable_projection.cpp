@@ -237,15 +237,34 @@ NetData netData(const Matrix& inputs, const Matrix& outputs) {
     return data;
 }
 
-NetFit fitByProjection(const NetData& data, const TanhNet& start, double alpha, const LbfgsOptions& options) {
+NetFit fitByProjection(const NetData& data, const TanhNet& start, double alpha, const SearchOptions& options) {
     assert(alpha > 0 && start.hidden.columns == data.inputs);
     ProjectedObjective objective(data, start, alpha);
-    std::vector<double> x = variablesOf(start), gradient(x.size());
-    const LbfgsProblem problem{[&](auto at, auto g) { return objective.evaluate(at, g); },
-                               [&](auto diagonal) { objective.curvature(diagonal); }};
-    const LbfgsResult found = minimise(problem, options, x);
-    NetFit fit{start, 0, found.iterations, found.evaluations + 1};
-    fit.objective = objective.evaluate(x, gradient);
+    std::vector<double> x = variablesOf(start), gradient(x.size()), scale(x.size(), 1.0), scaled(x.size());
+    // 1. Scale the variables by the Gauss-Newton diagonal at the start, so that L-BFGS sees curvatures near 1.
+    NetFit fit{start, objective.evaluate(x, gradient), 0, 1};
+    if (std::isfinite(fit.objective)) objective.curvature(scale);
+    for (std::size_t i = 0; i < x.size(); ++i) {
+        scale[i] = std::sqrt(scale[i]);
+        scaled[i] = scale[i] * x[i];
+    }
+    // 2. Search. The first point and the last one have often just been evaluated.
+    std::vector<double> evaluated = scaled;
+    const auto evaluate = [&](std::span<const double> at) {
+        if (std::equal(at.begin(), at.end(), evaluated.begin())) return fit.objective;
+        evaluated.assign(at.begin(), at.end());
+        for (std::size_t i = 0; i < x.size(); ++i) x[i] = at[i] / scale[i];
+        ++fit.evaluations;
+        return fit.objective = objective.evaluate(x, gradient);
+    };
+    const auto scaledObjective = [&](std::span<const double> at, std::span<double> slope) {
+        const double value = evaluate(at);
+        for (std::size_t i = 0; i < x.size(); ++i) slope[i] = gradient[i] / scale[i];
+        return value;
+    };
+    fit.iterations = minimise(scaledObjective, options, scaled).iterations;
+    // 3. Take the weights where it ended.
+    evaluate(scaled);
     setHidden(fit.net, x);
     objective.setOutputs(fit.net);
     return fit;

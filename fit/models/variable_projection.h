@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "fit/models/neural_model.h"
-#include "fit/numerics/lbfgs.h"
+#include "fit/numerics/quasi_newton.h"
 
 namespace penumbra {
 
@@ -28,6 +28,6 @@ struct NetFit {
 
 // Minimises eq 13 from the hidden weights, biases and ranges of `start`. The output weights of `start` are not read.
 // alpha must be positive.
-NetFit fitByProjection(const NetData& data, const TanhNet& start, double alpha, const LbfgsOptions& options);
+NetFit fitByProjection(const NetData& data, const TanhNet& start, double alpha, const SearchOptions& options);
 
 }  // namespace penumbra

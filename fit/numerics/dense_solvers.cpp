@@ -64,6 +64,13 @@ bool solvePositive(const Eigen::MatrixXd& a, const RowMajorXd& b, RowMajorXd& x)
 
 Eigen::Vector3d solveSemidefinite(const Eigen::Matrix3d& a, const Eigen::Vector3d& b) { return a.ldlt().solve(b); }
 
+SmallMatrix solveMinNorm(const SmallMatrix& a, const SmallMatrix& b) {
+    Eigen::CompleteOrthogonalDecomposition<SmallMatrix> solver;
+    solver.setThreshold(1e-9);
+    solver.compute(a);
+    return solver.solve(b);
+}
+
 struct SemidefiniteSolver::Factor {
     Eigen::LDLT<Eigen::MatrixXd> ldlt;
 };

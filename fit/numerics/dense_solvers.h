@@ -45,6 +45,12 @@ bool solvePositive(const Eigen::MatrixXd& a, const RowMajorXd& b, RowMajorXd& x)
 // x of a x = b for a positive semidefinite `a`.
 Eigen::Vector3d solveSemidefinite(const Eigen::Matrix3d& a, const Eigen::Vector3d& b);
 
+constexpr int kMaxSmall = 15;  // largest number of rows and of columns
+using SmallMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxSmall, kMaxSmall>;
+// For every column of b, the shortest x that minimises |a x - b|^2, for an `a` of any rank. A column that the others
+// make up to 1e-9 of the longest does not count.
+SmallMatrix solveMinNorm(const SmallMatrix& a, const SmallMatrix& b);
+
 // Solves several a x = b for one positive semidefinite `a`: P^T L D L^T P with pivots.
 class SemidefiniteSolver {
 public:

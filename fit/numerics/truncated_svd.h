@@ -10,8 +10,7 @@ struct TruncatedSvd {
 
 // Returns the `count` largest singular values of `a` and their vectors, or fewer where `a` has fewer rows or columns.
 // The residuals |a^T u - sigma v| are below 1e-11 of the largest value. The result is deterministic, even where
-// singular values are equal. Small matrices are decomposed directly, others in a block Krylov space of a^T a from a
-// fixed start (Golub, Luk and Overton 1981).
+// singular values are equal. Small matrices are decomposed directly, others by a subspace iteration from a fixed start.
 TruncatedSvd truncatedSvd(const Matrix& a, std::size_t count);
 
 }  // namespace penumbra

@@ -4,8 +4,9 @@
 #include <cassert>
 #include <cmath>
 #include <numbers>
+#include <stdexcept>
 
-#include "fit/numerics/cholesky.h"
+#include "fit/numerics/dense_solvers.h"
 #include "formats/common/errors.h"
 #include "sh/reflectance.h"
 
@@ -34,21 +35,19 @@ std::vector<double> fitSlices(const SliceTable& table, const SliceOrders& orders
     assert(table.slices.size() == table.views.size() * rows);
     const std::vector<double> y = evenBasisTable(table.views, orders.view_order);
     // 1. Sum the normal equations: the Gram matrix of the view functions and the right side of every row.
-    std::vector<double> gram(columns * columns), by_row(rows * columns);  // [J^2, 3, E]
-    for (std::size_t o = 0; o < table.views.size(); ++o)
-        for (std::size_t e = 0; e < columns; ++e) {
-            const double weighted = table.weights[o] * y[o * columns + e];
-            for (std::size_t d = 0; d < columns; ++d) gram[e * columns + d] += weighted * y[o * columns + d];
-            for (std::size_t i = 0; i < rows; ++i) by_row[i * columns + e] += weighted * table.slices[o * rows + i];
-        }
+    const auto views = Eigen::Index(table.views.size());
+    const Eigen::Map<const RowMajorXd> basis(y.data(), views, Eigen::Index(columns)),
+        slices(table.slices.data(), views, Eigen::Index(rows));
+    const Eigen::MatrixXd weighted =
+        Eigen::Map<const Eigen::VectorXd>(table.weights.data(), views).asDiagonal() * basis;
+    const Eigen::MatrixXd gram = weighted.transpose() * basis;
     // 2. Solve them for every row.
-    factorCholesky(gram, columns);
-    std::vector<double> c(by_row.size());
-    for (std::size_t i = 0; i < rows; ++i) {
-        const std::span<double> row = std::span(by_row).subspan(i * columns, columns);
-        solveCholesky(gram, row);
-        for (std::size_t e = 0; e < columns; ++e) c[(i / kChannels * columns + e) * kChannels + i % kChannels] = row[e];
-    }
+    Eigen::MatrixXd by_row = weighted.transpose() * slices;  // [E, 3 J^2]
+    if (!solvePositive(gram, by_row, by_row)) throw std::logic_error("the views of a slice table are too few");
+    std::vector<double> c(rows * columns);
+    for (std::size_t i = 0; i < rows; ++i)
+        for (std::size_t e = 0; e < columns; ++e)
+            c[(i / kChannels * columns + e) * kChannels + i % kChannels] = by_row(Eigen::Index(e), Eigen::Index(i));
     return c;
 }
 

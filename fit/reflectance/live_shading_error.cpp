@@ -19,7 +19,7 @@ Mat3d mirrorFrame(Vec3d view) {
     return fromRows(x, cross(r, x), r);
 }
 
-std::vector<double> multiply(const std::vector<double>& matrix, std::span<const double> v) {
+std::vector<double> timesVector(const std::vector<double>& matrix, std::span<const double> v) {
     std::vector<double> product(matrix.size() / v.size());
     for (std::size_t i = 0; i < product.size(); ++i)
         for (std::size_t j = 0; j < v.size(); ++j) product[i] += matrix[i * v.size() + j] * v[j];
@@ -64,8 +64,9 @@ double product(std::span<const double> a, std::span<const double> b) {
 double liveRadiance(const BrdfLobe& lobe, int light_order, std::span<const double> light, int order,
                     std::span<const double> numbers, int moment_order, Vec3d view) {
     const Mat3d frame = mirrorFrame(view);
-    const std::vector<double> b = multiply(gram(moment_order, order), spread(order, numbers));
-    const std::vector<double> t = multiply(lobeMatrix(lobe, light_order, moment_order), turned(moment_order, frame, b));
+    const std::vector<double> b = timesVector(gram(moment_order, order), spread(order, numbers));
+    const std::vector<double> t =
+        timesVector(lobeMatrix(lobe, light_order, moment_order), turned(moment_order, frame, b));
     return product(turned(light_order, frame, light), t);
 }
 
@@ -82,13 +83,13 @@ double liveShadingError(const RgbBrdf& source, const BrdfLobe& lobe, int threads
         std::vector<double> d(coefficientCount(kOrder));
         for (const int i : evenIndices(kOrder))
             d[std::size_t(i)] = 2 * test.moments[k * coefficientCount(kMaxOrder) + std::size_t(i)];
-        b.push_back(multiply(to_moments, d));
+        b.push_back(timesVector(to_moments, d));
     }
     std::vector<double> errors(views), totals(views);
     parallelFor(views, threads, [&](std::size_t v) {
         const Mat3d frame = mirrorFrame(test.scenes.views[v]);
         for (std::size_t k = 0; k < occluders; ++k) {
-            const std::vector<double> t = multiply(matrix, turned(kMomentOrder, frame, b[k]));
+            const std::vector<double> t = timesVector(matrix, turned(kMomentOrder, frame, b[k]));
             for (std::size_t l = 0; l < lights; ++l) {
                 const double ours = product(turned(test.scenes.light_order, frame, test.scenes.lights[l]), t);
                 for (int c = 0; c < 3; ++c) {

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "formats/cache/inflate_index.h"
+#include "formats/cache/inflate_file.h"
 #include "formats/common/errors.h"
 
 namespace penumbra {
@@ -150,7 +150,7 @@ std::optional<RandomBytes> openMember(const ZipArchive& zip, const std::string& 
     const RandomBytes packed = partOf(zip.bytes, data, found->packed_size);
     if (found->method == 8) {
         if (found->size / kMaxRatio > found->packed_size) fail(what, "states more bytes than it can hold");
-        return inflateIndexed(packed, found->size, found->crc, what);
+        return inflateToFile(packed, found->size, found->crc, what);
     }
     checkStored(packed, *found, what);
     return packed;

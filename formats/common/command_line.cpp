@@ -360,18 +360,16 @@ int runVerb(Run& run) {
     }
 }
 
-std::string textOf(const std::vector<FormatVersions>& formats) {
+std::string textOf(const std::vector<FileFormat>& formats) {
     std::string text;
-    for (const FormatVersions& format : formats) {
-        text += (text.empty() ? "" : ", ") + std::string(format.name) + " " + std::to_string(format.oldest);
-        if (format.newest > format.oldest) text += ".." + std::to_string(format.newest);
-    }
+    for (const FileFormat& format : formats)
+        text += (text.empty() ? "" : ", ") + std::string(format.name) + " " + std::to_string(format.version);
     return text;
 }
 
 }  // namespace
 
-int runProgram(const char* program, const char* description, const std::vector<FormatVersions>& formats,
+int runProgram(const char* program, const char* description, const std::vector<FileFormat>& formats,
                std::vector<Verb> verbs, int argc, char** argv) try {
     catchSignals(program);
     const std::string version = std::string(program) + " " + programVersion() + "\nformats: " + textOf(formats);

@@ -16,11 +16,12 @@ namespace penumbra {
 namespace {
 struct OpenFile {
     std::filesystem::path path;
-    int descriptor = -1;
+    int descriptor;
 
-    ~OpenFile() {
-        if (descriptor >= 0) ::close(descriptor);
-    }
+    OpenFile(std::filesystem::path file, int opened) : path(std::move(file)), descriptor(opened) {}
+    OpenFile(const OpenFile&) = delete;
+    OpenFile& operator=(const OpenFile&) = delete;
+    ~OpenFile() { ::close(descriptor); }
     [[noreturn]] void fail(const std::string& what) const { throw IoError(path.string() + ": " + what); }
 };
 
@@ -39,14 +40,19 @@ void readAll(const OpenFile& file, std::uint64_t offset, std::span<std::byte> ou
 
 RandomBytes openBytes(const std::filesystem::path& path) {
     checkReadable(path);
-    const auto file = std::make_shared<OpenFile>();
-    file->path = path;
-    file->descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-    if (file->descriptor < 0) file->fail(std::string("cannot read: ") + std::strerror(errno));
-    const off_t size = ::lseek(file->descriptor, 0, SEEK_END);
-    if (size < 0) file->fail(std::string("cannot read: ") + std::strerror(errno));
-    return {std::uint64_t(size),
-            [file](std::uint64_t offset, std::span<std::byte> out) { readAll(*file, offset, out); }};
+    const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    const off_t size = descriptor < 0 ? -1 : ::lseek(descriptor, 0, SEEK_END);
+    if (size < 0) {
+        const std::string why = std::strerror(errno);
+        if (descriptor >= 0) ::close(descriptor);
+        throw IoError(path.string() + ": cannot read: " + why);
+    }
+    return bytesOf(descriptor, std::uint64_t(size), path);
+}
+
+RandomBytes bytesOf(int descriptor, std::uint64_t size, const std::filesystem::path& path) {
+    const auto file = std::make_shared<const OpenFile>(path, descriptor);
+    return {size, [file](std::uint64_t offset, std::span<std::byte> out) { readAll(*file, offset, out); }};
 }
 
 RandomBytes partOf(const RandomBytes& bytes, std::uint64_t offset, std::uint64_t size) {

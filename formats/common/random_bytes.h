@@ -16,6 +16,9 @@ struct RandomBytes {
 
 // throws IoError; the file stays open as long as `read` lives
 RandomBytes openBytes(const std::filesystem::path& path);
+// The first `size` bytes of a file that is open already; the descriptor is closed with the last copy of `read`. `path`
+// is for messages.
+RandomBytes bytesOf(int descriptor, std::uint64_t size, const std::filesystem::path& path);
 RandomBytes partOf(const RandomBytes& bytes, std::uint64_t offset, std::uint64_t size);  // must lie within bytes.size
 std::vector<std::byte> readBytes(const RandomBytes& bytes, std::uint64_t offset, std::size_t size);
 

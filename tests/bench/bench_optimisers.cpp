@@ -111,8 +111,10 @@ void compare(const char* name, QuasiNewton method, const std::vector<Cluster>& c
         const TanhNet start = startNet(c.x, c.y, settings.neurons, {}, 1);
         const TanhNet from = fitByProjection(netData(c.x, c.y), start, alpha, {.iterations = 0}).net;
         NetFit fit;
-        const double time = seconds(
-            [&] { fit = fitByBfgs(c.x, c.y, from, alpha, {.method = method, .iterations = settings.iterations}); });
+        SearchOptions search = kPapersSearch;
+        search.method = method;
+        search.iterations = settings.iterations;
+        const double time = seconds([&] { fit = fitByBfgs(c.x, c.y, from, alpha, search); });
         const Timed ours = reachTarget(c, settings.neurons, alpha, fit.objective);
         const bool there = ours.objective <= kSame * fit.objective;
         const std::size_t variables = settings.neurons * (c.x.columns + 1) + (settings.neurons + 1) * c.y.columns;

@@ -2,7 +2,10 @@
 // formula.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
+#include <csignal>
+#include <cstdlib>
 #include <random>
 
 #include "formats/cache/point_cache.h"
@@ -23,6 +26,7 @@ using samples::kFloat;
 using samples::kSheetFrames;
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::StartsWith;
 
 std::filesystem::path sample(const std::string& name) {
     return std::filesystem::path(PENUMBRA_BINARY_DIR) / ".." / "samples" / name;
@@ -125,7 +129,7 @@ TEST(PointCache, OptionsAreCheckedByName) {
     EXPECT_THROW(readPointCache({}, {}), UsageError);
 }
 
-// 8 MB of noise give the index several checkpoints. Any thread reads any place as if it were alone.
+// Any thread reads any place as if it were alone.
 TEST(ZipArchive, ManyThreadsReadOneDeflatedMember) {
     std::mt19937 random(5);
     std::string data(8 << 20, '\0');
@@ -139,6 +143,39 @@ TEST(ZipArchive, ManyThreadsReadOneDeflatedMember) {
         EXPECT_EQ(std::memcmp(got.data(), data.data() + offset, size), 0) << "offset " << offset;
     });
     EXPECT_FALSE(openMember(openZip(scratch("noise.zip")), "silence").has_value());
+}
+
+// The refusal names the archive, the member and the folder.
+TEST(ZipArchive, SaysWhereItCannotInflate) {
+    const std::filesystem::path file = scratch("full.zip");
+    samples::writeText(file, samples::zipOf({{.name = "a", .data = std::string(9000, 'a'), .compress = true}}));
+    const auto problem = [&] {
+        try {
+            openMember(openZip(file), "a");
+        } catch (const IoError& error) {
+            return std::string(error.what());
+        }
+        return std::string("was inflated");
+    };
+    const std::string start = file.string() + ": 'a': cannot be inflated into ";
+    // 1. A folder without room.
+    const char* const usual = std::getenv("TMPDIR");
+    const std::string before = usual ? usual : "";
+    ::setenv("TMPDIR", "/proc/self", 1);
+    EXPECT_THAT(problem(), StartsWith(start + "/proc/self"));
+    usual ? ::setenv("TMPDIR", before.c_str(), 1) : ::unsetenv("TMPDIR");
+    // 2. No room any more while it is written.
+    rlimit limit{}, little{};
+    ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &limit), 0);
+    little = {5000, limit.rlim_max};
+    const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+    ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &little), 0);
+    const std::string said = problem();
+    ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &limit), 0);
+    std::signal(SIGXFSZ, handler);
+    EXPECT_THAT(said, StartsWith(start));
+    EXPECT_THAT(said, HasSubstr("File too large"));
+    EXPECT_EQ(problem(), "was inflated");
 }
 
 TEST(ZipArchive, SizesOf64Bits) {
