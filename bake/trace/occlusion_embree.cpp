@@ -198,8 +198,8 @@ RTCRay8 packetFrom(Vec3 origin) {
 
 // Traces the lanes of a packet whose weight in `traced` is not 0. Afterwards packet.tfar of a blocked lane is
 // -infinity. Returns false when there is no such lane; then packet.tfar means nothing.
-bool tracePacket(RTCScene scene, RayQuery& query, const DirectionPacket& directions,
-                 const LaneWeights& traced, RTCRay8& packet) {
+bool tracePacket(RTCScene scene, RayQuery& query, const DirectionPacket& directions, const LaneWeights& traced,
+                 RTCRay8& packet) {
     alignas(32) int valid[kLanes];
     int any = 0;
     for (std::size_t k = 0; k < kLanes; ++k) any |= valid[k] = traced.lane[k] != 0 ? -1 : 0;

@@ -108,8 +108,8 @@ void applySparse(const Reader& reader, const tinygltf::Accessor& accessor, Acces
         reader.fail("has sparse indices of a wrong type");
     const std::size_t count = std::size_t(sparse.count), components = std::size_t(out.components);
     const Layout indices = reader.locate(sparse.indices.bufferView, std::size_t(indices_at), count, 1, type);
-    const Layout values = reader.locate(sparse.values.bufferView, std::size_t(values_at), count, components,
-                                        accessor.componentType);
+    const Layout values =
+        reader.locate(sparse.values.bufferView, std::size_t(values_at), count, components, accessor.componentType);
     for (std::size_t i = 0; i < count; ++i) {
         double index = 0;
         loadElement(indices, i, false, std::span(&index, 1));

@@ -231,9 +231,9 @@ void benchKernel(const Case& c, const Settings& settings) {
                              {"bake: trace and accumulate", bake}};
     measure(rows, settings.runs);
     printRows(c.name, rows, double(traced));
-    std::printf("%-24s %zu vertices, %zu triangles, %zu rays, %.1f%% escape (%zu %zu %zu)\n", c.name.c_str(),
-                vertices, c.triangles.size(), traced.load(), 100.0 * double(counts[2]) / double(traced), counts[0],
-                counts[1], counts[2]);
+    std::printf("%-24s %zu vertices, %zu triangles, %zu rays, %.1f%% escape (%zu %zu %zu)\n", c.name.c_str(), vertices,
+                c.triangles.size(), traced.load(), 100.0 * double(counts[2]) / double(traced), counts[0], counts[1],
+                counts[2]);
 }
 
 // Runs four frames around the middle of the animation: pose, build, trace, accumulate, compress and write.
