@@ -231,10 +231,12 @@ TEST(CApiScenes, RefusesWhatIsWrong) {
     EXPECT_EQ(penumbra_scene_probe(scene.get(), PENUMBRA_NONE, position, normal, 1, &e, nullptr, &error),
               PENUMBRA_INVALID_ARGUMENT);
     EXPECT_EQ(penumbra_scene_probe(scene.get(), 1, normal, normal, 1, &e, nullptr, &error), PENUMBRA_INVALID_ARGUMENT);
-    for (const int bits : {60, 63})
+    for (const int bits : {60, 63}) {
         EXPECT_EQ(penumbra_scene_probe(scene.get(), PENUMBRA_NONE, normal, normal, std::size_t(1) << bits, &e, nullptr,
                                        &error),
                   PENUMBRA_INVALID_ARGUMENT);
+        EXPECT_THAT(error.message, HasSubstr("count is"));
+    }
     EXPECT_EQ(penumbra_scene_probe(scene.get(), 0, nullptr, normal, 1, &e, nullptr, &error), PENUMBRA_INVALID_ARGUMENT);
     EXPECT_EQ(penumbra_scene_probe(nullptr, 0, normal, normal, 1, &e, nullptr, &error), PENUMBRA_INVALID_ARGUMENT);
     EXPECT_EQ(e, 7) << "nothing is written";
