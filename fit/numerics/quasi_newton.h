@@ -16,7 +16,7 @@ struct SearchOptions {
     QuasiNewton method = QuasiNewton::kLbfgs;
     int iterations = 500;
     double least_decrease = 1e-6;  // stops when `window` iterations together gain no more than this part of the value
-    int window = 6;
+    int window = 5;
     double least_gradient = 0;                                 // stops where no entry of the gradient is larger
     double target = -std::numeric_limits<double>::infinity();  // stops as soon as the value is not above it
 };

@@ -222,16 +222,15 @@ TEST(RigImport, CrashesAndErrorsNameTheFile) {
               "unsupported: a.dae: too many");
 }
 
-// assimp 5.2 crashes on the first, which is valid, and overruns an array on the second.
+// assimp 5.2 reads past an array in both, the first of which is valid. What comes of it depends on the memory behind: a
+// crash, other weights or, in a later assimp, the right rig. The program lives on and names the file.
 TEST(RigImport, FilesThatCrashAssimpAreRefused) {
     const std::filesystem::path folder = testing::TempDir(), dae = folder / "crash.dae", x = folder / "crash.x";
     std::string text = samples::readText(sample("swing.dae"));
     text.insert(text.find("<v>") + 3, "\n");
     samples::writeText(dae, text);
-    EXPECT_THAT(
-        refusal([&] { readRig({dae}); }),
-        testing::AnyOf(testing::StartsWith("invalid: " + dae.string() + ": cannot be read (importer crashed): signal "),
-                       "it was read"));
+    EXPECT_THAT(refusal([&] { readRig({dae}); }),
+                testing::AnyOf(testing::StartsWith("invalid: " + dae.string() + ": "), "it was read"));
     samples::writeText(x, R"(xof 0303txt 0032
 Frame Root {
  Mesh M {
