@@ -2,6 +2,7 @@
 #include "bake/bake_verbs.h"
 #include "formats/asset/asset_file.h"
 #include "formats/common/program_version.h"
+#include "formats/scene/bone_poses.h"
 #include "formats/scene/scene_file.h"
 #include "formats/stage/blocker_file.h"
 #include "formats/stage/brdf_file.h"
@@ -17,17 +18,8 @@ int main(int argc, char** argv) {
     using namespace penumbra;
     setSourceHash(kSourceHash);
     return runProgram("penumbra-bake", "Ray-traced visibility of animated characters and cloth.",
-                      {{"penumbra.visibility", 1, kVisibilityVersion},
-                       {"penumbra.poses", kPlainPosesVersion, kPosesVersion},
-                       {"penumbra.fields", kStillFieldsVersion, kFieldsVersion},
-                       {"penumbra.model", kSkinnedModelVersion, kModelVersion},
-                       {"penumbra.brdf", 1, kBrdfVersion},
-                       {"penumbra.light", kPlainLightVersion, kLightVersion},
-                       {"penumbra.blockers", 1, kBlockersVersion},
-                       {"penumbra.transfer", kTransferVersion, kTransferVersion},
-                       {"penumbra.lobes", 1, kLobesVersion},
-                       {"penumbra.asset", kOldestAssetVersion, kAssetVersion},
-                       {"penumbra.scene", 1, kSceneVersion}},
+                      {kVisibilityFormat, kPosesFormat, kBonePosesFormat, kFieldsFormat, kModelFormat, kBrdfFormat,
+                       kLightFormat, kBlockersFormat, kTransferFormat, kLobesFormat, kAssetFormat, kSceneFormat},
                       {visibilityVerb(), fieldsVerb(), mergeVerb(), posesVerb(), referenceVerb(), infoVerb()}, argc,
                       argv);
 }

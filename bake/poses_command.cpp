@@ -24,8 +24,8 @@ struct PosesCommand {
     std::int64_t seed = std::int64_t(PoseOptions{}.seed);  // signed, so that -1 is refused instead of wrapping around
 };
 
-// Lists every option that changes the result, defaults included. Options that are newer than 0.1.0 are listed only
-// where they are used, so that older lists keep their provenance.
+// Lists every option that changes the result, defaults included. Those that few lists need are listed only where they
+// are used.
 std::string optionsJson(const PosesCommand& command) {
     const PoseOptions& options = command.options;
     Json json{{"clips", options.clips}, {"holdout", options.holdout}, {"fps", options.fps}};

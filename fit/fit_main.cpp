@@ -16,15 +16,8 @@ int main(int argc, char** argv) {
     setSourceHash(kSourceHash);
     useFixedBlocks();
     return runProgram("penumbra-fit", "Fit run-time models: visibility, materials, lights and blockers.",
-                      {{"penumbra.visibility", 1, kVisibilityVersion},
-                       {"penumbra.poses", kPlainPosesVersion, kPosesVersion},
-                       {"penumbra.fields", kStillFieldsVersion, kFieldsVersion},
-                       {"penumbra.model", kSkinnedModelVersion, kModelVersion},
-                       {"penumbra.transfer", kTransferVersion, kTransferVersion},
-                       {"penumbra.lobes", 1, kLobesVersion},
-                       {"penumbra.brdf", 1, kBrdfVersion},
-                       {"penumbra.light", kPlainLightVersion, kLightVersion},
-                       {"penumbra.blockers", 1, kBlockersVersion}},
+                      {kVisibilityFormat, kPosesFormat, kFieldsFormat, kModelFormat, kTransferFormat, kLobesFormat,
+                       kBrdfFormat, kLightFormat, kBlockersFormat},
                       {visibilityVerb(), compareVerb(), predictVerb(), transferVerb(), indirectVerb(), brdfVerb(),
                        lightVerb(), blockersVerb(), pageVerb()},
                       argc, argv);

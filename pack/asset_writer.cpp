@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "formats/asset/asset_checks.h"
 #include "formats/common/errors.h"
 #include "sh/bounding_box.h"
 #include "sh/sh_basis.h"
@@ -127,12 +126,11 @@ std::span<std::byte> finishAsset(FlatBufferBuilder& builder, const AssetSections
         spheres = writeVector<float>(builder, blockers.spheres);
         joints = builder.CreateVector(blockers.joints);
     }
-    const auto asset = fbs::CreateAsset(builder, kSkinnedAssetVersion, convention, std::uint8_t(sh_order), made_by,
-                                        kPlaceholder, sections.mesh, sections.animation, sections.model, sections.truth,
-                                        materials, lights, slot_material, spheres, joints, sections.transfer);
+    const auto asset =
+        fbs::CreateAsset(builder, kAssetFormat.version, convention, std::uint8_t(sh_order), made_by, kPlaceholder,
+                         sections.mesh, sections.animation, sections.model, sections.transfer, sections.truth,
+                         materials, slot_material, lights, spheres, joints);
     fbs::FinishAssetBuffer(builder, asset);
-    fbs::Asset& finished = *fbs::GetMutableAsset(builder.GetBufferPointer());
-    finished.mutate_format_version(std::uint16_t(lowestVersion(finished)));
     const std::span<std::byte> bytes(reinterpret_cast<std::byte*>(builder.GetBufferPointer()), builder.GetSize());
     [[maybe_unused]] const bool sealed = sealAsset(bytes);
     assert(sealed);

@@ -73,8 +73,8 @@ Offset<fbs::Animation> writeAnimation(FlatBufferBuilder& builder, const Animatio
 // Returns the clips of a list of frames; the names still belong to `frames`.
 std::vector<ClipView> clipsOf(const FrameList& frames, std::span<const std::string> held_out);
 
-// Finishes the asset with its hash and its version, which is the lowest that knows all of its contents. A section
-// that is missing is a null offset. The builder then owns the finished bytes.
+// Finishes the asset with its hash. A section that is missing is a null offset. The builder then owns the finished
+// bytes.
 struct AssetSections {
     Offset<fbs::Mesh> mesh;
     Offset<fbs::Animation> animation;

@@ -49,7 +49,7 @@ void addVertex(const ColorAxes& axes, std::span<const float> direct, std::span<c
         const double d = double(found[i]) - numbers[i];
         all += d * d - double(numbers[i]) * numbers[i];
     }
-    sums.error += std::max(0.0, all);
+    sums.error += std::max(all, 0.0);
 }
 
 IndirectCheck figuresOf(const Sums& sums, std::size_t frames) {

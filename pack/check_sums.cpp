@@ -30,7 +30,7 @@ ErrorFigures errorFigures(std::span<const ClipSums* const> clips, std::span<cons
     figures.rms_v = std::sqrt(total.error / vertices / (4 * std::numbers::pi));
     figures.signal_rms_v = std::sqrt(variation / vertices / (4 * std::numbers::pi));
     const auto relative = [&](double squares, bool was_measured) {
-        return was_measured ? std::sqrt(std::max(0.0, squares) / variation) : std::numeric_limits<double>::quiet_NaN();
+        return was_measured ? std::sqrt(std::max(squares, 0.0) / variation) : std::numeric_limits<double>::quiet_NaN();
     };
     const bool composed = figures.composed = measured.composed;
     figures.truncation = relative(total.outside, !composed);

@@ -43,7 +43,7 @@ std::vector<BudgetRow> errorBudget(const ErrorFigures& figures) {
         {"bake noise", figures.bake_noise, 0, "--second-bake"},
         {"SH truncation", figures.sh_truncation, 0, ""},
         {"output PCA", unpacked ? pca : figures.truncation, 0, ""},
-        {"regression", unpacked ? std::sqrt(std::max(0.0, model * model - pca * pca)) : figures.regression, 0, ""},
+        {"regression", unpacked ? std::sqrt(std::max(model * model - pca * pca, 0.0)) : figures.regression, 0, ""},
         {"unpacked model", model, 0, "--model"},
         {"rank and quantisation", figures.packing, 0, "--model"},
         {"total", figures.relative_error, 0, ""},

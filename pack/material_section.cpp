@@ -105,12 +105,9 @@ Offset<fbs::Material> writeMaterial(FlatBufferBuilder& builder, const BrdfFile& 
         operator_table =
             fbs::CreateOperators(builder, std::uint8_t(operators.count), std::uint8_t(operators.order), u, w);
     }
-    Offset<flatbuffers::Vector<const fbs::BrdfLobe*>> lobes;
-    if (!brdf.lobes.empty()) {
-        const std::vector<fbs::BrdfLobe> stored = storedLobes(brdf.lobes);
-        builder.ForceVectorAlignment(stored.size(), sizeof(fbs::BrdfLobe), 16);
-        lobes = builder.CreateVectorOfStructs(stored);
-    }
+    const std::vector<fbs::BrdfLobe> stored = storedLobes(brdf.lobes);
+    builder.ForceVectorAlignment(stored.size(), sizeof(fbs::BrdfLobe), 16);
+    const auto lobes = builder.CreateVectorOfStructs(stored);
     Offset<flatbuffers::Vector<float>> membrane;
     if (brdf.membrane) {
         const auto& [rho, tau, open_back] = *brdf.membrane;
@@ -123,9 +120,9 @@ Offset<fbs::Material> writeMaterial(FlatBufferBuilder& builder, const BrdfFile& 
         step_slices = writeVector<float>(builder, compactSlices(form, j, view, of_steps));
     }
     return fbs::CreateMaterial(builder, name, std::uint8_t(j), std::uint8_t(view), channels.proportional ? 1 : 3,
-                               color_vector, slices, operator_table, fbs::SliceForm(form), lobes,
-                               float(brdf.lobe_error), membrane, brdf.membrane && brdf.membrane->open_back, steps,
-                               step_slices, brdf.steps ? std::uint8_t(brdf.steps->parameter) : std::uint8_t(0),
+                               color_vector, fbs::SliceForm(form), slices, lobes, float(brdf.lobe_error),
+                               operator_table, membrane, brdf.membrane && brdf.membrane->open_back, steps, step_slices,
+                               brdf.steps ? std::uint8_t(brdf.steps->parameter) : std::uint8_t(0),
                                brdf.steps ? float(brdf.steps->error) : 0);
 }
 

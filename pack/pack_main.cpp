@@ -17,13 +17,8 @@ int main(int argc, char** argv) {
     // Left alone, Eigen divides products of matrices as the processor's caches ask for. The order of sums, and with it
     // the last bits of results, would depend on the machine.
     Eigen::setCpuCacheSizes(48 << 10, 2 << 20, 32 << 20);
-    return runProgram("penumbra-pack", "The run-time asset: packed, and held against truth.",
-                      {{"penumbra.asset", kOldestAssetVersion, kAssetVersion},
-                       {"penumbra.visibility", 1, kVisibilityVersion},
-                       {"penumbra.transfer", kTransferVersion, kTransferVersion},
-                       {"penumbra.model", kSkinnedModelVersion, kModelVersion},
-                       {"penumbra.brdf", 1, kBrdfVersion},
-                       {"penumbra.light", kPlainLightVersion, kLightVersion},
-                       {"penumbra.blockers", 1, kBlockersVersion}},
-                      {assetVerb(), truthVerb(), checkVerb()}, argc, argv);
+    return runProgram(
+        "penumbra-pack", "The run-time asset: packed, and held against truth.",
+        {kAssetFormat, kVisibilityFormat, kTransferFormat, kModelFormat, kBrdfFormat, kLightFormat, kBlockersFormat},
+        {assetVerb(), truthVerb(), checkVerb()}, argc, argv);
 }

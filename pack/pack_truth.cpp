@@ -76,7 +76,7 @@ void packTruth(const VisibilityReader& reader, const TruthPlan& plan, const Trut
     FlatBufferBuilder builder(plan.bytes + (std::size_t(1) << 20));
     std::uint8_t* moments = nullptr;
     builder.ForceVectorAlignment(plan.bytes, 1, 16);
-    Offset<flatbuffers::Vector<std::uint8_t>> data = builder.CreateUninitializedVector(plan.bytes, 1, &moments);
+    Offset<flatbuffers::Vector<std::uint8_t>> data = builder.CreateUninitializedVector(plan.bytes, &moments);
     AnimationSection animation;
     animation.input_names = header.input_names;
     FrameList frames;

@@ -14,6 +14,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 COLUMNS = 120
+MADE = {ROOT / name for name in ("build", "samples", "demo-out")}  # may be empty
 SOURCES = {".h", ".cpp", ".py", ".fbs", ".comp", ".vert", ".frag", ".glsl", ".md"}
 PATH = re.compile(r"(?<![\w/.$-])\.?[\w-]+(?:/[\w.*-]+)+/?|(?<![\w/.$*-])[\w*-]+\.\w+(?![\w/])")
 LINK = re.compile(r"\]\(([^)\s]+)\)")
@@ -35,7 +36,7 @@ def is_missing(word, document, names):
     if "/" not in word:
         return pathlib.PurePath(word).suffix in SOURCES and not fnmatch.filter(names, word)
     for folder in (document.parent, ROOT):
-        if (folder / word.split("/")[0]).is_dir() and (folder / word.split("/")[0]) != ROOT / "build":
+        if (first := folder / word.split("/")[0]).is_dir() and first not in MADE:
             return not any(folder.glob(word.rstrip("/")))
     return False
 

@@ -66,7 +66,8 @@ RUNTIME_FORMATS = {"formats/asset/asset_file.h", "formats/asset/other_sides.h", 
                    "formats/common/errors.h"}
 # Library header -> the files that may name it.
 EDGES = {
-    r"embree3/": ["bake/trace/occlusion_embree.cpp", "tests/bench/"],
+    r"embree[34]/": ["bake/trace/embree.h"],
+    r"bake/trace/embree\.h": ["bake/trace/occlusion_embree.cpp", "tests/bench/bench_bake.cpp"],
     r"hdf5\.h|H5\w*\.h": ["formats/stage/hdf5_handle.h", "formats/stage/hdf5_handle.cpp", "formats/stage/visibility_file.cpp"],
     r"tbb/|oneapi/": ["formats/common/parallel_for.cpp", "tests/"],
     r"tiny_gltf\.h": ["formats/rig/rig_gltf"],

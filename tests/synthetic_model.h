@@ -218,6 +218,7 @@ inline BrdfFile lambert(Vec3d color = {1, 1, 1}) {
         for (int c = 0; c < 3; ++c)
             brdf.slices[(std::size_t(shIndex(l, 0)) * even) * 3 + std::size_t(c)] =
                 color[c] * cosine[l] / pi * std::sqrt(4 * pi);  // y_0 = 1 / sqrt(4 pi)
+    brdf.lobes = {{BrdfModel::kLambert, {}, toFloat(color)}};
     return brdf;
 }
 

@@ -2,7 +2,6 @@
 #include "bake/info/info_files.h"
 #include "formats/asset/asset_file.h"
 #include "formats/asset/cluster_bytes.h"
-#include "formats/common/errors.h"
 #include "formats/common/write_file.h"
 
 namespace penumbra {
@@ -61,12 +60,7 @@ Json describeAssetLight(const LightView& light) {
 
 Json describeAsset(const std::filesystem::path& path) {
     const MappedFile file(path);
-    AssetView asset;
-    try {
-        asset = openAsset(file.bytes());
-    } catch (const InvalidInput& error) {
-        throw InvalidInput(path.string() + ": " + error.what());
-    }
+    const AssetView asset = openAsset(file.bytes(), path.string());
     Json json = Json::object();
     if (asset.has_mesh) {
         json["mesh"] = {{"vertices", asset.mesh.positions.size()},

@@ -106,8 +106,7 @@ double farthestVertex(const Skeleton& skeleton, int joint, Vec3d point) {
     std::vector<int> below{joint};
     for (std::size_t i = 0; i < below.size(); ++i) {
         for (const Vec3d p : skeleton.places[std::size_t(below[i])]) farthest = std::max(farthest, length(p - point));
-        const std::vector<int>& children = skeleton.children[std::size_t(below[i])];
-        below.insert(below.end(), children.begin(), children.end());
+        for (const int child : skeleton.children[std::size_t(below[i])]) below.push_back(child);
     }
     return farthest;
 }

@@ -1,5 +1,5 @@
 #pragma once
-// All that the bake knows of a ray tracer. Only occlusion_embree.cpp includes <embree3/rtcore.h>.
+// All that the bake knows of a ray tracer. Only occlusion_embree.cpp includes embree.h.
 #include <memory>
 #include <optional>
 #include <span>

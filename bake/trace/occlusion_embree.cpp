@@ -1,4 +1,3 @@
-#include <embree3/rtcore.h>
 #include <pmmintrin.h>
 #include <xmmintrin.h>
 
@@ -12,6 +11,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "bake/trace/embree.h"
 #include "bake/trace/occlusion.h"
 #include "sh/bounding_box.h"
 
@@ -86,9 +86,9 @@ void fillBuffer(RTCGeometry geometry, RTCBufferType type, RTCFormat format, std:
     if (buffer) std::memcpy(buffer, values.data(), values.size_bytes());
 }
 
-// The context that nextHit() hands to its filter.
-struct PassingContext {
-    RTCIntersectContext context;  // first, so that the filter finds the rest by a cast
+// The query of nextHit(), with what its filter needs.
+struct PassingQuery {
+    RayQuery query;  // first, so that the filter finds the rest by a cast
     const std::vector<Triangle>* triangles;
     Triangle passed;
 };
@@ -96,7 +96,7 @@ struct PassingContext {
 // Rejects a hit on a triangle that has a corner of `passed`. Embree calls the filter for each candidate of a single
 // ray.
 void passOwnTriangles(const RTCFilterFunctionNArguments* arguments) {
-    const auto& passing = *reinterpret_cast<const PassingContext*>(arguments->context);
+    const auto& passing = *reinterpret_cast<const PassingQuery*>(arguments->context);
     for (const std::uint32_t corner : (*passing.triangles)[RTCHitN_primID(arguments->hit, arguments->N, 0)])
         for (const std::uint32_t passed : passing.passed)
             if (corner == passed) arguments->valid[0] = 0;
@@ -108,7 +108,7 @@ OcclusionScene::OcclusionScene(std::span<const Vec3> positions, std::span<const 
     : impl_(std::make_unique<Impl>()) {
     const FlushDenormals flush;
     if (filters) {
-        rtcSetSceneFlags(impl_->scene, RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
+        rtcSetSceneFlags(impl_->scene, kSceneTakesFilters);
         impl_->triangles.assign(triangles.begin(), triangles.end());
     }
     RTCGeometry geometry = rtcNewGeometry(impl_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
@@ -145,10 +145,9 @@ RTCRay makeRay(Vec3 origin, Vec3 direction, float min_distance) {
 
 bool OcclusionScene::occluded(Vec3 origin, Vec3 unit_direction, float min_distance) const {
     const FlushDenormals flush;
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
+    RayQuery query;
     RTCRay ray = makeRay(origin, unit_direction, min_distance);
-    rtcOccluded1(impl_->scene, &context, &ray);
+    occluded1(impl_->scene, query, ray);
     return ray.tfar < 0;  // Embree marks a blocked ray by tfar = -infinity
 }
 
@@ -162,12 +161,11 @@ SurfaceHit surfaceHit(const RTCRayHit& hit) {
 
 std::optional<SurfaceHit> OcclusionScene::closestHit(Vec3 origin, Vec3 unit_direction) const {
     const FlushDenormals flush;
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
+    RayQuery query;
     RTCRayHit hit{};
     hit.ray = makeRay(origin, unit_direction, 0);
     hit.hit.geomID = hit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-    rtcIntersect1(impl_->scene, &context, &hit);
+    intersect1(impl_->scene, query, hit);
     if (hit.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
     return surfaceHit(hit);
 }
@@ -175,14 +173,12 @@ std::optional<SurfaceHit> OcclusionScene::closestHit(Vec3 origin, Vec3 unit_dire
 std::optional<SurfaceHit> OcclusionScene::nextHit(Vec3 origin, Vec3 unit_direction, Stretch stretch,
                                                   const Triangle& passed) const {
     const FlushDenormals flush;
-    PassingContext passing{{}, &impl_->triangles, passed};
-    rtcInitIntersectContext(&passing.context);
-    passing.context.filter = passOwnTriangles;
+    PassingQuery passing{RayQuery(passOwnTriangles), &impl_->triangles, passed};
     RTCRayHit hit{};
     hit.ray = makeRay(origin, unit_direction, std::max(stretch.from, 0.0f));
     hit.ray.tfar = stretch.to;
     hit.hit.geomID = hit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-    rtcIntersect1(impl_->scene, &passing.context, &hit);
+    intersect1(impl_->scene, passing.query, hit);
     if (hit.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
     return surfaceHit(hit);
 }
@@ -202,8 +198,8 @@ RTCRay8 packetFrom(Vec3 origin) {
 
 // Traces the lanes of a packet whose weight in `traced` is not 0. Afterwards packet.tfar of a blocked lane is
 // -infinity. Returns false when there is no such lane; then packet.tfar means nothing.
-bool tracePacket(RTCScene scene, RTCIntersectContext& context, const DirectionPacket& directions,
-                 const LaneWeights& traced, RTCRay8& packet) {
+bool tracePacket(RTCScene scene, RayQuery& query, const DirectionPacket& directions, const LaneWeights& traced,
+                 RTCRay8& packet) {
     alignas(32) int valid[kLanes];
     int any = 0;
     for (std::size_t k = 0; k < kLanes; ++k) any |= valid[k] = traced.lane[k] != 0 ? -1 : 0;
@@ -211,7 +207,7 @@ bool tracePacket(RTCScene scene, RTCIntersectContext& context, const DirectionPa
     std::copy(directions.x.begin(), directions.x.end(), packet.dir_x);
     std::copy(directions.y.begin(), directions.y.end(), packet.dir_y);
     std::copy(directions.z.begin(), directions.z.end(), packet.dir_z);
-    rtcOccluded8(valid, scene, &context, &packet);
+    occluded8(valid, scene, query, packet);
     return true;
 }
 
@@ -225,12 +221,11 @@ void dropBlocked(const RTCRay8& packet, LaneWeights& weights) {
 void OcclusionScene::removeOccluded(Vec3 origin, const RayDirections& directions, std::span<LaneWeights> rays) const {
     assert(rays.size() == directions.packets.size());
     const FlushDenormals flush;
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
+    RayQuery query;
     RTCRay8 packet = packetFrom(origin);
     for (std::size_t p = 0; p < rays.size(); ++p) {
         std::fill_n(packet.tfar, kLanes, kInfinity);
-        if (tracePacket(impl_->scene, context, directions.packets[p], rays[p], packet)) dropBlocked(packet, rays[p]);
+        if (tracePacket(impl_->scene, query, directions.packets[p], rays[p], packet)) dropBlocked(packet, rays[p]);
     }
 }
 
@@ -241,9 +236,9 @@ void OcclusionScene::removeOccluded(Vec3 origin, const RayDirections& directions
 
 namespace {
 
-// The context that removeOccludedLocally() hands to its filters.
-struct LocalContext {
-    RTCIntersectContext context;  // first, so that a filter finds the rest by a cast
+// A query of removeOccludedLocally(), with what its filters need.
+struct LocalQuery {
+    RayQuery query;  // first, so that a filter finds the rest by a cast
     const LocalTriangles* local;
     LaneWeights* near;  // of the packet that is traced
 
@@ -254,17 +249,17 @@ struct LocalContext {
 
 // Accepts every hit, and notes which lanes hit a local triangle. The trace goes on as if there was no filter.
 void noteLocal(const RTCFilterFunctionNArguments* arguments) {
-    const auto& context = *reinterpret_cast<const LocalContext*>(arguments->context);
+    const auto& query = *reinterpret_cast<const LocalQuery*>(arguments->context);
     for (unsigned k = 0; k < arguments->N; ++k)
-        if (arguments->valid[k] == -1 && context.isLocal(arguments, k))
-            context.near->lane[RTCRayN_id(arguments->ray, arguments->N, k)] = 0;
+        if (arguments->valid[k] == -1 && query.isLocal(arguments, k))
+            query.near->lane[RTCRayN_id(arguments->ray, arguments->N, k)] = 0;
 }
 
 // Rejects the hits on triangles that are not local.
 void passFar(const RTCFilterFunctionNArguments* arguments) {
-    const auto& context = *reinterpret_cast<const LocalContext*>(arguments->context);
+    const auto& query = *reinterpret_cast<const LocalQuery*>(arguments->context);
     for (unsigned k = 0; k < arguments->N; ++k)
-        if (arguments->valid[k] == -1 && !context.isLocal(arguments, k)) arguments->valid[k] = 0;
+        if (arguments->valid[k] == -1 && !query.isLocal(arguments, k)) arguments->valid[k] = 0;
 }
 
 // Returns how far local triangles may lie along each lane of a packet: up to where the ray leaves the last box of a
@@ -313,11 +308,11 @@ struct WaitingRays {
     }
 };
 
-// Traces the waiting rays against what the context's filter accepts. Sets the weights of those that it blocks to 0.
-void traceWaiting(RTCScene scene, RTCIntersectContext& context, WaitingRays& waiting, RTCRay8& packet) {
+// Traces the waiting rays against what the query's filter accepts. Sets the weights of those that it blocks to 0.
+void traceWaiting(RTCScene scene, RayQuery& query, WaitingRays& waiting, RTCRay8& packet) {
     std::fill(waiting.reach.lane.begin() + std::ptrdiff_t(waiting.count), waiting.reach.lane.end(), 0.0f);
     std::copy(waiting.reach.lane.begin(), waiting.reach.lane.end(), packet.tfar);
-    if (!tracePacket(scene, context, waiting.directions, waiting.reach, packet)) return;
+    if (!tracePacket(scene, query, waiting.directions, waiting.reach, packet)) return;
     for (std::size_t k = 0; k < waiting.count; ++k)
         if (packet.tfar[k] < 0) *waiting.weight[k] = 0;
     waiting.count = 0;
@@ -329,18 +324,14 @@ void OcclusionScene::removeOccludedLocally(Vec3 origin, const RayDirections& dir
                                            std::span<LaneWeights> rays, std::span<LaneWeights> near) const {
     assert(rays.size() == directions.packets.size() && near.size() == rays.size());
     const FlushDenormals flush;
-    LocalContext first{{}, &local, nullptr}, second{{}, &local, nullptr};
-    rtcInitIntersectContext(&first.context);
-    rtcInitIntersectContext(&second.context);
-    first.context.filter = noteLocal;
-    second.context.filter = passFar;
+    LocalQuery first{RayQuery(noteLocal), &local, nullptr}, second{RayQuery(passFar), &local, nullptr};
     RTCRay8 packet = packetFrom(origin);
     WaitingRays waiting;
     for (std::size_t p = 0; p < rays.size(); ++p) {
         // 1. Trace all rays, and note those that a local triangle blocks.
         first.near = &near[p];
         std::fill_n(packet.tfar, kLanes, kInfinity);
-        if (tracePacket(impl_->scene, first.context, directions.packets[p], rays[p], packet))
+        if (tracePacket(impl_->scene, first.query, directions.packets[p], rays[p], packet))
             dropBlocked(packet, rays[p]);
         // 2. Trace again the rays that something else blocks. Most packets have few of them, so they wait until there
         // are enough for a packet.
@@ -349,17 +340,17 @@ void OcclusionScene::removeOccludedLocally(Vec3 origin, const RayDirections& dir
         for (std::size_t k = 0; k < kLanes; ++k) {
             if (near[p].lane[k] == rays[p].lane[k] || reach.lane[k] == 0) continue;
             waiting.add(directions.packets[p], k, reach.lane[k], near[p].lane[k]);
-            if (waiting.count == kLanes) traceWaiting(impl_->scene, second.context, waiting, packet);
+            if (waiting.count == kLanes) traceWaiting(impl_->scene, second.query, waiting, packet);
         }
     }
-    traceWaiting(impl_->scene, second.context, waiting, packet);
+    traceWaiting(impl_->scene, second.query, waiting, packet);
 }
 
 // --- First hits -----------------------------------------------------------------------------------------------------
 
 namespace {
 
-// Eight rays from one point for rtcIntersect8().
+// Eight rays from one point for intersect8().
 RTCRayHit8 hitPacketFrom(Vec3 origin) {
     RTCRayHit8 packet{};
     packet.ray = packetFrom(origin);
@@ -368,7 +359,7 @@ RTCRayHit8 hitPacketFrom(Vec3 origin) {
 
 // Finds what the lanes with valid = -1 meet first. Afterwards geomID of a lane that meets nothing is
 // RTC_INVALID_GEOMETRY_ID.
-void intersectPacket(RTCScene scene, RTCIntersectContext& context, const DirectionPacket& directions, const int* valid,
+void intersectPacket(RTCScene scene, RayQuery& query, const DirectionPacket& directions, const int* valid,
                      RTCRayHit8& packet) {
     std::copy(directions.x.begin(), directions.x.end(), packet.ray.dir_x);
     std::copy(directions.y.begin(), directions.y.end(), packet.ray.dir_y);
@@ -376,7 +367,7 @@ void intersectPacket(RTCScene scene, RTCIntersectContext& context, const Directi
     std::fill_n(packet.ray.tfar, kLanes, kInfinity);
     std::fill_n(packet.hit.geomID, kLanes, RTC_INVALID_GEOMETRY_ID);
     std::fill_n(packet.hit.instID[0], kLanes, RTC_INVALID_GEOMETRY_ID);
-    rtcIntersect8(valid, scene, &context, &packet);
+    intersect8(valid, scene, query, packet);
 }
 
 // Tells whether a lane of a traced packet met the back of its triangle.
@@ -392,15 +383,14 @@ void OcclusionScene::removeOccluded(Vec3 origin, const RayDirections& directions
                                     std::vector<FirstHit>& hits) const {
     assert(rays.size() == directions.packets.size());
     const FlushDenormals flush;
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
+    RayQuery query;
     RTCRayHit8 packet = hitPacketFrom(origin);
     for (std::size_t p = 0; p < rays.size(); ++p) {
         alignas(32) int valid[kLanes];
         int any = 0;
         for (std::size_t k = 0; k < kLanes; ++k) any |= valid[k] = rays[p].lane[k] != 0 ? -1 : 0;
         if (!any) continue;
-        intersectPacket(impl_->scene, context, directions.packets[p], valid, packet);
+        intersectPacket(impl_->scene, query, directions.packets[p], valid, packet);
         for (std::size_t k = 0; k < kLanes; ++k) {
             if (!valid[k] || packet.hit.geomID[k] == RTC_INVALID_GEOMETRY_ID) continue;
             rays[p].lane[k] = 0;
@@ -414,14 +404,13 @@ void OcclusionScene::firstSides(Vec3 origin, std::span<const DirectionPacket> pa
                                 std::span<LaneSides> sides) const {
     assert(sides.size() == packets.size());
     const FlushDenormals flush;
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
+    RayQuery query;
     RTCRayHit8 packet = hitPacketFrom(origin);
     for (std::size_t p = 0; p < packets.size(); ++p) {
         const DirectionPacket& d = packets[p];
         alignas(32) int valid[kLanes];
         for (std::size_t k = 0; k < kLanes; ++k) valid[k] = d.x[k] != 0 || d.y[k] != 0 || d.z[k] != 0 ? -1 : 0;
-        intersectPacket(impl_->scene, context, d, valid, packet);
+        intersectPacket(impl_->scene, query, d, valid, packet);
         for (std::size_t k = 0; k < kLanes; ++k) {
             const bool met = valid[k] && packet.hit.geomID[k] != RTC_INVALID_GEOMETRY_ID;
             sides[p].lane[k] = !met ? MetSide::kNone : metBack(packet, k) ? MetSide::kBack : MetSide::kFront;

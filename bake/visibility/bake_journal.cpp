@@ -71,7 +71,7 @@ bool writeAll(int file, std::uint64_t offset, std::span<const std::byte> bytes) 
 }  // namespace
 
 BakeJournal::BakeJournal(const fs::path& output, const VisibilityHeader& header, Precision precision, bool resume)
-    : path_(fs::path(output) += ".journal"), precision_(precision), keep_(resume) {
+    : path_(pathBeside(output, ".journal")), precision_(precision), keep_(resume) {
     frame_bytes_ = header.mesh.vertexCount() * header.numbersOfVertex() * (precision == Precision::kFloat16 ? 2u : 4u) +
                    (header.hasBounces() ? 2 * sizeof(float) : 0);
     open(resume);

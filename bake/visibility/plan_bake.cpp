@@ -19,8 +19,7 @@ void addColor(const char* name, const ColorChoice& choice, nlohmann::ordered_jso
     if (choice.table) json[name] = choice.table->filename().string();
 }
 
-// Lists every option that changes the result. Options that are newer than 0.1.0 are listed only where they are used,
-// so that older bakes keep their provenance.
+// Lists every option that changes the result. Those that few bakes need are listed only where they are used.
 std::string optionsJson(const BakeOptions& options, const std::string& albedo_from) {
     nlohmann::ordered_json json;
     json["clips"] = options.clips;

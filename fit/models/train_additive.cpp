@@ -202,8 +202,7 @@ std::vector<Eigen::Index> chooseUnits(const Candidates& all, const Moments& m, c
 // G and the prior P into diagonal matrices, so one decomposition serves every lambda and every component.
 class RidgePath {
 public:
-    RidgePath(const Candidates& all, const Moments& m, std::span<const Eigen::Index> units) {
-        const std::vector<Eigen::Index> rows(units.begin(), units.end());
+    RidgePath(const Candidates& all, const Moments& m, const std::vector<Eigen::Index>& rows) {
         projected_.resize(0, m.cross.cols());
         if (rows.empty()) return;  // there is nothing to learn, so the mean alone remains
         // 1. Cut the moments and the prior down to the chosen units.
@@ -246,9 +245,9 @@ void addFoldErrors(const Candidates& all, const Eigen::MatrixXd& y, const Eigen:
     const Eigen::MatrixXd truth = y(left_out, Eigen::all).rowwise() - y_mean;
     // 3. For each number of units, one decomposition gives the errors for all lambdas.
     for (std::size_t n = 0; n < std::size(kUnitCounts); ++n) {
-        const std::span<const Eigen::Index> some = std::span(units).first(std::min(kUnitCounts[n], units.size()));
-        const RidgePath path(all, kept, some);
-        const std::vector<Eigen::Index> columns(some.begin(), some.end());
+        const auto count = std::ptrdiff_t(std::min(kUnitCounts[n], units.size()));
+        const std::vector<Eigen::Index> columns(units.begin(), units.begin() + count);
+        const RidgePath path(all, kept, columns);
         const Eigen::MatrixXd phi = all.phi(left_out, columns).rowwise() - phi_mean(columns);
         for (std::size_t l = 0; l < std::size(kLambdas); ++l)
             errors[n][l] += (truth - phi * path.solve(kLambdas[l], ratios)).squaredNorm();

@@ -63,13 +63,13 @@ MeshView meshOf(const fbs::Mesh& stored, const Field& at, std::size_t joints, bo
     checkUnit(at / "normals", mesh.normals);
     mesh.tangents = vectorsOf(stored.tangents(), at / "tangents", has_model ? count : 0);
     checkUnit(at / "tangents", mesh.tangents);
-    mesh.triangles = spanOf<std::uint32_t>(stored.triangles(), at / "triangles");
+    mesh.triangles = requiredSpanOf<std::uint32_t>(stored.triangles(), at / "triangles");
     (at / "triangles").require(mesh.triangles.size() % 3 == 0, "has a broken last triangle");
     checkIndices(at / "triangles", mesh.triangles, count);
     mesh.shading_point = spanOf<std::uint32_t>(stored.shading_point(), at / "shading_point");
     checkCount(at / "shading_point", mesh.shading_point, count);
     checkPermutation(at / "shading_point", mesh.shading_point);
-    mesh.source_vertex = spanOf<std::uint32_t>(stored.source_vertex(), at / "source_vertex");
+    mesh.source_vertex = requiredSpanOf<std::uint32_t>(stored.source_vertex(), at / "source_vertex");
     checkIndices(at / "source_vertex", mesh.source_vertex, count);
     mesh.influences = stored.influences();
     (at / "influences").require(mesh.influences > 0 || !has_model, "is 0 in a file with a model");
@@ -118,19 +118,19 @@ std::vector<ClipView> clipsOf(const fbs::Animation& stored, const Field& at, std
 
 AnimationView animationOf(const fbs::Animation& stored, const Field& at) {
     AnimationView animation;
-    if (stored.joint_names())
-        for (const flatbuffers::String* name : *stored.joint_names()) animation.joint_names.push_back(textOf(name));
+    if (!stored.joint_names()) (at / "joint_names").fail("is missing");
+    for (const flatbuffers::String* name : *stored.joint_names()) animation.joint_names.push_back(textOf(name));
     checkUniqueNames(at / "joint_names", animation.joint_names);
     const std::size_t joints = animation.jointCount();
     checkRange(at / "joint_names", std::int64_t(joints), 0, 65535);
     animation.parents = spanOf<std::int32_t>(stored.parents(), at / "parents");
     checkCount(at / "parents", animation.parents, joints);
     checkParents(at / "parents", animation.parents);
-    animation.times = spanOf<double>(stored.times(), at / "times");
+    animation.times = requiredSpanOf<double>(stored.times(), at / "times");
     const std::size_t frames = animation.times.size();
     for (double time : animation.times) (at / "times").require(std::isfinite(time), "has a number that is not finite");
-    if (stored.clips()) animation.clips = clipsOf(stored, at / "clips", frames);
-    (at / "clips").require(stored.clips() || frames == 0, "is missing");
+    if (!stored.clips()) (at / "clips").fail("is missing");
+    animation.clips = clipsOf(stored, at / "clips", frames);
     animation.bones = spanOf<Affine>(stored.bones(), at / "bones");
     if (!animation.bones.empty()) checkCount(at / "bones", animation.bones, std::uint64_t(frames) * joints);
     checkFinite(at / "bones", animation.bones);
@@ -158,7 +158,7 @@ struct ModelSizes {
 
 void setGroups(const fbs::Cluster& stored, const Field& at, const ModelSizes& sizes, ClusterView& cluster) {
     const std::uint64_t size = sizes.group_size;
-    cluster.groups = spanOf<std::uint16_t>(stored.groups(), at / "groups");
+    cluster.groups = requiredSpanOf<std::uint16_t>(stored.groups(), at / "groups");
     checkIndices(at / "groups", cluster.groups, sizes.groups);
     for (std::size_t g = 0; g < cluster.groups.size(); ++g) {
         const Field here = (at / "groups")[g];
@@ -186,7 +186,7 @@ void setUnits(const fbs::Cluster& stored, const Field& at, const ModelSizes& siz
         width = inputs + 1;
         cluster.units = stored.hidden()->count() / width;
     }
-    cluster.unit_group = spanOf<std::uint16_t>(stored.unit_group(), at / "unit_group");
+    cluster.unit_group = requiredSpanOf<std::uint16_t>(stored.unit_group(), at / "unit_group");
     checkIndices(at / "unit_group", cluster.unit_group, cluster.groups.size());
     if (sizes.kind == ModelKind::kAdditive) {
         width = sizes.group_size;
@@ -210,7 +210,7 @@ ClusterView clusterOf(const fbs::Cluster& stored, const Field& at, const ModelSi
     cluster.vertex_count = stored.vertex_count();
     (at / "vertex_count").require(cluster.vertex_count > 0, "is 0");
     cluster.feature_mean = floatsOf(stored.feature_mean(), at / "feature_mean", features);
-    cluster.input_min = spanOf<float>(stored.input_min(), at / "input_min");
+    cluster.input_min = requiredSpanOf<float>(stored.input_min(), at / "input_min");
     checkFinite(at / "input_min", cluster.input_min);
     const std::uint64_t inputs = cluster.inputs();
     // There are no more inputs than features, as principal components cannot be more. Otherwise a small file could
@@ -220,7 +220,7 @@ ClusterView clusterOf(const fbs::Cluster& stored, const Field& at, const ModelSi
     for (std::size_t i = 0; i < inputs; ++i)
         (at / "input_max")[i].require(cluster.input_min[i] <= cluster.input_max[i], "is below input_min");
     cluster.input_basis = numbersOf(stored.input_basis(), at / "input_basis", inputs, features, AssetPrecision::kI8);
-    cluster.bias = spanOf<float>(stored.bias(), at / "bias");
+    cluster.bias = requiredSpanOf<float>(stored.bias(), at / "bias");
     checkFinite(at / "bias", cluster.bias);
     const std::uint64_t components = cluster.components(), row = std::uint64_t(cluster.vertex_count) * stride;
     setGroups(stored, at, sizes, cluster);
@@ -321,18 +321,13 @@ TruthView truthOf(const fbs::Truth& stored, const Field& at, std::size_t vertice
 AssetView viewOfAsset(const fbs::Asset& stored, const std::string& file) {
     const Field at{file + ": "};
     if (textOf(stored.sh_convention()) != kShConvention) (at / "sh_convention").fail("is not real-orthonormal-cs");
-    if (const int lowest = lowestVersion(stored);
-        lowest > kSkinnedAssetVersion && int(stored.format_version()) < lowest) {
-        const std::string version = std::to_string(lowest);
-        (at / "format_version").fail("is below " + version + ", but something of version " + version + " is there");
-    }
     AssetView asset;
     asset.provenance = textOf(stored.provenance());
     if (stored.animation()) asset.animation = animationOf(*stored.animation(), at / "animation");
     asset.has_mesh = stored.mesh() != nullptr;
     asset.has_model = stored.model() != nullptr;
     asset.has_truth = stored.truth() != nullptr;
-    at.require(asset.has_mesh || !(asset.has_model || asset.has_truth || stored.transfer()), "mesh is missing");
+    (at / "mesh").require(asset.has_mesh || !(asset.has_model || asset.has_truth || stored.transfer()), "is missing");
     const std::size_t joints = asset.animation.jointCount();
     if (asset.has_mesh) asset.mesh = meshOf(*stored.mesh(), at / "mesh", joints, asset.has_model);
     const std::size_t vertices = asset.mesh.positions.size();

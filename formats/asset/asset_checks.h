@@ -32,7 +32,7 @@ std::vector<std::uint16_t> slotMaterialsOf(const fbs::Asset& stored, const Field
 NumbersView numbersOf(const fbs::Numbers* stored, const Field& at, std::uint64_t rows, std::uint64_t row_length,
                       AssetPrecision coarsest);
 
-// The parts of it that version 4 brought, in asset_checks_deform.cpp. The mesh is checked except for these. `at` is
+// Two-sided and deforming meshes and inputs, in asset_checks_deform.cpp. The mesh is checked except for these. `at` is
 // the mesh or the animation itself; for the model it is the file.
 void setTwoSided(const fbs::Mesh& stored, const Field& at, MeshView& mesh);
 void setInputs(const fbs::Animation& stored, const Field& at, AnimationView& animation);
@@ -40,18 +40,12 @@ void setInputs(const fbs::Animation& stored, const Field& at, AnimationView& ani
 void setPlayback(const fbs::Animation& stored, const Field& at, const AssetView& asset, PlaybackView& playback);
 // `model` has its kind of features already. Reads the mesh and the animation of `asset`.
 void setDeforming(const fbs::Model& stored, const Field& file, const AssetView& asset, ModelView& model);
-// Tells whether the verified file has anything that is new in version 4.
-bool usesVersion4(const fbs::Asset& asset);
 
-// Tells the same of version 6, in asset_checks_look.cpp.
-bool usesVersion6(const fbs::Asset& asset);
-// Tells whether there is a live material or a membrane, which version 7 brought.
-bool usesNewLooks(const fbs::Asset& asset);
 // Checks that the mesh and the model have what the materials need of them.
 void checkLooks(const AssetView& asset, const Field& file);
 
-// The part of it that version 5 brought, in asset_checks_compose.cpp. Reads the mesh and the animation of `asset`, and
-// the clusters of `model`. `read_cluster` reads a cluster as those of the model are read.
+// Composed models, in asset_checks_compose.cpp. Reads the mesh and the animation of `asset`, and the clusters of
+// `model`. `read_cluster` reads a cluster as those of the model are read.
 using ReadCluster = std::function<ClusterView(const fbs::Cluster& stored, const Field& at)>;
 void setComposition(const fbs::Model& stored, const Field& at, const AssetView& asset, const ReadCluster& read_cluster,
                     ModelView& model);
@@ -59,17 +53,12 @@ void setComposition(const fbs::Model& stored, const Field& at, const AssetView& 
 using StoredClusters = flatbuffers::Vector<flatbuffers::Offset<fbs::Cluster>>;
 std::vector<ClusterView> sameClustersOf(const StoredClusters* stored, const Field& at, const ModelView& model,
                                         const ReadCluster& read_cluster);
-// The part of it that version 7 brought, in asset_checks_indirect.cpp. `read_cluster` reads rows of kIndirectStride.
+// Light that bounces, in asset_checks_indirect.cpp. `read_cluster` reads rows of kIndirectStride.
 void setIndirect(const fbs::Model& stored, const Field& at, const ReadCluster& read_cluster, ModelView& model);
-// The blockers of the file, which version 5 brought too, in asset_checks_compose.cpp. `at` is the file.
+// The blockers of the file, in asset_checks_compose.cpp. `at` is the file.
 BlockersView blockersOf(const fbs::Asset& stored, const Field& at, std::size_t joints);
-// The part of it that version 7 brought, in asset_checks_transfer.cpp. Reads the mesh and the animation of `asset`, and
+// The models of paper 002, in asset_checks_transfer.cpp. Reads the mesh and the animation of `asset`, and
 // sets the transfer and what stands in for the model. `at` is the file.
 void setTransfer(const fbs::Asset& stored, const Field& at, AssetView& asset);
-bool usesVersion7(const fbs::Asset& asset);
-// Tells the same of version 8, in asset_checks_look.cpp.
-bool usesVersion8(const fbs::Asset& asset);
-// Returns the lowest version from 3 on that knows all that the verified file has.
-int lowestVersion(const fbs::Asset& asset);
 
 }  // namespace penumbra

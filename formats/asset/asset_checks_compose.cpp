@@ -1,4 +1,4 @@
-// The checks of version 5: composed models and sphere blockers.
+// The checks of composed models and of sphere blockers.
 #include <array>
 #include <cmath>
 
@@ -127,15 +127,6 @@ BlockersView blockersOf(const fbs::Asset& stored, const Field& file, std::size_t
     checkCount(file / "blocker_joints", blockers.joints, blockers.spheres.size());
     checkIndices(file / "blocker_joints", blockers.joints, joints);
     return blockers;
-}
-
-int lowestVersion(const fbs::Asset& asset) {
-    if (usesVersion8(asset)) return kAssetVersion;
-    if (usesVersion7(asset)) return kBouncedAssetVersion;
-    if (usesVersion6(asset)) return kSunAssetVersion;
-    if (asset.blocker_spheres() || asset.blocker_joints() || (asset.model() && asset.model()->composition()))
-        return kComposedAssetVersion;
-    return usesVersion4(asset) ? kDeformingAssetVersion : kSkinnedAssetVersion;
 }
 
 }  // namespace penumbra

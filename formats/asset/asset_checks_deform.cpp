@@ -1,4 +1,4 @@
-// The checks of version 4: two-sided sheets, inputs, and meshes whose vertices are given instead of skinned.
+// The checks of two-sided sheets, of inputs, and of meshes whose vertices are given instead of skinned.
 #include <array>
 #include <cmath>
 
@@ -145,16 +145,6 @@ void setDeforming(const fbs::Model& stored, const Field& file, const AssetView& 
                                                   asset.animation));
     setDihedralPose(stored, at, asset, model);
     if (model.deforming) checkParts(file, asset.mesh, joints - count);
-}
-
-bool usesVersion4(const fbs::Asset& asset) {
-    const fbs::Mesh* mesh = asset.mesh();
-    const fbs::Animation* animation = asset.animation();
-    const fbs::Model* model = asset.model();
-    return (mesh && mesh->two_sided()) ||
-           (animation && (animation->input_names() || animation->inputs() || animation->positions())) ||
-           (model && (model->deforming() || model->input_joints() || model->pose_mean() || model->pose_basis() ||
-                      model->features() == fbs::FeatureKind::DihedralAngles));
 }
 
 }  // namespace penumbra

@@ -1,4 +1,4 @@
-// The checks of version 7: light that bounces.
+// The checks of light that bounces.
 #include <cmath>
 
 #include "asset_generated.h"

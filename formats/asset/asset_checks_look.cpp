@@ -27,7 +27,7 @@ OperatorsView operatorsOf(const fbs::Operators& stored, const Field& at, const M
 // Unfolds the numbers of a compact form here, so that nobody else needs to know of forms.
 void setSlices(const fbs::Material& stored, const Field& at, MaterialView& material) {
     const int j = material.slice_order, view = material.view_order;
-    if (!stored.slices() && stored.lobes()) return;  // a live material; checkLive() checks it
+    if (!stored.slices()) return;  // a live material; checkLive() checks it
     checkRange(at / "slice_form", std::int64_t(stored.slice_form()), 0, std::int64_t(SliceForm::kIsotropic));
     material.slice_form = SliceForm(stored.slice_form());
     material.stored_slices = floatsOf(stored.slices(), at / "slices",
@@ -44,7 +44,7 @@ static_assert(sizeof(BrdfLobe) == 32 && sizeof(fbs::BrdfLobe) == 32 && offsetof(
               offsetof(BrdfLobe, color) == 20);
 
 std::span<const BrdfLobe> brdfLobesOf(const fbs::Material& stored, const Field& at) {
-    if (!stored.lobes()) return {};
+    if (!stored.lobes()) at.fail("is missing");
     checkRange(at, std::int64_t(stored.lobes()->size()), 1, kMaxBrdfLobes);
     const std::span lobes(reinterpret_cast<const BrdfLobe*>(stored.lobes()->Data()), stored.lobes()->size());
     for (std::size_t i = 0; i < lobes.size(); ++i)
@@ -190,32 +190,6 @@ LightView lightOf(const fbs::Light& stored, const Field& at) {
 }
 
 }  // namespace
-
-bool usesVersion6(const fbs::Asset& asset) {
-    if (asset.materials())
-        for (const fbs::Material* material : *asset.materials())
-            if (material->lobes() || material->lobe_error() != 0) return true;
-    if (asset.lights())
-        for (const fbs::Light* light : *asset.lights())
-            if (light->suns() || light->window() || light->picture() || light->picture_width() != 0) return true;
-    return false;
-}
-
-bool usesNewLooks(const fbs::Asset& asset) {
-    if (asset.materials())
-        for (const fbs::Material* material : *asset.materials())
-            if (!material->slices() || material->membrane() || material->membrane_open()) return true;
-    return false;
-}
-
-bool usesVersion8(const fbs::Asset& asset) {
-    if (asset.materials())
-        for (const fbs::Material* material : *asset.materials())
-            if (material->steps() || material->step_slices() || material->step_parameter() != 0 ||
-                material->step_error() != 0)
-                return true;
-    return false;
-}
 
 void checkLooks(const AssetView& asset, const Field& file) {
     for (std::size_t m = 0; m < asset.materials.size(); ++m) {

@@ -75,9 +75,4 @@ void setTransfer(const fbs::Asset& stored, const Field& file, AssetView& asset) 
     asset.model = layoutOf(*asset.transfer, asset.mesh.positions.size());
 }
 
-bool usesVersion7(const fbs::Asset& asset) {
-    return asset.transfer() || (asset.truth() && asset.truth()->is_transfer()) ||
-           (asset.model() && asset.model()->indirect()) || usesNewLooks(asset);
-}
-
 }  // namespace penumbra

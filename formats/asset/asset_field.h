@@ -43,6 +43,13 @@ std::span<const T> spanOf(const flatbuffers::Vector<Stored>* vector, const Field
     return {reinterpret_cast<const T*>(vector->data()), bytes / sizeof(T)};
 }
 
+// Does the same for a vector that must be there, though it may be empty.
+template <class T, class Stored>
+std::span<const T> requiredSpanOf(const flatbuffers::Vector<Stored>* vector, const Field& at) {
+    if (!vector) at.fail("is missing");
+    return spanOf<T>(vector, at);
+}
+
 // These throw InvalidInput unless the count, the range or the indices are as expected.
 template <class T>
 void checkCount(const Field& at, std::span<const T> values, std::uint64_t expected) {

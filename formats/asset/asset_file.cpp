@@ -92,12 +92,30 @@ std::uint64_t assetHash(std::span<const std::byte> bytes, std::size_t hash_offse
 
 namespace {
 
-// Returns the root table of bytes that the verifier accepts, else null. The verifier asserts on sizes that offsets
-// cannot reach, so these are refused first.
+// Tells whether the verifier may look at the bytes: it asserts on sizes that offsets cannot reach.
+bool hasSizeOfABuffer(std::span<const std::byte> bytes) {
+    return bytes.size() >= 16 && bytes.size() < FLATBUFFERS_MAX_BUFFER_SIZE;
+}
+
+// Returns the root table of bytes that the verifier accepts, else null.
 const fbs::Asset* verifiedRoot(std::span<const std::byte> bytes) {
-    if (bytes.size() >= FLATBUFFERS_MAX_BUFFER_SIZE || bytes.size() < 16) return nullptr;
+    if (!hasSizeOfABuffer(bytes)) return nullptr;
     flatbuffers::Verifier verifier(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
     return fbs::VerifyAssetBuffer(verifier) ? fbs::GetAsset(bytes.data()) : nullptr;
+}
+
+// Returns what speaks against the version, or "" where the bytes tell none. The verifier knows the fields of our
+// version alone, so this looks at nothing but the start of the root table.
+std::string versionProblemOf(std::span<const std::byte> bytes) {
+    if (!hasSizeOfABuffer(bytes) || !fbs::AssetBufferHasIdentifier(bytes.data())) return "";
+    const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
+    flatbuffers::Verifier verifier(data, bytes.size());
+    const std::size_t root = verifier.VerifyOffset(0);
+    const auto* table = reinterpret_cast<const flatbuffers::Table*>(data + root);
+    constexpr flatbuffers::voffset_t kVersion = fbs::Asset::VT_FORMAT_VERSION;
+    if (root == 0 || !table->VerifyTableStart(verifier) || !table->VerifyField<std::uint16_t>(verifier, kVersion, 2))
+        return "";
+    return findVersionProblem(kAssetFormat, table->GetField<std::uint16_t>(kVersion, 0));
 }
 
 // Returns where content_hash lies in the file; 0 when it is absent.
@@ -122,12 +140,10 @@ AssetView openAsset(std::span<const std::byte> bytes, std::string_view name) {
     const std::string file(name);
     if (reinterpret_cast<std::uintptr_t>(bytes.data()) % 16 != 0)
         throw InvalidInput(file + ": the bytes of an asset must start at a multiple of 16");
+    if (const std::string problem = versionProblemOf(bytes); !problem.empty())
+        throw InvalidInput(file + ": " + problem);
     const fbs::Asset* asset = verifiedRoot(bytes);
     if (!asset) throw InvalidInput(file + ": not a Penumbra asset (PNB1), or cut short");
-    if (asset->format_version() < kOldestAssetVersion || asset->format_version() > kAssetVersion)
-        throw InvalidInput(file + ": format_version is " + std::to_string(asset->format_version()) +
-                           "; this program reads " + std::to_string(kOldestAssetVersion) + ".." +
-                           std::to_string(kAssetVersion));
     const std::size_t offset = hashOffset(bytes, *asset);
     if (offset == 0 || offset % 8 != 0 || assetHash(bytes, offset) != asset->content_hash())
         throw InvalidInput(file + ": content_hash does not match: the file is damaged");

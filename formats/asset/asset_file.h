@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "formats/common/file_format.h"
 #include "formats/common/model_kind.h"
 #include "sh/brdf/brdf_lobe.h"
 #include "sh/brdf/membrane.h"
@@ -26,13 +27,7 @@
 
 namespace penumbra {
 
-constexpr int kAssetVersion = 8;              // knows steps of materials
-constexpr int kBouncedAssetVersion = 7;       // knows transfer, light that bounces, live materials, membranes
-constexpr int kSunAssetVersion = 6;           // knows lobes of materials, and suns and pictures of lights
-constexpr int kComposedAssetVersion = 5;      // knows composed models and sphere blockers
-constexpr int kDeformingAssetVersion = 4;     // knows deforming and two-sided meshes, and inputs
-constexpr int kSkinnedAssetVersion = 3;       // writers use the lowest of these versions that knows all they write
-constexpr int kOldestAssetVersion = 2;        // knows no compact slices
+constexpr FileFormat kAssetFormat{"penumbra.asset", 1};
 constexpr int kMaxLobes = 2 * kMaxOrder - 1;  // lobes of a light: as many as an exact one needs
 constexpr int kMaxPictureWidth = 4096;        // pixels of a light's picture
 constexpr std::size_t kMaxMaterials = 4096;   // materials of an asset; bounds what compact slices unfold to
@@ -224,7 +219,7 @@ struct MaterialView {
     SliceForm slice_form = SliceForm::kGeneral;
     std::span<const float> stored_slices = {};                     // as in the file: [channels, entries of the form]
     std::shared_ptr<const std::vector<float>> unfolded = nullptr;  // the numbers behind `slices` if the form is compact
-    std::span<const BrdfLobe> lobes = {};   // 0..kMaxBrdfLobes, for light from one direction; empty: not known
+    std::span<const BrdfLobe> lobes = {};                          // 1..kMaxBrdfLobes, for light from one direction
     float lobe_error = 0;                   // of the lobes against the material, fit/reflectance/lobe_error.h; 0: exact
     std::optional<Membrane> membrane = {};  // set: slices and lobes are those of a white Lambertian surface
 

@@ -56,6 +56,8 @@ namespace {
 void addCommonOptions(CLI::App& app, CommonOptions& common) {
     CLI::Option* quiet = app.add_flag("-q,--quiet", common.quiet, "No messages but errors")->group(kCommonGroup);
     app.add_flag("-v,--verbose", common.verbosity, "More messages; twice for still more")
+        ->force_callback(false)  // CLI11 2.4 gives counted flags the value 0, which would exclude --quiet
+        ->default_str("")
         ->excludes(quiet)
         ->group(kCommonGroup);
     app.add_option("--threads", common.threads, "Threads; else $PENUMBRA_THREADS, $CUE_THREADS, all cores")
@@ -358,18 +360,16 @@ int runVerb(Run& run) {
     }
 }
 
-std::string textOf(const std::vector<FormatVersions>& formats) {
+std::string textOf(const std::vector<FileFormat>& formats) {
     std::string text;
-    for (const FormatVersions& format : formats) {
-        text += (text.empty() ? "" : ", ") + std::string(format.name) + " " + std::to_string(format.oldest);
-        if (format.newest > format.oldest) text += ".." + std::to_string(format.newest);
-    }
+    for (const FileFormat& format : formats)
+        text += (text.empty() ? "" : ", ") + std::string(format.name) + " " + std::to_string(format.version);
     return text;
 }
 
 }  // namespace
 
-int runProgram(const char* program, const char* description, const std::vector<FormatVersions>& formats,
+int runProgram(const char* program, const char* description, const std::vector<FileFormat>& formats,
                std::vector<Verb> verbs, int argc, char** argv) try {
     catchSignals(program);
     const std::string version = std::string(program) + " " + programVersion() + "\nformats: " + textOf(formats);

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "formats/common/file_format.h"
 #include "formats/common/progress.h"
 
 namespace penumbra {
@@ -56,15 +57,9 @@ struct Verb {
     bool checks_inputs = false;  // `run` reports every input that cannot be read, not only the first
 };
 
-// The versions of a format that a program knows.
-struct FormatVersions {
-    const char* name;
-    int oldest, newest;
-};
-
 // Parses the command line, runs one verb, writes report and depfile, and turns exceptions into one line and an exit
-// code. --version prints the formats after the tool's own version ("penumbra.visibility 1, penumbra.poses 1..2, ...").
-int runProgram(const char* program, const char* description, const std::vector<FormatVersions>& formats,
+// code. --version prints the formats after the tool's own version ("penumbra.visibility 1, penumbra.poses 1, ...").
+int runProgram(const char* program, const char* description, const std::vector<FileFormat>& formats,
                std::vector<Verb> verbs, int argc, char** argv);
 
 }  // namespace penumbra

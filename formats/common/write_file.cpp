@@ -13,9 +13,12 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <map>
+#include <mutex>
 #include <string>
 
 #include "formats/common/errors.h"
+#include "formats/common/sha256.h"
 
 namespace penumbra {
 namespace {
@@ -104,10 +107,26 @@ void throwIfInterrupted() {
 
 namespace {
 
+// Returns the file that a chain of symbolic links leads to, which need not exist.
+fs::path followLinks(fs::path path) {
+    constexpr int kMostLinks = 40;  // as Linux has it
+    const fs::path given = path;
+    std::error_code error;
+    for (int i = 0; fs::is_symlink(path, error); ++i) {
+        if (i == kMostLinks) throw failed("cannot write", given, ELOOP);
+        path = path.parent_path() / fs::read_symlink(path);
+    }
+    return path;
+}
+
+constexpr std::size_t kNumberRoom = 15;  // bytes of a process number, "-" and the attempt
+
+fs::path partialPrefix(const fs::path& target) { return pathBeside(target, ".part", kNumberRoom); }
+
 // Removes "TARGET.partPID" files whose writer was killed: no process has that number, and nobody holds the lock. The
 // lock covers writers on other hosts and in other containers, whose process numbers mean nothing here.
 void sweepStale(const fs::path& target) {
-    const std::string prefix = target.filename().string() + ".part";
+    const std::string prefix = partialPrefix(target).filename().string();
     std::error_code ignored;
     for (const fs::directory_entry& entry : fs::directory_iterator(target.parent_path(), ignored)) {
         const std::string name = entry.path().filename().string();
@@ -125,26 +144,63 @@ void sweepStale(const fs::path& target) {
 void checkTarget(const fs::path& target) {
     std::error_code error;
     const fs::file_status status = fs::status(target, error);
+    if (error == std::errc::filename_too_long) throw failed("cannot write here", target, ENAMETOOLONG);
     // rename() would replace the device or the folder itself.
     if (fs::exists(status) && !fs::is_regular_file(status)) throw IoError(target.string() + ": not a regular file");
     if (!fs::is_directory(target.parent_path(), error))
         throw IoError(target.string() + ": no folder " + target.parent_path().string());
 }
 
+// The targets of the partial files that are being written.
+struct OpenPartials {
+    std::mutex guard;
+    std::map<fs::path, fs::path> target_of;
+};
+OpenPartials& openPartials() {
+    static OpenPartials partials;
+    return partials;
+}
+
+void forget(const fs::path& partial) {
+    OpenPartials& partials = openPartials();
+    const std::lock_guard lock(partials.guard);
+    partials.target_of.erase(partial);
+}
+
 }  // namespace
 
-PartialFile::PartialFile(fs::path target) : target_(std::move(target)) {
-    if (target_.empty() || !target_.has_filename()) throw IoError("\"" + target_.string() + "\": not a file name");
-    std::error_code error;
-    if (fs::is_symlink(target_, error) && fs::exists(target_, error)) target_ = fs::canonical(target_);
+fs::path pathBeside(const fs::path& target, std::string_view ending, std::size_t room) {
+    constexpr std::size_t kLongestName = 255, kHash = 16;  // bytes
+    const std::string name = target.filename().string();
+    const std::size_t most = kLongestName - room - ending.size();
+    if (name.size() <= most) return fs::path(target) += ending;
+    std::size_t kept = most - kHash - 1;
+    while (kept > 0 && (name[kept] & 0xc0) == 0x80) --kept;  // whole UTF-8 characters
+    const std::string hash = sha256Hex(std::as_bytes(std::span(name))).substr(0, kHash);
+    return target.parent_path() / ((name.substr(0, kept) + "-" + hash) += ending);
+}
+
+fs::path targetOfPartial(const fs::path& partial) {
+    OpenPartials& partials = openPartials();
+    const std::lock_guard lock(partials.guard);
+    const auto found = partials.target_of.find(partial);
+    return found == partials.target_of.end() ? partial : found->second;
+}
+
+PartialFile::PartialFile(fs::path target) {
+    if (target.empty() || !target.has_filename()) throw IoError("\"" + target.string() + "\": not a file name");
+    target_ = followLinks(std::move(target));
     if (!target_.has_parent_path()) target_ = "." / target_;
     checkTarget(target_);
     sweepStale(target_);
+    // What replaces a file that others may not read is closed to them from the start.
+    std::error_code missing;
+    const mode_t mode = fs::exists(target_, missing) ? 0600 : 0666;
     for (int attempt = 1; attempt <= 100;
          ++attempt) {  // "-2": a second writer here, or the same number in another host
         const std::string suffix = attempt == 1 ? "" : "-" + std::to_string(attempt);
-        partial_ = target_.string() + ".part" + std::to_string(::getpid()) + suffix;
-        lock_ = ::open(partial_.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666);
+        partial_ = partialPrefix(target_).string() + std::to_string(::getpid()) + suffix;
+        lock_ = ::open(partial_.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | O_NOFOLLOW, mode);
         if (lock_ < 0) throw failed("cannot write here", target_, errno);
         if (::flock(lock_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) break;
         ::close(lock_);
@@ -152,6 +208,10 @@ PartialFile::PartialFile(fs::path target) : target_(std::move(target)) {
     }
     if (lock_ < 0) throw IoError(target_.string() + ": too many writers");
     removeOnStop(partial_);
+    {
+        const std::lock_guard lock(openPartials().guard);
+        openPartials().target_of[partial_] = target_;
+    }
     if (::ftruncate(lock_, 0) != 0) {
         const int reason = errno;
         discard();
@@ -165,30 +225,46 @@ void PartialFile::discard() noexcept {
     if (lock_ < 0) return;
     ::unlink(partial_.c_str());
     keepOnStop(partial_);
+    forget(partial_);
     ::close(lock_);
     lock_ = -1;
 }
 
 namespace {
 
-void syncPath(const fs::path& path, int flags) {
-    const int file = ::open(path.c_str(), flags | O_CLOEXEC);
-    if (file < 0) throw failed("cannot open to flush", path, errno);
+void syncFolder(const fs::path& folder) {
+    const int file = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (file < 0) throw failed("cannot open to flush", folder, errno);
     const int result = ::fsync(file), reason = errno;
     ::close(file);
     // EINVAL means a file system that has no fsync for folders.
-    if (result != 0 && reason != EINVAL) throw failed("cannot flush to disk", path, reason);
+    if (result != 0 && reason != EINVAL) throw failed("cannot flush to disk", folder, reason);
+}
+
+// Gives an open file the owner, the group and the permissions of the target, if there is one. Only root may give files
+// away; where a system refuses, the file stays ours, and a group that it cannot have gets what everybody may do.
+void takeOverStatus(int file, const fs::path& target) {
+    struct stat old {
+    }, now{};
+    if (::stat(target.c_str(), &old) != 0 || ::fstat(file, &now) != 0) return;
+    mode_t mode = old.st_mode & 0777;
+    if (old.st_uid != now.st_uid) (void)!::fchown(file, old.st_uid, gid_t(-1));
+    if (old.st_gid != now.st_gid && ::fchown(file, uid_t(-1), old.st_gid) != 0)
+        mode = (mode & ~mode_t(070)) | (mode & (mode << 3) & 070);
+    if (::fchmod(file, mode) != 0) throw failed("cannot set the permissions", target, errno);
 }
 
 }  // namespace
 
 void PartialFile::commit() {
-    syncPath(partial_, O_RDONLY);
+    takeOverStatus(lock_, target_);
+    if (::fsync(lock_) != 0) throw failed("cannot flush to disk", target_, errno);
     if (::rename(partial_.c_str(), target_.c_str()) != 0) throw failed("cannot rename to this name", target_, errno);
     keepOnStop(partial_);
+    forget(partial_);
     ::close(lock_);
     lock_ = -1;
-    syncPath(target_.parent_path(), O_RDONLY | O_DIRECTORY);
+    syncFolder(target_.parent_path());
 }
 
 void writeWholeFile(const fs::path& target, std::span<const std::byte> bytes) {

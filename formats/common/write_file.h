@@ -11,21 +11,32 @@ namespace penumbra {
 
 class PartialFile {
 public:
-    // Makes "TARGET.partPID" beside the target (locked and empty), and removes those that killed writers left. Throws
-    // IoError when the folder cannot be written or the target is no regular file.
+    // Makes "TARGET.partPID" beside the target (locked and empty), and removes those that killed writers left. A long
+    // name is shortened for it. Where the target is a symbolic link, the file that it leads to is the target, whether
+    // that exists yet or not. Throws IoError when the folder cannot be written or the target is no regular file.
     explicit PartialFile(std::filesystem::path target);
     ~PartialFile();  // removes the partial file unless commit() was called
     PartialFile(const PartialFile&) = delete;
     PartialFile& operator=(const PartialFile&) = delete;
 
     const std::filesystem::path& path() const { return partial_; }  // write here
-    void commit();  // fsync, rename over the target, fsync of the folder; throws IoError
+    // fsync, rename over the target, fsync of the folder; throws IoError. The file takes over the permissions of the
+    // one that it replaces, and its owner and group as far as the system allows.
+    void commit();
 
 private:
     std::filesystem::path target_, partial_;
     int lock_ = -1;  // descriptor of the partial file while it is ours
     void discard() noexcept;
 };
+
+// Returns the path beside `target` whose name is the target's with `ending` behind it. Where that, and `room` bytes
+// more, would be longer than the 255 bytes that a name may have, most of the target's name and a hash of all of it
+// stand for it.
+std::filesystem::path pathBeside(const std::filesystem::path& target, std::string_view ending, std::size_t room = 0);
+
+// Returns the target of a partial file of this process that is being written, for messages; any other path as it is.
+std::filesystem::path targetOfPartial(const std::filesystem::path& partial);
 
 void writeWholeFile(const std::filesystem::path& target, std::span<const std::byte> bytes);
 void writeWholeFile(const std::filesystem::path& target, std::string_view text);

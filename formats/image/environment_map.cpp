@@ -4,9 +4,11 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <cstdio>
 #include <numbers>
 
 #include "formats/common/errors.h"
+#include "formats/common/light_picture.h"
 #include "formats/image/negative_radiance.h"
 
 namespace penumbra {
@@ -239,12 +241,26 @@ MapLayout chooseLayout(const Image& image, std::string_view layout, const std::s
     return layout == "angular" ? MapLayout::kAngular : MapLayout::kBall;
 }
 
+void checkRadiance(const EnvironmentMap& map, const std::string& name) {
+    for (std::size_t at = 0; at < map.image.pixels.size(); ++at) {
+        const Vec3 pixel = map.image.pixels[at];
+        const float most = std::max({pixel.x, pixel.y, pixel.z});
+        const int x = int(at % std::size_t(map.image.width)), y = int(at / std::size_t(map.image.width));
+        if (most <= float(kMostRadiance) || mapSteradians(map.shape(), x + 0.5, y + 0.5) == 0) continue;
+        char numbers[80];
+        std::snprintf(numbers, sizeof numbers, "%.3g in pixel (%d, %d); at most %.0e is allowed", double(most), x, y,
+                      kMostRadiance);
+        throw InvalidInput(name + ": a radiance of " + numbers);
+    }
+}
+
 }  // namespace
 
 EnvironmentMap makeEnvironmentMap(Image image, std::string_view layout, const std::string& name) {
     EnvironmentMap map;
     map.layout = chooseLayout(image, layout, name);
     map.image = std::move(image);
+    checkRadiance(map, name);
     const NegativeRadiance negative = removeNegativeRadiance(map, name);
     map.negative_pixels = negative.pixels;
     map.negative_share = negative.share;

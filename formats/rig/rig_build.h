@@ -60,6 +60,7 @@ RigSource readGltf(const std::filesystem::path& path, Morphs morphs = Morphs::kI
 // Tells whether a glTF file animates morph targets and has no node with a skin. It reads only the JSON, and returns
 // false where that is damaged.
 bool hasOnlyMorphClips(const std::filesystem::path& path);
+// Reads FBX, Collada and .x (rig_import.h).
 RigSource readWithAssimp(const std::filesystem::path& path);
 void collapseFbxPivots(RigSource& source);
 // `extension` is in lower case, with its dot. The file's may be in any case.

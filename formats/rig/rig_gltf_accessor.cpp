@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <span>
 
@@ -98,16 +99,17 @@ void loadElement(const Layout& layout, std::size_t index, bool normalized, std::
 void applySparse(const Reader& reader, const tinygltf::Accessor& accessor, AccessorValues& out) {
     const auto& sparse = accessor.sparse;
     if (sparse.count <= 0 || std::size_t(sparse.count) > accessor.count) reader.fail("has a wrong sparse count");
-    if (sparse.indices.byteOffset < 0 || sparse.values.byteOffset < 0) reader.fail("has a negative sparse offset");
+    // tinygltf 2.8 has these offsets as int, 2.9 as std::size_t.
+    const auto indices_at = std::int64_t(sparse.indices.byteOffset), values_at = std::int64_t(sparse.values.byteOffset);
+    if (indices_at < 0 || values_at < 0) reader.fail("has a negative sparse offset");
     const int type = sparse.indices.componentType;
     if (type != TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE && type != TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT &&
         type != TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT)
         reader.fail("has sparse indices of a wrong type");
     const std::size_t count = std::size_t(sparse.count), components = std::size_t(out.components);
-    const Layout indices =
-        reader.locate(sparse.indices.bufferView, std::size_t(sparse.indices.byteOffset), count, 1, type);
-    const Layout values = reader.locate(sparse.values.bufferView, std::size_t(sparse.values.byteOffset), count,
-                                        components, accessor.componentType);
+    const Layout indices = reader.locate(sparse.indices.bufferView, std::size_t(indices_at), count, 1, type);
+    const Layout values =
+        reader.locate(sparse.values.bufferView, std::size_t(values_at), count, components, accessor.componentType);
     for (std::size_t i = 0; i < count; ++i) {
         double index = 0;
         loadElement(indices, i, false, std::span(&index, 1));

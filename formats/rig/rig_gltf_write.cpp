@@ -14,7 +14,7 @@
 
 namespace penumbra {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
 namespace {
 
@@ -23,7 +23,7 @@ enum Component : int { kUnsignedShort = 5123, kUnsignedInt = 5125, kFloat = 5126
 
 class GlbWriter {
 public:
-    Json json;
+    OrderedJson json;
 
     // Adds one accessor with a buffer view of its own, and returns its index. Every array is a multiple of 4 bytes
     // long.
@@ -56,7 +56,7 @@ public:
 
     std::string bytes(const std::filesystem::path& path) {
         json["buffers"] = {{{"byteLength", binary_.size()}}};
-        std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
+        std::string text = json.dump(-1, ' ', false, OrderedJson::error_handler_t::replace);
         text.resize((text.size() + 3) / 4 * 4, ' ');
         const std::uint64_t size = 28 + std::uint64_t(text.size()) + binary_.size();
         if (size > 0xffffffffu) throw Unsupported(path.string() + ": would exceed the 4 GiB of a glTF binary");
@@ -97,10 +97,10 @@ WrittenNodes nodesToWrite(const Rig& rig) {
 }
 
 void writeNodes(const WrittenNodes& nodes, GlbWriter& out) {
-    Json roots = Json::array(), list = Json::array();
+    OrderedJson roots = OrderedJson::array(), list = OrderedJson::array();
     for (std::size_t n = 0; n < nodes.nodes.size(); ++n) {
         const Node& node = nodes.nodes[n];
-        Json entry{{"name", node.name}};
+        OrderedJson entry{{"name", node.name}};
         if (node.matrix) {
             entry["matrix"] = *node.matrix;
         } else {
@@ -147,7 +147,7 @@ std::vector<std::uint32_t> cornersOf(const Rig& rig) {
 }
 
 // Writes JOINTS_n and WEIGHTS_n for n = 0, 1, ..., which have four influences each.
-void writeInfluences(const Rig& rig, Json& attributes, GlbWriter& out) {
+void writeInfluences(const Rig& rig, OrderedJson& attributes, GlbWriter& out) {
     const std::size_t influences = std::size_t(rig.skin.influences);
     for (std::size_t first = 0; first < influences; first += 4) {
         std::vector<std::uint16_t> joints;
@@ -171,7 +171,7 @@ std::vector<float> bySourceVertex(const Rig& rig, const std::vector<Vec3>& of_po
 }
 
 void writeMesh(const Rig& rig, const WrittenNodes& nodes, GlbWriter& out) {
-    Json attributes;
+    OrderedJson attributes;
     attributes["POSITION"] = out.addWithRange(bySourceVertex(rig, rig.mesh.rest_positions), "VEC3", 3);
     attributes["NORMAL"] = out.add(bySourceVertex(rig, rig.rest_normals), kFloat, "VEC3", 3);
     writeInfluences(rig, attributes, out);
@@ -185,7 +185,7 @@ void writeMesh(const Rig& rig, const WrittenNodes& nodes, GlbWriter& out) {
         {{"joints", nodes.node_of_joint}, {"inverseBindMatrices", out.add(inverse_bind, kFloat, "MAT4", 16)}}};
 }
 
-Json writeChannel(const Channel& channel, Json& samplers, GlbWriter& out) {
+OrderedJson writeChannel(const Channel& channel, OrderedJson& samplers, GlbWriter& out) {
     static constexpr std::array<const char*, 3> kPaths{"translation", "rotation", "scale"};
     static constexpr std::array<const char*, 3> kModes{"STEP", "LINEAR", "CUBICSPLINE"};
     const bool rotation = channel.path == Channel::Path::kRotation;
@@ -199,9 +199,9 @@ Json writeChannel(const Channel& channel, Json& samplers, GlbWriter& out) {
 void writeClip(const Clip& clip, const WrittenNodes& nodes, GlbWriter& out) {
     std::multimap<int, int> written_of_node;
     for (std::size_t n = 0; n < nodes.original.size(); ++n) written_of_node.emplace(nodes.original[n], int(n));
-    Json samplers = Json::array(), channels = Json::array();
+    OrderedJson samplers = OrderedJson::array(), channels = OrderedJson::array();
     for (const Channel& channel : clip.channels) {
-        Json entry = writeChannel(channel, samplers, out);
+        OrderedJson entry = writeChannel(channel, samplers, out);
         const auto [first, last] = written_of_node.equal_range(channel.node);
         for (auto it = first; it != last; ++it) {
             entry["target"]["node"] = it->second;
@@ -216,7 +216,7 @@ void writeClip(const Clip& clip, const WrittenNodes& nodes, GlbWriter& out) {
 void writeGlb(const std::filesystem::path& path, const Rig& rig, const std::string& extras) {
     GlbWriter out;
     out.json["asset"] = {{"version", "2.0"}, {"generator", "Penumbra " + std::string(penumbraVersion())}};
-    if (!extras.empty()) out.json["extras"] = Json::parse(extras);
+    if (!extras.empty()) out.json["extras"] = OrderedJson::parse(extras);
     const WrittenNodes nodes = nodesToWrite(rig);
     writeNodes(nodes, out);
     writeMesh(rig, nodes, out);

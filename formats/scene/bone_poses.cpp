@@ -9,7 +9,6 @@ namespace penumbra {
 
 namespace {
 
-constexpr const char* kBonePosesFormat = "penumbra.bone_poses";
 constexpr std::size_t kMostPoses = 1000000, kMostJoints = 65535;
 constexpr double kFarthestBone = 1e6, kMostRadians = 1e3;
 
@@ -65,8 +64,8 @@ std::string bonePosesText(const BonePoses& poses) {
         for (std::size_t j = 0; j < pose.bones.size(); ++j)
             one["rotations"].push_back({pose.rotations[3 * j], pose.rotations[3 * j + 1], pose.rotations[3 * j + 2]});
     }
-    const Json json{{"format", kBonePosesFormat},
-                    {"version", kBonePosesVersion},
+    const Json json{{"format", kBonePosesFormat.name},
+                    {"version", kBonePosesFormat.version},
                     {"joints", poses.joint_names},
                     {"poses", std::move(list)}};
     return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
@@ -75,12 +74,10 @@ std::string bonePosesText(const BonePoses& poses) {
 BonePoses parseBonePoses(const std::string& text, const std::string& name) {
     const nlohmann::json json = parseJson(text, name);
     const JsonNode root(json, name, "");
+    if (root.required("format").text() != kBonePosesFormat.name)
+        root.at("format").fail(std::string("is not \"") + kBonePosesFormat.name + "\"");
+    root.requireVersion(kBonePosesFormat);  // before the keys, which another version may not share
     root.requireKeys({"format", "version", "joints", "poses"});
-    if (root.required("format").text() != kBonePosesFormat)
-        root.at("format").fail(std::string("is not \"") + kBonePosesFormat + "\"");
-    if (const int version = root.required("version").whole(0, 1 << 30); version != kBonePosesVersion)
-        root.at("version").fail("is " + std::to_string(version) + "; this program reads " +
-                                std::to_string(kBonePosesVersion));
     BonePoses out;
     for (const JsonNode& joint : root.required("joints").items(kMostJoints)) out.joint_names.push_back(joint.text());
     if (out.joint_names.empty()) root.at("joints").fail("is empty");

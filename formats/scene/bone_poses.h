@@ -11,7 +11,7 @@
 
 namespace penumbra {
 
-constexpr int kBonePosesVersion = 1;
+constexpr FileFormat kBonePosesFormat{"penumbra.bone_poses", 1};
 
 struct BonePose {
     std::string clip;

@@ -90,6 +90,12 @@ void JsonNode::requireKeys(std::initializer_list<const char*> known) const {
     }
 }
 
+void JsonNode::requireVersion(const FileFormat& format) const {
+    if (!json_->is_object()) fail("must be an object");
+    const std::string problem = findVersionProblem(format, required("version").whole(0, 1 << 30));
+    if (!problem.empty()) at("version").fail(problem);
+}
+
 JsonNode JsonNode::at(const std::string& key) const {
     return {json_->contains(key) ? json_->at(key) : *json_, file_, at_ + "/" + key};
 }

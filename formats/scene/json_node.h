@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "formats/common/file_format.h"
 #include "sh/vec3.h"
 
 namespace penumbra {
@@ -26,6 +27,8 @@ public:
     JsonNode at(const std::string& key) const;
     // Returns a member, and fails without it.
     JsonNode required(const char* key) const;
+    // Fails unless this is an object whose member "version" is that of the format.
+    void requireVersion(const FileFormat& format) const;
     std::vector<JsonNode> items(std::size_t most) const;
     std::vector<std::pair<std::string, JsonNode>> members() const;
     std::string text() const;  // without control characters

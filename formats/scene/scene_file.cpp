@@ -179,15 +179,11 @@ void nameAll(SceneDescription& scene) {
 
 namespace {
 
-// What version 1 did not know. Everyone who stands on the ground needs one.
-void requireVersion(const JsonNode& root, const SceneDescription& scene) {
-    const bool old = root.at("version").whole(1, kSceneVersion) < 2;
-    if (old && scene.ground && scene.ground->heights) root.at("ground").at("heights").fail("needs \"version\": 2");
+// Checks that there is a ground where someone stands on it.
+void checkOnGround(const SceneDescription& scene) {
     for (const std::vector<SceneCharacter>* list : {&scene.characters, &scene.props})
-        for (const SceneCharacter& one : *list) {
-            if (one.on_ground && old) throw InvalidInput(one.at + "/on_ground: needs \"version\": 2");
+        for (const SceneCharacter& one : *list)
             if (one.on_ground && !scene.ground) throw InvalidInput(one.at + "/on_ground: the scene has no ground");
-        }
 }
 
 }  // namespace
@@ -195,10 +191,8 @@ void requireVersion(const JsonNode& root, const SceneDescription& scene) {
 SceneDescription parseScene(const std::string& text, const std::string& name, const std::filesystem::path& folder) {
     const nlohmann::json json = parseJson(text, name);
     const JsonNode root(json, name, "");
+    root.requireVersion(kSceneFormat);  // before the keys, which another version may not share
     root.requireKeys({"version", "characters", "props", "ground", "light", "camera"});
-    if (const int version = root.required("version").whole(0, 1 << 30); version < 1 || version > kSceneVersion)
-        root.at("version").fail("is " + std::to_string(version) + "; this program reads 1 to " +
-                                std::to_string(kSceneVersion));
     SceneDescription scene;
     scene.at = name;
     if (root.has("characters"))
@@ -211,7 +205,7 @@ SceneDescription parseScene(const std::string& text, const std::string& name, co
     if (root.has("ground")) scene.ground = readGround(root.at("ground"), folder);
     if (root.has("light")) scene.light = readLight(root.at("light"), folder);
     if (root.has("camera")) scene.camera = root.at("camera").text();
-    requireVersion(root, scene);
+    checkOnGround(scene);
     nameAll(scene);
     return scene;
 }

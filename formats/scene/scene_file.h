@@ -6,13 +6,14 @@
 #include <utility>
 #include <vector>
 
+#include "formats/common/file_format.h"
 #include "formats/height/height_source.h"
 #include "sh/height/height_refinement.h"
 #include "sh/vec3.h"
 
 namespace penumbra {
 
-constexpr int kSceneVersion = 2;  // knows heights and on_ground; version 1 is read, too
+constexpr FileFormat kSceneFormat{"penumbra.scene", 1};
 constexpr std::size_t kMostSceneCharacters = 10000;
 constexpr int kMostGroundResolution = 2048;
 

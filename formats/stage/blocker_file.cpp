@@ -14,8 +14,6 @@ namespace penumbra {
 
 namespace {
 
-constexpr FileKind kBlockersKind{"penumbra.blockers", kBlockersVersion};
-
 std::string skinSha256(const Mesh& mesh, const Skin& skin) {
     const std::size_t rows = mesh.frontVertexCount() * std::size_t(skin.influences);
     Sha256 hash;
@@ -53,7 +51,7 @@ void writeBlockers(const std::filesystem::path& path, const BlockerFile& blocker
     }
     PartialFile partial(path);
     Hdf5Handle file = createHdf5(partial.path());
-    writeKind(file, kBlockersKind, blockers.provenance);
+    writeKind(file, kBlockersFormat, blockers.provenance);
     writeTextAttribute(file, "/", "mesh_sha256", blockers.mesh_sha256);
     writeTextAttribute(file, "/", "skin_sha256", blockers.skin_sha256);
     writeTextAttribute(file, "/", "method", blockers.method);
@@ -116,7 +114,7 @@ SphereBlockers readSpheres(const Hdf5Reader& in, std::size_t joints) {
 BlockerFile readBlockers(const std::filesystem::path& path) {
     const Hdf5Reader in = openHdf5(path);
     BlockerFile file;
-    readKind(in, kBlockersKind, file.provenance);
+    readKind(in, kBlockersFormat, file.provenance);
     file.mesh_sha256 = readHash(in, "mesh_sha256");
     file.skin_sha256 = readHash(in, "skin_sha256");
     file.method = readTextAttribute(in, "/", "method");

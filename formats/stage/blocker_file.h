@@ -1,17 +1,18 @@
 #pragma once
 // x.blockers.h5: spheres that move with the bones of a character and cast in its place (HDF5, format
-// "penumbra.blockers", version 1; formats/README.md lists every dataset).
+// "penumbra.blockers"; formats/README.md lists every dataset).
 #include <filesystem>
 #include <string>
 #include <vector>
 
+#include "formats/common/file_format.h"
 #include "formats/common/mesh.h"
 #include "formats/common/provenance.h"
 #include "formats/common/sphere_blockers.h"
 
 namespace penumbra {
 
-constexpr int kBlockersVersion = 1;
+constexpr FileFormat kBlockersFormat{"penumbra.blockers", 1};
 
 struct BlockerFile {
     // What tells a character from another; see checkCharacter().

@@ -18,11 +18,6 @@ namespace penumbra {
 
 namespace {
 
-constexpr FileKind kBrdfKind{"penumbra.brdf", kBrdfVersion};
-// Writers use the lowest version that knows all they write.
-constexpr FileKind kNewLooksKind{"penumbra.brdf", 2};  // knows live materials and membranes
-constexpr FileKind kTableKind{"penumbra.brdf", 1};     // knows neither
-
 void writeOperators(hid_t file, const BrdfOperators& operators) {
     const hsize_t count = hsize_t(operators.count), columns = operators.view_index.size();
     const hsize_t rows = hsize_t(coefficientCount(operators.order));
@@ -78,25 +73,20 @@ void writeSteps(hid_t file, const BrdfFile& brdf) {
     writeNumberAttribute(file, "/steps", "error", steps.error);
 }
 
-const FileKind& kindOf(const BrdfFile& brdf) {
-    if (brdf.steps) return kBrdfKind;
-    return brdf.isLive() || brdf.membrane ? kNewLooksKind : kTableKind;
-}
-
 }  // namespace
 
 void writeBrdf(const std::filesystem::path& path, const BrdfFile& brdf) {
     assert(!brdf.isLive() || (brdf.lobes.size() == 1 && isMirrorLobe(brdf.lobes[0].model)));
     PartialFile partial(path);
     Hdf5Handle file = createHdf5(partial.path());
-    writeRoot(file, kindOf(brdf), brdf.slice_order, brdf.provenance);
+    writeRoot(file, kBrdfFormat, brdf.slice_order, brdf.provenance);
     writeTextAttribute(file, "/", "name", brdf.name);
     writeIntegerAttribute(file, "/", "view_order", brdf.view_order);
     if (!brdf.isLive()) writeSlices(file, brdf);
     makeGroup(file, "/error");
     for (const auto& [name, value] : brdf.errors) writeNumberAttribute(file, "/error", name, value);
     if (brdf.operators.count > 0) writeOperators(file, brdf.operators);
-    if (!brdf.lobes.empty()) writeLobes(file, brdf);
+    writeLobes(file, brdf);
     if (brdf.membrane) writeMembrane(file, *brdf.membrane);
     if (brdf.steps) writeSteps(file, brdf);
     closeHdf5(file);
@@ -111,8 +101,8 @@ herr_t collectName(hid_t, const char* name, const H5A_info_t*, void* names) {
 }
 
 std::map<std::string, double> readErrors(const Hdf5Reader& in) {
+    if (!exists(in, "/error")) throw InvalidInput(in.name + ": /error: missing");
     std::map<std::string, double> errors;
-    if (!exists(in, "/error")) return errors;
     std::vector<std::string> names;
     if (H5Aiterate_by_name(in.file, "/error", H5_INDEX_NAME, H5_ITER_INC, nullptr, collectName, &names, H5P_DEFAULT) <
         0)
@@ -240,7 +230,7 @@ BrdfSteps readSteps(const Hdf5Reader& in, const BrdfFile& brdf) {
 BrdfFile readBrdf(const std::filesystem::path& path) {
     const Hdf5Reader in = openHdf5(path);
     BrdfFile brdf;
-    brdf.slice_order = readRoot(in, kBrdfKind, brdf.provenance);
+    brdf.slice_order = readRoot(in, kBrdfFormat, brdf.provenance);
     brdf.name = readTextAttribute(in, "/", "name");
     brdf.view_order = int(readIntegerAttribute(in, "/", "view_order", 1, kMaxOrder));
     brdf.even_index = evenIndices(brdf.view_order);
@@ -248,7 +238,7 @@ BrdfFile readBrdf(const std::filesystem::path& path) {
     if (has_slices) readSlices(in, brdf);
     brdf.errors = readErrors(in);
     if (exists(in, "/operators")) brdf.operators = readOperators(in, brdf.even_index);
-    if (exists(in, "/lobes")) readLobes(in, brdf);
+    readLobes(in, brdf);
     if (!has_slices) checkLive(in, brdf);
     if (exists(in, "/membrane")) brdf.membrane = readMembrane(in);
     if (exists(in, "/steps")) brdf.steps = readSteps(in, brdf);

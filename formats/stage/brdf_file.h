@@ -1,13 +1,13 @@
 #pragma once
 // m.brdf.h5: a material as reflectance slices (HDF5, format "penumbra.brdf"), with the operators of paper 000
-// beside them where the user asked for these. Version 2 has live materials and membranes, version 3 steps of a
-// parameter.
+// beside them where the user asked for these.
 #include <filesystem>
 #include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "formats/common/file_format.h"
 #include "formats/common/provenance.h"
 #include "sh/brdf/brdf_lobe.h"
 #include "sh/brdf/membrane.h"
@@ -15,7 +15,7 @@
 
 namespace penumbra {
 
-constexpr int kBrdfVersion = 3;
+constexpr FileFormat kBrdfFormat{"penumbra.brdf", 1};
 
 // f_i(o) ~= sum_b u^b_i (w^b . y(o)); sh/brdf/reflection_operator.h makes M^b of the u. count 0: there are no
 // operators.
@@ -47,14 +47,14 @@ struct BrdfFile {
     std::map<std::string, double> errors;  // measured at fit time: "fit" (relative, cos-weighted), "albedo", ...
     Provenance provenance;
     BrdfOperators operators;
-    std::vector<BrdfLobe> lobes;  // 0..kMaxBrdfLobes that add up to the material, for light from one direction
+    std::vector<BrdfLobe> lobes;  // 1..kMaxBrdfLobes that add up to the material, for light from one direction
     double lobe_error = 0;        // of that sum, fit/reflectance/lobe_error.h; 0: exact
     // Set: the slices and lobes are those of a white Lambertian surface, and the membrane says what it makes of them.
     std::optional<Membrane> membrane;
     std::optional<BrdfSteps> steps;  // set: `slices` are those of the parameter that the lobe has
 
     // A live material is one lobe about the mirror direction (sh/brdf/mirror_lobe.h) and has no slices.
-    bool isLive() const { return slices.empty() && !lobes.empty(); }
+    bool isLive() const { return slices.empty(); }
 };
 
 void writeBrdf(const std::filesystem::path& path, const BrdfFile& brdf);

@@ -16,9 +16,6 @@ namespace penumbra {
 
 namespace {
 
-constexpr FileKind kFieldsKind{"penumbra.fields", kFieldsVersion};
-constexpr FileKind kStillFieldsKind{"penumbra.fields", kStillFieldsVersion};
-
 bool hasMotion(const OccluderMotion& motion) { return motion.moves || !motion.follows.empty(); }
 
 }  // namespace
@@ -37,7 +34,7 @@ void writeFields(const std::filesystem::path& path, const FieldFile& fields) {
     assert(fields.part_of_joint.size() == joints && fields.steps.size() == parts * parts);
     PartialFile partial(path);
     Hdf5Handle file = createHdf5(partial.path());
-    writeRoot(file, hasMotion(fields.motion) ? kFieldsKind : kStillFieldsKind, kFieldOrder, fields.provenance);
+    writeRoot(file, kFieldsFormat, kFieldOrder, fields.provenance);
     writeIntegerAttribute(file, "/", "rays", fields.rays);
     writeIntegerAttribute(file, "/", "vertex_count", std::int64_t(fields.vertex_count));
     writeTextAttribute(file, "/", "mesh_sha256", fields.mesh_sha256);
@@ -69,7 +66,7 @@ void writeFields(const std::filesystem::path& path, const FieldFile& fields) {
 namespace {
 
 void readSkinOfFields(const Hdf5Reader& in, FieldFile& file) {
-    if (!exists(in, "/skin/joint_names")) return;
+    if (!exists(in, "/skin/joint_names") && !exists(in, "/skin/part_of_joint")) return;
     file.joint_names = readStrings(in, "/skin/joint_names");
     const std::size_t joints = file.joint_names.size();
     if (joints == 0 || joints > 65535)
@@ -124,7 +121,7 @@ std::string readHash(const Hdf5Reader& in) {
 FieldFile readFieldShard(const std::filesystem::path& path) {
     const Hdf5Reader in = openHdf5(path);
     FieldFile file;
-    if (const int order = readRoot(in, kFieldsKind, file.provenance); order != kFieldOrder)
+    if (const int order = readRoot(in, kFieldsFormat, file.provenance); order != kFieldOrder)
         throw InvalidInput(in.name + ": attribute sh_order: " + std::to_string(order) + ", not " +
                            std::to_string(kFieldOrder));
     file.rays = int(readIntegerAttribute(in, "/", "rays", 1, INT32_MAX));

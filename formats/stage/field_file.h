@@ -1,19 +1,19 @@
 #pragma once
 // x.fields.h5: how much of the sky each rigid part of a character blocks, at any point around it (HDF5, format
-// "penumbra.fields", versions 1 and 2; formats/README.md lists every dataset). One field holds for every pose.
+// "penumbra.fields"; formats/README.md lists every dataset). One field holds for every pose.
 #include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "formats/common/file_format.h"
 #include "formats/common/mesh.h"
 #include "formats/common/part_fields.h"
 #include "formats/common/provenance.h"
 
 namespace penumbra {
 
-constexpr int kFieldsVersion = 2;                // knows what an occluder follows
-constexpr int kStillFieldsVersion = 1;           // written where there is nothing to know
+constexpr FileFormat kFieldsFormat{"penumbra.fields", 1};
 constexpr std::int32_t kMostFieldPoints = 1024;  // along one axis of a box
 
 // Where the parts of a shard belong: they are the parts first_part, first_part + 1, ... of part_count.

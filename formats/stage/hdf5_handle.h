@@ -108,6 +108,8 @@ void writeFloats(hid_t file, const std::string& dataset, std::span<const float> 
                  const std::vector<hsize_t>& shape);
 void writeDoubles(hid_t file, const std::string& dataset, std::span<const double> values,
                   const std::vector<hsize_t>& shape);
+void writeBytes(hid_t file, const std::string& dataset, std::span<const std::int8_t> values,
+                const std::vector<hsize_t>& shape, const std::vector<hsize_t>& chunk);
 void writeIntegers(hid_t file, const std::string& dataset, std::span<const std::int64_t> values,
                    const std::vector<hsize_t>& shape, hid_t type);
 void writeStrings(hid_t file, const std::string& dataset, const std::vector<std::string>& values);

@@ -1,28 +1,23 @@
 // Writes HDF5 files; see hdf5_handle.h.
 #include <algorithm>
 #include <cassert>
-#include <cctype>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 
 #include "formats/common/errors.h"
+#include "formats/common/write_file.h"
 #include "formats/stage/hdf5_handle.h"
 
 namespace penumbra {
 
 namespace {
 
-// Returns the name of an open file for messages, without the ".partPID" of write_file.h.
+// Returns the start of a message about an open file.
 std::string targetOf(hid_t file) {
     char name[4096] = "";
     H5Fget_name(file, name, sizeof name);
-    const std::string path = name;
-    const std::size_t part = path.rfind(".part");
-    const bool partial = part != std::string::npos &&
-                         std::all_of(path.begin() + long(part) + 5, path.end(),
-                                     [](char c) { return std::isdigit(static_cast<unsigned char>(c)) || c == '-'; });
-    return (partial ? path.substr(0, part) : path) + ": cannot write";
+    return targetOfPartial(name).string() + ": cannot write";
 }
 
 }  // namespace
@@ -36,7 +31,7 @@ Hdf5Handle createHdf5(const std::filesystem::path& path) {
     checkHdf5(H5Pset_fclose_degree(access, H5F_CLOSE_STRONG), "HDF5 close degree");
     checkHdf5(H5Pset_obj_track_times(creation, false), "HDF5 time stamps");
     return Hdf5Handle(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, creation, access), H5Fclose,
-                      path.string() + ": cannot write");
+                      targetOfPartial(path).string() + ": cannot write");
 }
 
 void closeHdf5(Hdf5Handle& file) {
@@ -144,8 +139,8 @@ void createVirtualDataset(hid_t file, const std::string& path, hid_t type, const
 namespace {
 
 void writeDataset(hid_t file, const std::string& path, hid_t type, hid_t memory_type, const void* values,
-                  const std::vector<hsize_t>& shape) {
-    Hdf5Handle dataset = createDataset(file, path, type, shape, {});
+                  const std::vector<hsize_t>& shape, const std::vector<hsize_t>& chunk = {}) {
+    Hdf5Handle dataset = createDataset(file, path, type, shape, chunk);
     const std::string what = targetOf(file);
     if (elementCount(shape) > 0) checkHdf5(H5Dwrite(dataset, memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values), what);
     dataset.close(what);
@@ -172,6 +167,12 @@ void writeDoubles(hid_t file, const std::string& path, std::span<const double> v
     assert(values.size() == elementCount(shape));
     checkOwnNumbers(path, values);
     writeDataset(file, path, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, values.data(), shape);
+}
+
+void writeBytes(hid_t file, const std::string& path, std::span<const std::int8_t> values,
+                const std::vector<hsize_t>& shape, const std::vector<hsize_t>& chunk) {
+    assert(values.size() == elementCount(shape));
+    writeDataset(file, path, H5T_STD_I8LE, H5T_NATIVE_INT8, values.data(), shape, chunk);
 }
 
 void writeIntegers(hid_t file, const std::string& path, std::span<const std::int64_t> values,

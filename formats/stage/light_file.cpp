@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <cstdio>
+#include <span>
 #include <string>
 
 #include "formats/common/errors.h"
+#include "formats/common/light_picture.h"
 #include "formats/common/write_file.h"
 #include "formats/stage/stage_parts.h"
 #include "sh/sh_basis.h"
@@ -13,9 +16,6 @@
 namespace penumbra {
 
 namespace {
-
-constexpr FileKind kLightKind{"penumbra.light", kLightVersion, kPlainLightVersion},
-    kPlainLightKind{"penumbra.light", kPlainLightVersion};
 
 void writeLobes(hid_t file, int order, const LightLobesFit& lobes) {
     const std::size_t count = lobes.directions.size();
@@ -48,7 +48,7 @@ void writeLight(const std::filesystem::path& path, const LightFile& light) {
     assert(light.sh.size() == count * 3);
     PartialFile partial(path);
     Hdf5Handle file = createHdf5(partial.path());
-    writeRoot(file, light.factor.empty() ? kPlainLightKind : kLightKind, light.order, light.provenance);
+    writeRoot(file, kLightFormat, light.order, light.provenance);
     writeTextAttribute(file, "/", "name", light.name);
     writeDoubles(file, "/light/sh", light.sh, {count, 3});
     writeNumberAttribute(file, "/light", "residual", light.residual);
@@ -67,6 +67,16 @@ double readError(const Hdf5Reader& in, const std::string& object, const std::str
     return value;
 }
 
+void requireLightNumbers(const Hdf5Reader& in, const char* dataset, std::span<const double> values) {
+    for (const double value : values)
+        if (std::abs(value) > kMostLightNumber) {
+            char numbers[80];
+            std::snprintf(numbers, sizeof numbers, "holds %.3g; at most %.0e is allowed of a light", value,
+                          kMostLightNumber);
+            throw InvalidInput(in.name + ": " + dataset + ": " + numbers);
+        }
+}
+
 LightLobesFit readLobes(const Hdf5Reader& in, int order) {
     const std::string group = "/light/lobes";
     const auto fail = [&](const std::string& what) { throw InvalidInput(in.name + ": " + group + what); };
@@ -82,6 +92,7 @@ LightLobesFit readLobes(const Hdf5Reader& in, int order) {
     }
     std::vector<hsize_t> coefficient_shape{shape[0], hsize_t(order), 3};
     lobes.coefficients = readDoubles(in, group + "/coefficients", coefficient_shape);
+    requireLightNumbers(in, "/light/lobes/coefficients", lobes.coefficients);
     lobes.mode = readTextAttribute(in, group, "mode");
     if (lobes.mode != "greedy" && lobes.mode != "joint" && lobes.mode != "fixed")
         fail(" mode: \"" + lobes.mode + "\" is none of greedy, joint, fixed");
@@ -93,6 +104,7 @@ LightLobesFit readLobes(const Hdf5Reader& in, int order) {
 std::vector<SunD> readSuns(const Hdf5Reader& in) {
     std::vector<hsize_t> shape{0, 7};
     const std::vector<double> rows = readDoubles(in, "/light/suns", shape);
+    requireLightNumbers(in, "/light/suns", rows);
     const auto fail = [&](const std::string& what) { throw InvalidInput(in.name + ": /light/suns: " + what); };
     if (shape[0] < 1 || shape[0] > kMaxSuns)
         fail("1 to " + std::to_string(kMaxSuns) + " suns, not " + std::to_string(shape[0]));
@@ -122,12 +134,15 @@ LightPicture readPicture(const Hdf5Reader& in) {
     return picture;
 }
 
+// Reads the suns and the picture of a factored light. Any of its three parts tells one.
 void readFactor(const Hdf5Reader& in, LightFile& light) {
+    const bool has_suns = exists(in, "/light/suns"), has_picture = exists(in, "/light/picture");
+    if (!has_suns && !has_picture && !hasAttribute(in, "/light", "factor")) return;
     light.factor = readTextAttribute(in, "/light", "factor");
     if (light.factor != "hand-over" && light.factor != "paper" && light.factor != "exact")
         throw InvalidInput(in.name + ": /light factor: \"" + light.factor + "\" is none of hand-over, paper, exact");
-    if (exists(in, "/light/suns")) light.suns = readSuns(in);
-    if (exists(in, "/light/picture")) light.picture = readPicture(in);
+    if (has_suns) light.suns = readSuns(in);
+    if (has_picture) light.picture = readPicture(in);
 }
 
 }  // namespace
@@ -135,17 +150,18 @@ void readFactor(const Hdf5Reader& in, LightFile& light) {
 LightFile readLight(const std::filesystem::path& path) {
     const Hdf5Reader in = openHdf5(path);
     LightFile light;
-    light.order = readRoot(in, kLightKind, light.provenance);
+    light.order = readRoot(in, kLightFormat, light.provenance);
     light.name = readTextAttribute(in, "/", "name");
     std::vector<hsize_t> shape{hsize_t(coefficientCount(light.order)), 3};
     light.sh = readDoubles(in, "/light/sh", shape);
+    requireLightNumbers(in, "/light/sh", light.sh);
     light.residual = readError(in, "/light", "residual");
     if (exists(in, "/light/window")) {
         std::vector<hsize_t> bands{hsize_t(light.order)};
         light.window = readDoubles(in, "/light/window", bands);
     }
     if (exists(in, "/light/lobes")) light.lobes = readLobes(in, light.order);
-    if (readIntegerAttribute(in, "/", "format_version", 1, kLightVersion) > kPlainLightVersion) readFactor(in, light);
+    readFactor(in, light);
     return light;
 }
 

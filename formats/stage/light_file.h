@@ -1,11 +1,11 @@
 #pragma once
-// e.light.h5: an environment light as SH (HDF5, format "penumbra.light", version 1, or 2 where the light
-// is factored). It is radiance in linear
+// e.light.h5: an environment light as SH (HDF5, format "penumbra.light"). It is radiance in linear
 // Rec.709, in the model frame.
 #include <filesystem>
 #include <string>
 #include <vector>
 
+#include "formats/common/file_format.h"
 #include "formats/common/light_picture.h"
 #include "formats/common/provenance.h"
 #include "sh/light/dominant_light.h"
@@ -13,9 +13,8 @@
 
 namespace penumbra {
 
-constexpr int kLightVersion = 2;       // knows suns and the picture without them
-constexpr int kPlainLightVersion = 1;  // what is written for a light without them
-constexpr int kMaxFileLobes = 15;      // lobes of a file: 2n - 1 fixed lobes are exact, n <= 8
+constexpr FileFormat kLightFormat{"penumbra.light", 1};
+constexpr int kMaxFileLobes = 15;  // lobes of a file: 2n - 1 fixed lobes are exact, n <= 8
 
 // The light as a sum of zonal lobes: light_lm = sum_d sqrt(4pi/(2l+1)) z_dl y_lm(direction_d) (sh/zonal.h).
 struct LightLobesFit {

@@ -10,12 +10,6 @@
 
 namespace penumbra {
 
-namespace {
-
-constexpr FileKind kLobesKind{"penumbra.lobes", kLobesVersion};
-
-}  // namespace
-
 std::size_t modelBytes(const LobeModel& model) {
     return sizeof(float) *
            (model.weights.size() + 3 * model.axes.size() + model.pose_basis.size() + model.pose_mean.size());
@@ -27,7 +21,7 @@ void writeLobes(const std::filesystem::path& path, const LobeModel& model) {
     assert(model.axes.size() == vertices * lobes && model.weights.size() == vertices * (inputs + 1) * lobes * each);
     PartialFile partial(path);
     Hdf5Handle file = createHdf5(partial.path());
-    writeRoot(file, kLobesKind, model.order, model.provenance);
+    writeRoot(file, kLobesFormat, model.order, model.provenance);
     writeNumberAttribute(file, "/", "input_variance", model.input_variance);
     writeNumberAttribute(file, "/", "ridge", model.ridge);
     writeMesh(file, model.mesh, model.rest_normals);
@@ -50,7 +44,7 @@ void writeLobes(const std::filesystem::path& path, const LobeModel& model) {
 namespace {
 
 void readLobesRoot(const Hdf5Reader& in, LobeModel& model) {
-    model.order = readRoot(in, kLobesKind, model.provenance);
+    model.order = readRoot(in, kLobesFormat, model.provenance);
     if (model.order < 2) throw InvalidInput(in.name + ": attribute sh_order: lobes have two bands or more");
     model.input_variance = readNumberAttribute(in, "/", "input_variance");
     if (!(model.input_variance > 0 && model.input_variance <= 1))
@@ -98,7 +92,7 @@ LobeModel readLobes(const std::filesystem::path& path) {
     model.rest_normals = readVectors(in, "/mesh/rest_normals", vertices);
     model.rest_tangents = readVectors(in, "/mesh/rest_tangents", vertices);
     model.skin = readSkin(in, vertices);
-    if (exists(in, "/inputs/names")) model.input_names = readStrings(in, "/inputs/names");
+    if (exists(in, "/inputs")) model.input_names = readStrings(in, "/inputs/names");
     model.holdout_clips = readStrings(in, "/clips/holdout");
     readPose(in, model);
     readAxes(in, model);

@@ -1,17 +1,18 @@
 #pragma once
 // x.lobes.h5: visibility as zonal lobes of every vertex, whose parameters are linear in the joint angles (HDF5, format
-// "penumbra.lobes", version 1). It is the model of paper 003, section 3.1: a reference to compare with.
+// "penumbra.lobes"). It is the model of paper 003, section 3.1: a reference to compare with.
 #include <filesystem>
 #include <string>
 #include <vector>
 
+#include "formats/common/file_format.h"
 #include "formats/common/mesh.h"
 #include "formats/common/provenance.h"
 #include "formats/stage/model_file.h"
 
 namespace penumbra {
 
-constexpr int kLobesVersion = 1;
+constexpr FileFormat kLobesFormat{"penumbra.lobes", 1};
 constexpr int kMostLobes = 3;  // three jointly fitted lobes have as many numbers as SH of order 4
 
 // Visibility is that of convention B in the local frames of the vertices. The principal components of the joint angles

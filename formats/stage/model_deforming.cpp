@@ -7,8 +7,6 @@
 
 namespace penumbra {
 
-bool usesVersion3(const Model& model) { return model.deforming || model.mesh.two_sided || !model.input_names.empty(); }
-
 void writeModelInputs(hid_t file, const Model& model) {
     if (model.input_names.empty()) return;
     writeStrings(file, "/inputs/names", model.input_names);
@@ -25,7 +23,6 @@ void writeModelInputs(hid_t file, const Model& model) {
 
 void writeDeforming(hid_t file, const Model& model) {
     if (!model.deforming) return;
-    writeIntegerAttribute(file, "/", "deforming", 1);
     writeFloats(file, "/frames/positions", floatsOf(model.positions),
                 {model.frames.frameCount(), model.mesh.frontVertexCount(), 3});
     if (model.features != FeatureKind::kDihedrals) return;
@@ -35,7 +32,7 @@ void writeDeforming(hid_t file, const Model& model) {
 }
 
 void readModelInputs(const Hdf5Reader& in, Model& model) {
-    if (!exists(in, "/inputs/names")) return;
+    if (!exists(in, "/inputs")) return;
     model.input_names = readStrings(in, "/inputs/names");
     checkUnique(in, "/inputs/names", model.input_names);
     if (model.input_names.size() > std::size_t(model.pose_size))

@@ -18,8 +18,6 @@ namespace penumbra {
 
 namespace {
 
-constexpr FileKind kModelKind{"penumbra.model", kModelVersion, kSkinnedModelVersion};
-
 std::string clusterGroup(std::size_t index, const char* parent = "/clusters") {
     char name[32];
     std::snprintf(name, sizeof name, "%s/%04zu", parent, index);
@@ -70,7 +68,7 @@ void writeComposition(hid_t file, const Model& model) {
     writePartFields(file, composition.fields);
     makeGroup(file, "/composition");
     writeIntegerAttribute(file, "/composition", "local_steps", composition.local_steps);
-    if (composition.floor) writeIntegerAttribute(file, "/composition", "floor", 1);
+    writeIntegerAttribute(file, "/composition", "floor", composition.floor);
     writeIntegers(file, "/composition/part_of_vertex",
                   std::vector<std::int64_t>(composition.part_of_vertex.begin(), composition.part_of_vertex.end()),
                   {composition.part_of_vertex.size()}, H5T_STD_U16LE);
@@ -99,14 +97,11 @@ void writeIndirect(hid_t file, const Model& model) {
 }
 
 void writeModelRoot(hid_t file, const Model& model) {
-    const int version = model.indirect        ? kModelVersion
-                        : model.composition   ? kComposedModelVersion
-                        : usesVersion3(model) ? kDeformingModelVersion
-                                              : kSkinnedModelVersion;
-    writeRoot(file, {kModelKind.format, version}, model.convention.order, model.provenance);
+    writeRoot(file, kModelFormat, model.convention.order, model.provenance);
     writeTextAttribute(file, "/", "convention", model.convention.name());
     writeTextAttribute(file, "/", "model", nameOf(model.kind));
     writeTextAttribute(file, "/", "features", nameOf(model.features));
+    writeIntegerAttribute(file, "/", "deforming", model.deforming);
     writeNumberAttribute(file, "/", "feature_scale", model.feature_scale);
     writeNumberAttribute(file, "/", "input_variance", model.input_variance);
     writeNumberAttribute(file, "/", "output_variance", model.output_variance);
@@ -155,7 +150,7 @@ void refuseLobes(const Hdf5Reader& in) {
 }
 
 void readModelRoot(const Hdf5Reader& in, Model& model) {
-    const int order = readRoot(in, kModelKind, model.provenance);
+    const int order = readRoot(in, kModelFormat, model.provenance);
     const std::string convention = readTextAttribute(in, "/", "convention");
     try {
         model.convention = parseConvention(convention);
@@ -173,7 +168,7 @@ void readModelRoot(const Hdf5Reader& in, Model& model) {
     const auto known_features = kindNamed(kFeatureKinds, features);
     if (!known_features) throw Unsupported(in.name + ": attribute features: \"" + features + "\" is unknown");
     model.features = *known_features;
-    model.deforming = hasAttribute(in, "/", "deforming") && readIntegerAttribute(in, "/", "deforming", 0, 1) == 1;
+    model.deforming = readIntegerAttribute(in, "/", "deforming", 0, 1) == 1;
     if (model.features == (model.deforming ? FeatureKind::kJointAngles : FeatureKind::kDihedrals))
         throw InvalidInput(in.name + ": attribute features: \"" + features + "\" of a mesh " +
                            (model.deforming ? "without joints" : "with a skeleton"));
@@ -303,8 +298,7 @@ void readComposition(const Hdf5Reader& in, Model& model) {
         throw InvalidInput(in.name + ": /composition: not of convention D");
     Composition composition;
     composition.local_steps = int(readIntegerAttribute(in, "/composition", "local_steps", 0, 255));
-    composition.floor =
-        hasAttribute(in, "/composition", "floor") && readIntegerAttribute(in, "/composition", "floor", 0, 1) == 1;
+    composition.floor = readIntegerAttribute(in, "/composition", "floor", 0, 1) == 1;
     const std::size_t inputs = model.input_joints.size();
     composition.fields = readPartFields(in, {model.skin.jointCount() - inputs, inputs, true});
     const hsize_t parts = composition.fields.parts.size();
@@ -320,8 +314,7 @@ void readComposition(const Hdf5Reader& in, Model& model) {
     for (std::size_t c = 0; c < count; ++c)
         composition.residual.push_back(
             readCluster(in, clusterGroup(c, "/residual"), model, std::size_t(model.convention.size())));
-    if (hasAttribute(in, "/residual", "worth"))
-        composition.residual_worth = readNumberAttribute(in, "/residual", "worth");
+    composition.residual_worth = readNumberAttribute(in, "/residual", "worth");
     if (!(composition.residual_worth >= 0 && composition.residual_worth <= 1))
         throw InvalidInput(in.name + ": /residual attribute worth: not in 0..1");
     if (count > 0 && !sameClusters(composition.residual, model.clusters))

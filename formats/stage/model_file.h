@@ -1,11 +1,12 @@
 #pragma once
-// x.model.h5: visibility as a function of the pose (HDF5, format "penumbra.model", versions 2 to 5; formats/README.md
-// lists every dataset). docs/formulas.md, section 4, derives the models.
+// x.model.h5: visibility as a function of the pose (HDF5, format "penumbra.model"; formats/README.md lists
+// every dataset). docs/formulas.md, section 4, derives the models.
 #include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "formats/common/file_format.h"
 #include "formats/common/mesh.h"
 #include "formats/common/model_kind.h"
 #include "formats/common/part_fields.h"
@@ -15,10 +16,7 @@
 
 namespace penumbra {
 
-constexpr int kModelVersion = 5;           // knows light that bounces
-constexpr int kComposedModelVersion = 4;   // knows composed models; written where no light bounces
-constexpr int kDeformingModelVersion = 3;  // knows deforming meshes and inputs; written where nothing is composed
-constexpr int kSkinnedModelVersion = 2;    // written where the model has nothing of version 3
+constexpr FileFormat kModelFormat{"penumbra.model", 1};
 
 // The raw features of a cluster, in this order (fit/models/features.h computes them, and the run-time evaluator
 // again):

@@ -58,8 +58,8 @@ void writeParts(hid_t file, const std::vector<PartField>& parts) {
     writeFloats(file, "/parts/distance_scale", distance_scale, {count});
 }
 
-void writeBytes(hid_t file, const std::string& dataset, const std::vector<std::vector<std::int8_t>>& parts,
-                hsize_t row) {
+void writeRows(hid_t file, const std::string& dataset, const std::vector<std::vector<std::int8_t>>& parts,
+               hsize_t row) {
     constexpr hsize_t kChunkBytes = 1 << 18;  // compressed one by one
     std::vector<std::int8_t> all;
     for (const std::vector<std::int8_t>& bytes : parts) all.insert(all.end(), bytes.begin(), bytes.end());
@@ -68,9 +68,7 @@ void writeBytes(hid_t file, const std::string& dataset, const std::vector<std::v
         shape.push_back(row);
         chunk.push_back(row);
     }
-    Hdf5Handle opened = createDataset(file, dataset, H5T_STD_I8LE, shape, chunk);
-    checkHdf5(H5Dwrite(opened, H5T_NATIVE_INT8, H5S_ALL, H5S_ALL, H5P_DEFAULT, all.data()), dataset);
-    opened.close(dataset);
+    writeBytes(file, dataset, all, shape, chunk);
 }
 
 }  // namespace
@@ -78,8 +76,8 @@ void writeBytes(hid_t file, const std::string& dataset, const std::vector<std::v
 void writePartFields(hid_t file, const PartFields& fields) {
     writeParts(file, fields.parts);
     writeNumberAttribute(file, "/", "fade", fields.fade);
-    writeBytes(file, "/fields/values", fields.values, kFieldNumbers);
-    writeBytes(file, "/fields/distances", fields.distances, 1);
+    writeRows(file, "/fields/values", fields.values, kFieldNumbers);
+    writeRows(file, "/fields/distances", fields.distances, 1);
 }
 
 namespace {

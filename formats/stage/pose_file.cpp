@@ -11,7 +11,6 @@
 
 namespace penumbra {
 
-constexpr FileKind kPosesKind{"penumbra.poses", kPosesVersion, kPlainPosesVersion};
 constexpr const char* kNodeTransforms = "node_transforms";
 
 void writePoseFile(const std::filesystem::path& path, const PoseFile& poses) {
@@ -20,7 +19,7 @@ void writePoseFile(const std::filesystem::path& path, const PoseFile& poses) {
     assert(joints > 0 && poses.rotations.size() == poses.sampledCount() * 3 * joints);
     PartialFile partial(path);
     Hdf5Handle file = createHdf5(partial.path());
-    writeKind(file, {kPosesKind.format, poses.mixedCount() > 0 ? kPosesVersion : kPlainPosesVersion}, poses.provenance);
+    writeKind(file, kPosesFormat, poses.provenance);
     writeFrameList(file, poses.frames);
     writeIndices(file, "/frames/rank", poses.rank);
     writeDoubles(file, "/frames/distance", poses.distance, {frames});
@@ -110,7 +109,7 @@ void readMixed(const Hdf5Reader& in, PoseFile& poses) {
 PoseFile readPoseFile(const std::filesystem::path& path) {
     const Hdf5Reader in = openHdf5(path);
     PoseFile poses;
-    readKind(in, kPosesKind, poses.provenance);
+    readKind(in, kPosesFormat, poses.provenance);
     poses.frames = readFrameList(in);
     const std::size_t frames = poses.frames.frameCount();
     poses.rank = readIndices(in, "/frames/rank", frames, frames);

@@ -1,18 +1,18 @@
 #pragma once
-// x.poses.h5: a list of poses of a rig (HDF5, format "penumbra.poses", versions 1 and 2; formats/README.md lists every
+// x.poses.h5: a list of poses of a rig (HDF5, format "penumbra.poses"; formats/README.md lists every
 // dataset). It holds frames of the rig's clips, poses given by joint rotations, which form the clip "sampled", and
 // poses given by the transforms of all nodes, which form the clip "mixed".
 #include <filesystem>
 #include <string>
 #include <vector>
 
+#include "formats/common/file_format.h"
 #include "formats/common/mesh.h"
 #include "formats/common/provenance.h"
 
 namespace penumbra {
 
-constexpr int kPosesVersion = 2;       // knows mixed poses
-constexpr int kPlainPosesVersion = 1;  // written where the list has none
+constexpr FileFormat kPosesFormat{"penumbra.poses", 1};
 constexpr const char* kSampledClip = "sampled";
 constexpr const char* kMixedClip = "mixed";
 // A node's transform to its parent: translation, unit quaternion x y z w, scale.

@@ -9,14 +9,14 @@
 
 namespace penumbra {
 
-void writeKind(hid_t file, const FileKind& kind, const Provenance& provenance) {
-    writeTextAttribute(file, "/", "format", std::string(kind.format));
-    writeIntegerAttribute(file, "/", "format_version", kind.version);
+void writeKind(hid_t file, const FileFormat& format, const Provenance& provenance) {
+    writeTextAttribute(file, "/", "format", format.name);
+    writeIntegerAttribute(file, "/", "format_version", format.version);
     writeTextAttribute(file, "/", "provenance", toJson(provenance));
 }
 
-void writeRoot(hid_t file, const FileKind& kind, int sh_order, const Provenance& provenance) {
-    writeKind(file, kind, provenance);
+void writeRoot(hid_t file, const FileFormat& format, int sh_order, const Provenance& provenance) {
+    writeKind(file, format, provenance);
     writeTextAttribute(file, "/", "sh_convention", std::string(kShConvention));
     writeIntegerAttribute(file, "/", "sh_order", sh_order);
 }
@@ -32,15 +32,11 @@ void checkText(const Hdf5Reader& in, const std::string& attribute, std::string_v
 
 }  // namespace
 
-void readKind(const Hdf5Reader& in, const FileKind& kind, Provenance& provenance) {
-    checkText(in, "format", kind.format);
+void readKind(const Hdf5Reader& in, const FileFormat& format, Provenance& provenance) {
+    checkText(in, "format", format.name);
     const std::int64_t version = readIntegerAttribute(in, "/", "format_version", 1, INT32_MAX);
-    if (version > kind.version)
-        throw Unsupported(in.name + ": " + std::string(kind.format) + " version " + std::to_string(version) +
-                          " is newer than this program's " + std::to_string(kind.version));
-    if (version < kind.oldest)
-        throw Unsupported(in.name + ": " + std::string(kind.format) + " version " + std::to_string(version) +
-                          " is too old; this program reads " + std::to_string(kind.oldest) + ": make the file again");
+    if (const std::string problem = findVersionProblem(format, version); !problem.empty())
+        throw Unsupported(in.name + ": " + problem);
     try {
         provenance = provenanceFromJson(readTextAttribute(in, "/", "provenance"));
     } catch (const InvalidInput& error) {
@@ -48,8 +44,8 @@ void readKind(const Hdf5Reader& in, const FileKind& kind, Provenance& provenance
     }
 }
 
-int readRoot(const Hdf5Reader& in, const FileKind& kind, Provenance& provenance) {
-    readKind(in, kind, provenance);
+int readRoot(const Hdf5Reader& in, const FileFormat& format, Provenance& provenance) {
+    readKind(in, format, provenance);
     checkText(in, "sh_convention", kShConvention);
     return int(readIntegerAttribute(in, "/", "sh_order", 1, kMaxOrder));
 }
@@ -104,9 +100,9 @@ void writeMesh(hid_t file, const Mesh& mesh, const std::vector<Vec3>& rest_norma
 
 namespace {
 
-// Reads the slots. Files that others made, and older ones of ours, have none.
+// Reads the slots, which a mesh need not have.
 void readSlots(const Hdf5Reader& in, Mesh& mesh) {
-    if (!exists(in, "/mesh/slots")) return;
+    if (!exists(in, "/mesh/slots") && !exists(in, "/mesh/slot_of_vertex")) return;
     mesh.slots = readStrings(in, "/mesh/slots");
     if (mesh.slots.empty() || mesh.slots.size() > 65535)
         throw InvalidInput(in.name + ": /mesh/slots: " + std::to_string(mesh.slots.size()) + " slots");
@@ -252,7 +248,7 @@ Skin readSkin(const Hdf5Reader& in, std::size_t vertices) {
     skin.influences = int(shape[1]);
     skin.weights = readFloats(in, "/skin/weights", shape);
     checkWeights(in, skin);
-    if (exists(in, "/skin/rest_transforms")) {
+    if (exists(in, "/skin/rest_transforms") || exists(in, "/skin/inverse_bind")) {
         skin.rest_transforms = readAffines(in, "/skin/rest_transforms", joints);
         skin.inverse_bind = readAffines(in, "/skin/inverse_bind", joints);
     }

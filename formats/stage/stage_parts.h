@@ -3,28 +3,22 @@
 // frame list.
 #include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
+#include "formats/common/file_format.h"
 #include "formats/common/mesh.h"
 #include "formats/common/provenance.h"
 #include "formats/stage/hdf5_handle.h"
 
 namespace penumbra {
 
-struct FileKind {
-    std::string_view format;  // "penumbra.visibility"
-    int version;              // the newest version that we read, and the one that we write
-    int oldest = 1;           // the oldest version that we read
-};
-
 // Write and read format, format_version and provenance, which every file has. Only files without SH call these
 // directly.
-void writeKind(hid_t file, const FileKind& kind, const Provenance& provenance);
-void readKind(const Hdf5Reader& in, const FileKind& kind, Provenance& provenance);
-void writeRoot(hid_t file, const FileKind& kind, int sh_order, const Provenance& provenance);
-// Checks format, version and SH convention, and returns the SH order.
-int readRoot(const Hdf5Reader& in, const FileKind& kind, Provenance& provenance);
+void writeKind(hid_t file, const FileFormat& format, const Provenance& provenance);
+void readKind(const Hdf5Reader& in, const FileFormat& format, Provenance& provenance);
+void writeRoot(hid_t file, const FileFormat& format, int sh_order, const Provenance& provenance);
+// Checks format, version and SH convention, and returns the SH order. Throws Unsupported for another version.
+int readRoot(const Hdf5Reader& in, const FileFormat& format, Provenance& provenance);
 
 // Writes also the root attribute two_sided where it is true.
 void writeMesh(hid_t file, const Mesh& mesh, const std::vector<Vec3>& rest_normals);

@@ -11,12 +11,6 @@
 
 namespace penumbra {
 
-namespace {
-
-constexpr FileKind kTransferKind{"penumbra.transfer", kTransferVersion, kTransferVersion};
-
-}  // namespace
-
 std::size_t paperBytes(const TransferModel& model) {
     if (model.kind == TransferModelKind::kLinear)
         return sizeof(float) * model.coefficients() * model.inputs() * model.outputs();
@@ -37,7 +31,7 @@ void writeTransfer(const std::filesystem::path& path, const TransferModel& model
     assert(a > 0 && k > 0 && m > 0 && model.weights.size() == n * (k + 1) * m);
     PartialFile partial(path);
     Hdf5Handle file = createHdf5(partial.path());
-    writeRoot(file, kTransferKind, model.order, model.provenance);
+    writeRoot(file, kTransferFormat, model.order, model.provenance);
     writeTextAttribute(file, "/", "model", nameOf(model.kind));
     writeNumberAttribute(file, "/", "alpha", model.alpha);
     writeIntegerAttribute(file, "/", "pose_size", model.pose_size);
@@ -97,7 +91,7 @@ void checkNotEmpty(const Hdf5Reader& in, const char* dataset, hsize_t count) {
 TransferModel readTransfer(const std::filesystem::path& path) {
     const Hdf5Reader in = openHdf5(path);
     TransferModel model;
-    model.order = readRoot(in, kTransferKind, model.provenance);
+    model.order = readRoot(in, kTransferFormat, model.provenance);
     model.kind = readModelKind(in);
     model.alpha = readNumberAttribute(in, "/", "alpha");
     if (!(std::isfinite(model.alpha) && model.alpha >= 0))
@@ -105,8 +99,8 @@ TransferModel readTransfer(const std::filesystem::path& path) {
     model.mesh = readMesh(in);
     model.rest_normals = readVectors(in, "/mesh/rest_normals", model.mesh.vertexCount());
     model.skin = readSkin(in, model.mesh.vertexCount());
-    if (exists(in, "/inputs/names")) model.input_names = readStrings(in, "/inputs/names");
-    if (exists(in, "/fit/holdout")) model.holdout_clips = readStrings(in, "/fit/holdout");
+    if (exists(in, "/inputs")) model.input_names = readStrings(in, "/inputs/names");
+    if (exists(in, "/fit")) model.holdout_clips = readStrings(in, "/fit/holdout");
     readAngles(in, model);
     readFrames(in, model);
     const hsize_t n = model.coefficients(), a = model.angles.size(), vertices = model.mesh.vertexCount();

@@ -1,6 +1,6 @@
 #pragma once
-// x.transfer.h5: diffuse transfer as a linear function of the joint angles (HDF5, format "penumbra.transfer", version
-// 2). These are the models of paper 002, one linear map for each SH coefficient.
+// x.transfer.h5: diffuse transfer as a linear function of the joint angles (HDF5, format "penumbra.transfer").
+// These are the models of paper 002, one linear map for each SH coefficient.
 #include <array>
 #include <filesystem>
 #include <optional>
@@ -8,12 +8,13 @@
 #include <string_view>
 #include <vector>
 
+#include "formats/common/file_format.h"
 #include "formats/common/mesh.h"
 #include "formats/common/provenance.h"
 
 namespace penumbra {
 
-constexpr int kTransferVersion = 2;  // knows the skin and the frames; version 1 had no use but predictions
+constexpr FileFormat kTransferFormat{"penumbra.transfer", 1};
 
 enum class TransferModelKind { kLinear, kPca };
 constexpr std::array<TransferModelKind, 2> kTransferModelKinds{TransferModelKind::kLinear, TransferModelKind::kPca};

@@ -1,5 +1,5 @@
 #pragma once
-// x.vis.h5: per-vertex SH visibility over an animation (HDF5, format "penumbra.visibility", version 1;
+// x.vis.h5: per-vertex SH visibility over an animation (HDF5, format "penumbra.visibility";
 // formats/README.md lists every dataset). It is written frame by frame in bounded memory, and read by frame or by
 // vertex range.
 #include <array>
@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "formats/common/file_format.h"
 #include "formats/common/mesh.h"
 #include "formats/common/provenance.h"
 #include "formats/stage/visibility_shard.h"
@@ -17,7 +18,7 @@
 
 namespace penumbra {
 
-constexpr int kVisibilityVersion = 1;
+constexpr FileFormat kVisibilityFormat{"penumbra.visibility", 1};
 
 // The moments of what nearby parts of the skeleton block (/visibility/local). They are hemisphere moments like the
 // coefficients, but only the local triangles of the mesh block rays: those whose part lies within `steps` of the

@@ -6,8 +6,6 @@ namespace penumbra {
 
 namespace {
 
-constexpr FileKind kVisibilityKind{"penumbra.visibility", kVisibilityVersion};
-
 void writeShard(hid_t file, const ShardPlace& shard) {
     const auto write = [&](const char* dataset, const std::vector<std::uint32_t>& values) {
         writeIntegers(file, dataset, std::vector<std::int64_t>(values.begin(), values.end()), {values.size()},
@@ -30,7 +28,7 @@ constexpr const char* kTransmission = "/mesh/transmission";
 }  // namespace
 
 void writeVisibilityHeader(hid_t file, const VisibilityHeader& header) {
-    writeRoot(file, kVisibilityKind, header.order, header.provenance);
+    writeRoot(file, kVisibilityFormat, header.order, header.provenance);
     writeTextAttribute(file, "/", "quantity", header.quantity);
     writeTextAttribute(file, "/", "frame", "model");
     writeIntegerAttribute(file, "/", "rays", header.rays);
@@ -156,7 +154,7 @@ void checkPose(const std::string& name, const VisibilityHeader& header) {
 
 VisibilityHeader readVisibilityHeader(const Hdf5Reader& in) {
     VisibilityHeader header;
-    header.order = readRoot(in, kVisibilityKind, header.provenance);
+    header.order = readRoot(in, kVisibilityFormat, header.provenance);
     header.quantity = readQuantity(in);
     if (const std::string frame = readTextAttribute(in, "/", "frame"); frame != "model")
         throw Unsupported(in.name + ": attribute frame: \"" + frame + "\", not \"model\"");
@@ -172,7 +170,7 @@ VisibilityHeader readVisibilityHeader(const Hdf5Reader& in) {
     header.rest_normals = exists(in, "/mesh/rest_normals") ? readVectors(in, "/mesh/rest_normals", vertices)
                                                            : meshNormals(header.mesh, header.mesh.rest_positions);
     if (exists(in, "/mesh/edges")) header.edges = readEdges(in, header.mesh);
-    if (exists(in, "/inputs/names")) header.input_names = readInputNames(in);
+    if (exists(in, "/inputs")) header.input_names = readInputNames(in);
     if (exists(in, "/skin")) header.skin = readSkin(in, vertices);
     header.frames = readFrameList(in);
     if (exists(in, "/shard")) header.shard = readShard(in, header.frames);

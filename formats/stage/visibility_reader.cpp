@@ -1,4 +1,5 @@
 // Reads x.vis.h5: its own frames, or those of the files that a virtual one names (formats/README.md).
+#include <algorithm>
 #include <cassert>
 #include <mutex>
 

@@ -133,7 +133,7 @@ AnchorError anchorError(const PosedScene& scene, const SceneFrames& frames, int 
                 off += double(weights[i]) * (double(anchored[first + i]) - double(each[first + i]));
             }
             error.rms += off * off;
-            error.largest = std::max(error.largest, std::abs(off));
+            if (!(std::abs(off) <= error.largest)) error.largest = std::abs(off);  // NaN, too
             error.hidden += 1 - e;
         }
     }

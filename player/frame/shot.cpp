@@ -83,10 +83,6 @@ bool wantsSuns(SunChoice choice, const AssetView& asset, const Shot& shot) {
         lacking = "the light \"" + std::string(light.name) + "\" has none (penumbra-fit light --factor)";
     if (shot.shading.light_form != LightForm::kRotation) lacking = "they need --light-form rotation";
     if (asset.transfer) lacking = "transfer of paper 002 takes all of the light as SH";
-    for (const std::size_t m : shot.material_of_slot)
-        if (lacking.empty() && asset.materials[m].lobes.empty())
-            lacking = "the material \"" + std::string(asset.materials[m].name) +
-                      "\" has no lobes; fit it again with penumbra-fit brdf";
     if (!lacking.empty() && choice == SunChoice::kOn) throw UsageError("--suns on: " + lacking);
     return lacking.empty();
 }

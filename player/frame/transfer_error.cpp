@@ -66,8 +66,8 @@ std::vector<float> TransferError::of(const Shot& shot, const FrameVertices& vert
     if (shot.asset->transfer) truth = truthNumbers(shot, vertices, threads);
     parallelFor((errors.size() + kErrorPiece - 1) / kErrorPiece, threads, [&](std::size_t piece) {
         for (std::size_t v = piece * kErrorPiece; v < std::min(errors.size(), (piece + 1) * kErrorPiece); ++v)
-            errors[v] = std::max(
-                0.0f, shot.asset->transfer ? ofTransfer(shot, truth, v, vertices) : ofVisibility(shot, v, vertices));
+            errors[v] = std::max(  // NaN stays NaN in this order
+                shot.asset->transfer ? ofTransfer(shot, truth, v, vertices) : ofVisibility(shot, v, vertices), 0.0f);
     });
     return errors;
 }

@@ -50,11 +50,14 @@ TruthMean truthMean(PosedFrame& frame) {
     return mean;
 }
 
+// Returns the larger of the two, or NaN if either is: std::max() drops a NaN, and then --fail-above would pass it.
+static double largerOrNan(double a, double b) { return a > b || std::isnan(a) ? a : b; }
+
 void ErrorSums::add(const ErrorSums& other) {
     frames += other.frames;
     vertices += other.vertices;
     ambient += other.ambient;
-    ambient_max = std::max(ambient_max, other.ambient_max);
+    ambient_max = largerOrNan(ambient_max, other.ambient_max);
     squares += other.squares;
     variation += other.variation;
     transfer += other.transfer;
@@ -73,7 +76,7 @@ ErrorSums errorsOf(PosedFrame& frame, const TruthMean* mean) {
     for (std::size_t v = 0; v < e.size(); ++v) {
         const double difference = std::abs(double(e[v]) - e_truth[v]);
         sums.ambient += difference;
-        sums.ambient_max = std::max(sums.ambient_max, difference);
+        sums.ambient_max = largerOrNan(sums.ambient_max, difference);
     }
     sums.transfer = std::numeric_limits<double>::quiet_NaN();
     if (hasTransferOf(*frame.shot().asset, *frame.shot().truth)) {

@@ -21,7 +21,7 @@ TruthMean truthMean(PosedFrame& frame);
 struct ErrorSums {
     std::size_t frames = 0, vertices = 0;
     double ambient = 0;      // sum |E(y') - E(y)|
-    double ambient_max = 0;  // largest term of that sum
+    double ambient_max = 0;  // largest term of that sum; NaN where a term is
     double squares = 0;      // sum |y' - y|^2
     double variation = 0;    // sum |y - mean y|^2; NaN without a mean
     double transfer = 0;     // sum E_transfer (player/frame/transfer_error.h); NaN where the truth has one band alone

@@ -4,6 +4,7 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <limits>
 
 #include "player/render/flip.h"
 
@@ -99,6 +100,10 @@ ImageError imageError(const Image& model, const Image& truth, float exposure, bo
         }
     }
     if (flip) addFlip(a, b, threads, error);
+    // A PNG shows NaN as black, which the other picture may show there, too.
+    const auto isNan = [](Vec3 p) { return std::isnan(p.x + p.y + p.z); };
+    if (std::ranges::any_of(model.pixels, isNan) || std::ranges::any_of(truth.pixels, isNan))
+        error.squares = error.flip_sum = std::numeric_limits<double>::quiet_NaN();
     return error;
 }
 

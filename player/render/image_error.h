@@ -17,7 +17,8 @@ struct ImageError {
     double flip() const;  // mean; NaN where it was not measured
 };
 
-// Compares what a PNG of this exposure would store. Both pictures have alpha and the same size.
+// Compares what a PNG of this exposure would store. Both pictures have alpha and the same size. A pixel that is NaN
+// makes both errors NaN.
 ImageError imageError(const Image& model, const Image& truth, float exposure, bool flip, int threads);
 
 }  // namespace penumbra

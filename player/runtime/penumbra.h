@@ -7,8 +7,10 @@
  *
  * Errors. Functions that can fail return a penumbra_status. Unless it is PENUMBRA_OK, the function has changed and
  * written nothing, and `error`, unless NULL, holds one sentence. A NULL handle or array where none is allowed, an index
- * beyond the last and a count that does not fit are PENUMBRA_INVALID_ARGUMENT. No C++ exception leaves the library, and
- * it never prints or exits.
+ * beyond the last, a count that does not fit and a number that is not finite are PENUMBRA_INVALID_ARGUMENT. Arrays of
+ * all vertices that ..._shade, ..._add_suns, ..._ambient, ..._cast and ..._shadow read are not searched for such
+ * numbers, since other functions of the library write them: one in there spoils the result at its vertex and no other.
+ * No C++ exception leaves the library, and it never prints or exits.
  *
  * Enums have a last value ..._WIDE that makes them as wide as an int, so that the library can refuse a wrong value.
  *
@@ -60,8 +62,8 @@ typedef struct penumbra_error {
 
 #define PENUMBRA_NONE ((size_t)-1) /* what the ..._find_ functions return for a name that is not there */
 
-PENUMBRA_API const char* penumbra_version(void);                       /* "0.1.0" */
-PENUMBRA_API int penumbra_asset_format_version(void);                  /* the newest .pnb that this library reads */
+PENUMBRA_API const char* penumbra_version(void);      /* "0.1.0" */
+PENUMBRA_API int penumbra_asset_format_version(void); /* the one version of .pnb that this library reads */
 PENUMBRA_API const char* penumbra_status_name(penumbra_status status); /* "PENUMBRA_OK", ... */
 
 /* --- Assets --- */
@@ -153,7 +155,7 @@ typedef struct penumbra_frame {
 } penumbra_frame;
 PENUMBRA_API penumbra_status penumbra_asset_get_frame(const penumbra_asset* asset, size_t frame, penumbra_frame* out);
 /* Returns the last frame of `clip` that is not after `seconds`, or else its first frame. Returns PENUMBRA_NONE for a
- * clip that does not exist or has no frames. */
+ * clip that does not exist or has no frames, and where `seconds` is NaN. */
 PENUMBRA_API size_t penumbra_asset_frame_at(const penumbra_asset* asset, size_t clip, double seconds);
 
 /* Writes the vertex of the other side of each vertex of a two-sided mesh, [vertex_count]. Fails with
@@ -167,7 +169,7 @@ typedef struct penumbra_material {
     float color[3];                        /* factor on the result */
     const float* slices;                   /* [channels, slice_order^2, view_order (view_order + 1) / 2]; NULL: live */
     int operator_count;                    /* 0: no PENUMBRA_OPERATORS */
-    size_t lobe_count;                     /* 0: suns add nothing to it */
+    size_t lobe_count;                     /* 1 to 4 */
 } penumbra_material;
 PENUMBRA_API penumbra_status penumbra_asset_get_material(const penumbra_asset* asset, size_t material,
                                                          penumbra_material* out);
@@ -538,7 +540,7 @@ PENUMBRA_API penumbra_status penumbra_shading_shade_bounced(const penumbra_shadi
 /* Adds to the radiance what the suns that are on send to `eye`: the sum of visibility, irradiance, BRDF and cosine.
  * `visible` is [sun_count, V], the share of each sun, from 0 to 1, that reaches a vertex past everything, the character
  * itself included: from the engine's shadow maps, or from a penumbra_sun_map. Vertices are those of
- * penumbra_shading_shade, whose `numbers` may be NULL here. Materials without lobes send nothing back. */
+ * penumbra_shading_shade, whose `numbers` may be NULL here. */
 PENUMBRA_API penumbra_status penumbra_shading_add_suns(const penumbra_shading* shading,
                                                        const penumbra_vertices* vertices, const float eye[3],
                                                        size_t first, size_t count, const float* visible,

@@ -286,7 +286,7 @@ FieldShading::FieldShading(const SceneGround& ground, const Convention& conventi
 
 std::vector<BrdfLobe> fieldLobes(const SceneGround& ground, const AssetView& asset) {
     const MaterialView* material = fieldMaterial(ground, asset);
-    if (!material || material->lobes.empty()) return {{BrdfModel::kLambert, {}, ground.albedo}};
+    if (!material) return {{BrdfModel::kLambert, {}, ground.albedo}};
     return {material->lobes.begin(), material->lobes.end()};
 }
 

@@ -116,7 +116,7 @@ private:
     std::optional<ShadingSet> set_;
 };
 
-// What suns need of the same material, which is Lambertian where it has no lobes.
+// The lobes of the same material, which suns need.
 std::vector<BrdfLobe> fieldLobes(const SceneGround& ground, const AssetView& asset);
 
 // E of all points.

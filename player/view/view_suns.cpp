@@ -15,9 +15,6 @@ std::string_view whyNoSuns(const Scene& scene, const ViewState& state) {
     if (shownShading(scene, state).light_form != LightForm::kRotation) return "suns need the exact rotation";
     if (state.shadows != Shadows::kBoth) return "suns need all shadows";
     if (state.cast_mode != CastMode::kProduct) return "suns need shadows that join as a product";
-    for (std::size_t i = 0; i < scene.characters.size(); ++i)
-        for (const std::size_t material : state.characters[i].material_of_slot)
-            if (scene.characters[i]->asset.materials[material].lobes.empty()) return "a material has no lobes";
     return {};
 }
 

@@ -6,7 +6,7 @@
 
 namespace penumbra {
 
-// Says why suns cannot shine, for example "a material has no lobes"; empty where they can.
+// Says why suns cannot shine, for example "the light has no suns"; empty where they can.
 std::string_view whyNoSuns(const Scene& scene, const ViewState& state);
 // Tells whether they shine: the user wants them, nothing is in their way, and the picture has shaded colours.
 bool showsSuns(const Scene& scene, const ViewState& state);

@@ -113,15 +113,4 @@ inline std::vector<double> bruteForceMoments(int order, Vec3d point, Vec3d norma
     return b;
 }
 
-// Returns sqrt(sum (a - b)^2 / sum b^2).
-template <class A, class B>
-double relativeError(const A& a, const B& b) {
-    double difference = 0, size = 0;
-    for (std::size_t i = 0; i < std::size(b); ++i) {
-        difference += std::pow(double(a[i]) - double(b[i]), 2);
-        size += std::pow(double(b[i]), 2);
-    }
-    return std::sqrt(difference / size);
-}
-
 }  // namespace penumbra::shapes

@@ -7,6 +7,7 @@
 
 #include "bake/trace/moments.h"
 #include "tests/bake/shapes.h"
+#include "tests/difference.h"
 
 namespace penumbra::sheets {
 
@@ -79,11 +80,9 @@ inline double size(std::span<const float> b) {
 
 // Distance of `b` from the closed form in units of the open hemisphere's.
 inline double errorOf(std::span<const float> b, const std::vector<double>& expected) {
-    double sum = 0;
-    for (std::size_t i = 0; i < b.size(); ++i) sum += std::pow(double(b[i]) - expected[i], 2);
     double open = 0;
     for (const double x : capMoments({0, 1, 0}, 0)) open += x * x;
-    return std::sqrt(sum / open);
+    return distanceBetween(b, expected) / std::sqrt(open);
 }
 
 // A grid of side x side vertices of size 2 about the y axis at height `height`, fronts up.

@@ -7,6 +7,7 @@
 #include "bake/visibility/bake_visibility.h"
 #include "formats/common/errors.h"
 #include "tests/bake/shapes.h"
+#include "tests/difference.h"
 
 namespace penumbra {
 
@@ -114,7 +115,7 @@ TEST_F(BakeVisibility, HalfPrecisionIsCloseToSingle) {
     bake("bend.glb", {.clips = {"bend"}, .fps = 1, .rays = 64, .precision = Precision::kFloat16}, 2);
     const VisibilityFrame half = VisibilityReader(out("x.vis.h5")).readFrame(1);
     // fp16 rounds by at most 2^-11 of the value.
-    EXPECT_LT(shapes::relativeError(half.coefficients, single.coefficients), 4.9e-4);
+    EXPECT_LT(relativeDifference(half.coefficients, single.coefficients), 4.9e-4);
     EXPECT_EQ(half.positions, single.positions);
 }
 

@@ -6,6 +6,7 @@
 #include "bake/reference/bounced_light.h"
 #include "tests/bake/sheets.h"
 #include "tests/bake/transfer_case.h"
+#include "tests/difference.h"
 
 namespace penumbra {
 
@@ -202,7 +203,7 @@ TEST(BouncedLight, AgreesWithTheBakeOnASheetThatLetsLightThrough) {
             expected.push_back(sum / std::numbers::pi);
         }
     }
-    EXPECT_LT(shapes::relativeError(found, expected), 0.02);
+    EXPECT_LT(relativeDifference(found, expected), 0.02);
 }
 
 }  // namespace penumbra

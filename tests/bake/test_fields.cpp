@@ -11,18 +11,13 @@
 #include "sh/sh_rotation.h"
 #include "sh/zonal.h"
 #include "tests/bake/shapes.h"
+#include "tests/difference.h"
 #include "tests/formats/stage_samples.h"
 
 namespace penumbra {
 namespace {
 
 using Numbers = std::array<float, kFieldNumbers>;
-
-float distanceBetween(std::span<const float> a, std::span<const float> b) {
-    float sum = 0;
-    for (std::size_t i = 0; i < a.size(); ++i) sum += (a[i] - b[i]) * (a[i] - b[i]);
-    return std::sqrt(sum);
-}
 
 PartMesh meshOf(const shapes::Shape& shape) { return {shape.positions, shape.triangles}; }
 
@@ -94,11 +89,11 @@ TEST(PartTracer, ASphereHasTheClosedFormOfACap) {
     const PartField field = placedField(mesh, 12);
     const ConeDirections directions = makeConeDirections(2048, 1);
     const PartTracer tracer(mesh, field, directions);
-    float worst = 0;
+    Largest worst;
     for (const Vec3d d : fibonacciSphere(40))
         for (double r : {1.1, 1.5, 3.0, 12.0}) {
             const PointOfField point = tracer.trace(toFloat(centre + d * (0.25 * r)), true);
-            worst = std::max(worst, distanceBetween(point.blocked, blockedCap(-d * (0.25 * r), 0.25)));
+            worst.add(distanceBetween(point.blocked, blockedCap(-d * (0.25 * r), 0.25)));
             EXPECT_NEAR(point.distance, 0.25 * (r - 1), 1e-3);
         }
     EXPECT_LT(worst, 0.01f);

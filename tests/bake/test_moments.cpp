@@ -7,12 +7,12 @@
 #include "formats/rig/rig_file.h"
 #include "sh/sh_rotation.h"
 #include "tests/bake/shapes.h"
+#include "tests/difference.h"
 
 namespace penumbra {
 
 namespace {
 
-using shapes::relativeError;
 using shapes::Shape;
 
 std::vector<float> momentsOf(const Shape& shape, const std::vector<Vec3>& points, const std::vector<Vec3>& normals,
@@ -52,7 +52,7 @@ double errorOfCase(const std::string& name, const Shape& occluder, const Mat3d& 
     std::vector<double> expected(std::size_t(coefficientCount(order)));
     apply(makeShRotation(order, turn), std::span(golden).first(expected.size()), expected);
     const Vec3 normal = toFloat(turn * Vec3d{0, 0, 1});
-    return relativeError(momentsOf(shape, {{0, 0, 0}}, {normal}, order, rays), expected);
+    return relativeDifference(momentsOf(shape, {{0, 0, 0}}, {normal}, order, rays), expected);
 }
 
 struct ClosedForm {
@@ -123,7 +123,7 @@ TEST(Moments, DoNotDependOnScaleOrPlace) {
             Shape copy = shape;
             for (Vec3& p : copy.positions) p = toFloat((toDouble(p) + offset) * scale);
             const std::vector<float> b = momentsOf(copy, copy.positions, normals, 5);
-            EXPECT_LT(relativeError(b, expected), 1e-3) << "scale " << scale << ", x offset " << offset.x;
+            EXPECT_LT(relativeDifference(b, expected), 1e-3) << "scale " << scale << ", x offset " << offset.x;
         }
 }
 
@@ -144,7 +144,7 @@ TEST(Moments, RotateWithTheModel) {
         const std::vector<double> in(b.begin() + std::ptrdiff_t(16 * v), b.begin() + std::ptrdiff_t(16 * v + 16));
         apply(rotation, in, std::span(expected).subspan(16 * v, 16));
     }
-    EXPECT_LT(relativeError(t, expected), 0.02);
+    EXPECT_LT(relativeDifference(t, expected), 0.02);
 }
 
 TEST(Moments, GroundBlocksWhatPointsDown) {
@@ -189,8 +189,8 @@ void expectBruteForce(const Shape& shape, const std::vector<Vec3>& normals, doub
             shapes::bruteForceMoments(5, toDouble(points.back()), toDouble(normals[v]), 1e-4 * diagonal, shape);
         expected.insert(expected.end(), b.begin(), b.end());
     }
-    const double same = relativeError(momentsOf(shape, points, chosen_normals, 5, 1024, false, 1), expected);
-    const double other = relativeError(momentsOf(shape, points, chosen_normals, 5, 1024, false, 2), expected);
+    const double same = relativeDifference(momentsOf(shape, points, chosen_normals, 5, 1024, false, 1), expected);
+    const double other = relativeDifference(momentsOf(shape, points, chosen_normals, 5, 1024, false, 2), expected);
     std::printf("%s: %.5f with the same directions, %.4f with others, %zu vertices\n", what.c_str(), same, other,
                 points.size());
     EXPECT_LT(same, 2e-3) << what;

@@ -5,6 +5,7 @@
 
 #include "bake/trace/ray_directions.h"
 #include "sh/sh_project.h"
+#include "tests/difference.h"
 
 namespace penumbra {
 
@@ -49,10 +50,10 @@ TEST(RayDirections, PacketsAreNarrow) {
     const RayDirections set = makeRayDirections(1024, 1, 1);
     double sum = 0;
     for (const DirectionPacket& p : set.packets) {
-        double widest = 0;
+        Largest widest;
         for (std::size_t k = 1; k < kLanes; ++k)
-            widest = std::max(widest, std::acos(std::min(1.0, double(p.x[0]) * p.x[k] + double(p.y[0]) * p.y[k] +
-                                                                  double(p.z[0]) * p.z[k])));
+            widest.add(
+                std::acos(std::min(1.0, double(p.x[0]) * p.x[k] + double(p.y[0]) * p.y[k] + double(p.z[0]) * p.z[k])));
         sum += widest;
     }
     EXPECT_LT(sum / double(set.packets.size()), 0.5);

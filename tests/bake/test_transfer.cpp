@@ -5,13 +5,13 @@
 #include <cmath>
 
 #include "tests/bake/transfer_case.h"
+#include "tests/difference.h"
 #include "tests/sh/golden.h"
 
 namespace penumbra {
 
 namespace {
 
-using shapes::relativeError;
 using shapes::Shape;
 using transfers::bakeCase;
 using transfers::sameAlbedo;
@@ -89,7 +89,7 @@ double cavityError(const Transfer& found, std::size_t channel, const std::vector
             values.push_back(double(found.indirect[row * found.n2 + i]));
             wanted.push_back(expected[i]);
         }
-    return relativeError(values, wanted);
+    return relativeDifference(values, wanted);
 }
 
 }  // namespace
@@ -131,9 +131,9 @@ TEST(Transfer, GrooveOfHalfPlanesMatchesItsClosedForm) {
         of.bias = 1e-7f;
         const Transfer found = bakeCase(of);
         const std::size_t middle = 2 * columns.size() + 3, second = rows.size() * columns.size();
-        const double errors[] = {relativeError(found.directOf(middle), doubles(golden["t0_wall1"])),
-                                 relativeError(found.sumOf(middle, 0), doubles(golden["all_wall1"])),
-                                 relativeError(found.sumOf(second + middle, 0), doubles(golden["all_wall2"]))};
+        const double errors[] = {relativeDifference(found.directOf(middle), doubles(golden["t0_wall1"])),
+                                 relativeDifference(found.sumOf(middle, 0), doubles(golden["all_wall1"])),
+                                 relativeDifference(found.sumOf(second + middle, 0), doubles(golden["all_wall2"]))};
         for (const double error : errors) EXPECT_LT(error, 0.01) << golden["gamma_deg"];
     }
 }
@@ -184,12 +184,12 @@ TEST(Transfer, ClosedShellOfAMembraneMatchesItsClosedForm) {
         of.colors = sameAlbedo(2 * of.normals.size(), {albedo, albedo, albedo});
         of.colors.transmission.assign(2 * of.normals.size(), {through, through, through});
         const Transfer found = bakeCase(of);
-        double worst = 0;
+        Largest worst;
         const double expected = double(albedo) + double(through) * double(through) / (1 - double(albedo));
         for (std::size_t v = 0; v < of.normals.size(); ++v) {
             const double front = irradiance(found.sumOf(v, 1)[0]) / kPi,
                          back = irradiance(found.sumOf(of.normals.size() + v, 1)[0]) / kPi;
-            worst = std::max(worst, std::abs(double(albedo) * front + double(through) * back - expected));
+            worst.add(std::abs(double(albedo) * front + double(through) * back - expected));
         }
         EXPECT_LT(worst, 0.01 * expected);
     }
@@ -247,7 +247,7 @@ TEST(Transfer, IsTheMomentsTimesTheCosine) {
     MomentTracer tracer{scene, directions, scale, 1e-4f};
     tracer.mesh = &mesh;
     traceTransfer(tracer, points, normals, {direct, {}}, 0);
-    EXPECT_LT(relativeError(direct, timesCosine(moments, 4)), 1e-6);
+    EXPECT_LT(relativeDifference(direct, timesCosine(moments, 4)), 1e-6);
     std::vector<BounceRow> rows(1);
     const RayCounts counts = traceTransfer(tracer, points, normals, {direct_of_hits, rows}, 0);
     EXPECT_EQ(direct_of_hits, direct);

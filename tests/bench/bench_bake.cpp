@@ -2,7 +2,6 @@
 // accumulation and writing cost on top of ray tracing.
 //   bench_bake [RIG...] [--rays N] [--threads N] [--runs N]
 // Without a rig: $PENUMBRA_DATA/rigs/mh_male_cmu05.glb when that variable is set, and always a synthetic bumpy sphere.
-#include <embree3/rtcore.h>
 #include <pmmintrin.h>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -20,6 +19,7 @@
 #include <numbers>
 #include <string>
 
+#include "bake/trace/embree.h"
 #include "bake/trace/moments.h"
 #include "bake/visibility/bake_visibility.h"
 #include "formats/common/parallel_for.h"
@@ -108,9 +108,7 @@ using Loop = std::function<std::size_t(std::size_t begin, std::size_t end)>;
 
 Loop packets(const Case& c, const Bare& bare, const RayDirections& directions, bool coherent) {
     return [&c, &bare, &directions, coherent](std::size_t begin, std::size_t end) {
-        RTCIntersectContext context;
-        rtcInitIntersectContext(&context);
-        if (coherent) context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+        RayQuery query(nullptr, coherent);
         RTCRay8 ray{};
         std::fill_n(ray.mask, 8, ~0u);
         std::size_t escaped = 0;
@@ -127,7 +125,7 @@ Loop packets(const Case& c, const Bare& bare, const RayDirections& directions, b
                 std::copy_n(d.y.begin(), 8, ray.dir_y);
                 std::copy_n(d.z.begin(), 8, ray.dir_z);
                 std::fill_n(ray.tfar, 8, kInfinity);
-                rtcOccluded8(valid, bare.scene, &context, &ray);
+                occluded8(valid, bare.scene, query, ray);
                 for (std::size_t k = 0; k < 8; ++k) escaped += valid[k] && ray.tfar[k] > 0;
             }
         }
@@ -135,26 +133,19 @@ Loop packets(const Case& c, const Bare& bare, const RayDirections& directions, b
     };
 }
 
-Loop singles(const Case& c, const Bare& bare, const RayDirections& directions, bool stream) {
-    return [&c, &bare, &directions, stream](std::size_t begin, std::size_t end) {
-        RTCIntersectContext context;
-        rtcInitIntersectContext(&context);
-        if (stream) context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+Loop singles(const Case& c, const Bare& bare, const RayDirections& directions) {
+    return [&c, &bare, &directions](std::size_t begin, std::size_t end) {
+        RayQuery query;
         std::size_t escaped = 0;
-        std::vector<RTCRay> rays;
         for (std::size_t v = begin; v < end; ++v) {
-            rays.clear();
             for (const DirectionPacket& d : directions.packets)
                 for (std::size_t k = 0; k < 8; ++k) {
                     if (!(cosine(d, k, c.normals[v]) > 0)) continue;
                     const Vec3 o = c.origins[v];
-                    rays.push_back({o.x, o.y, o.z, 0, d.x[k], d.y[k], d.z[k], 0, kInfinity, ~0u, 0, 0});
+                    RTCRay ray{o.x, o.y, o.z, 0, d.x[k], d.y[k], d.z[k], 0, kInfinity, ~0u, 0, 0};
+                    occluded1(bare.scene, query, ray);
+                    escaped += ray.tfar > 0;
                 }
-            if (stream)
-                rtcOccluded1M(bare.scene, &context, rays.data(), unsigned(rays.size()), sizeof(RTCRay));
-            else
-                for (RTCRay& ray : rays) rtcOccluded1(bare.scene, &context, &ray);
-            for (const RTCRay& ray : rays) escaped += ray.tfar > 0;
         }
         return escaped;
     };
@@ -230,20 +221,19 @@ void benchKernel(const Case& c, const Settings& settings) {
                              std::span(c.normals).subspan(begin, size), {std::span(b).subspan(begin * 25, size * 25)});
         });
     };
-    std::size_t counts[4] = {};
+    std::size_t counts[3] = {};
     const auto row = [&](const char* name, Loop loop, std::size_t& count) {
         return Row{name, [&, loop] { count = runLoop(loop, vertices, settings.threads); }};
     };
-    std::vector<Row> rows = {row("occluded1", singles(c, bare, directions, false), counts[0]),
-                             row("occluded1M (stream a vertex)", singles(c, bare, directions, true), counts[1]),
-                             row("occluded8", packets(c, bare, directions, false), counts[2]),
-                             row("occluded8 (coherent flag)", packets(c, bare, directions, true), counts[3]),
+    std::vector<Row> rows = {row("occluded1", singles(c, bare, directions), counts[0]),
+                             row("occluded8", packets(c, bare, directions, false), counts[1]),
+                             row("occluded8 (coherent flag)", packets(c, bare, directions, true), counts[2]),
                              {"bake: trace and accumulate", bake}};
     measure(rows, settings.runs);
     printRows(c.name, rows, double(traced));
-    std::printf("%-24s %zu vertices, %zu triangles, %zu rays, %.1f%% escape (%zu %zu %zu %zu)\n", c.name.c_str(),
-                vertices, c.triangles.size(), traced.load(), 100.0 * double(counts[3]) / double(traced), counts[0],
-                counts[1], counts[2], counts[3]);
+    std::printf("%-24s %zu vertices, %zu triangles, %zu rays, %.1f%% escape (%zu %zu %zu)\n", c.name.c_str(), vertices,
+                c.triangles.size(), traced.load(), 100.0 * double(counts[2]) / double(traced), counts[0], counts[1],
+                counts[2]);
 }
 
 // Runs four frames around the middle of the animation: pose, build, trace, accumulate, compress and write.

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
@@ -47,7 +48,7 @@ TEST(CApiErrors, NamesOfStatuses) {
     EXPECT_STREQ(penumbra_status_name(PENUMBRA_OK), "PENUMBRA_OK");
     EXPECT_STREQ(penumbra_status_name(PENUMBRA_OUT_OF_MEMORY), "PENUMBRA_OUT_OF_MEMORY");
     EXPECT_STREQ(penumbra_status_name(penumbra_status(7)), "unknown status");
-    EXPECT_EQ(penumbra_asset_format_version(), kAssetVersion);
+    EXPECT_EQ(penumbra_asset_format_version(), kAssetFormat.version);
     EXPECT_STREQ(penumbra_version(), "0.1.0");
 }
 
@@ -110,7 +111,9 @@ TEST(CApiErrors, OpeningBytes) {
               "PENUMBRA_INVALID_ARGUMENT: bytes to be read in place must begin at a multiple of 16");
     EXPECT_THAT(memory(bytes.data(), bytes.size(), 2), HasSubstr("ownership is neither"));
     EXPECT_EQ(memory(nullptr, 9, PENUMBRA_COPY), "PENUMBRA_INVALID_ARGUMENT: bytes is NULL");
-    EXPECT_EQ(memory(bytes.data(), SIZE_MAX / 2, PENUMBRA_COPY).substr(0, 22), "PENUMBRA_OUT_OF_MEMORY");
+    // Nothing behind the bytes is read before such a size is refused.
+    EXPECT_EQ(memory(bytes.data(), std::size_t(1) << 40, PENUMBRA_COPY),
+              "PENUMBRA_INVALID_ASSET: asset: 1099511627776 bytes are more than an asset can have");
     EXPECT_THAT(memory(bytes.data(), 0, PENUMBRA_BORROW), HasSubstr("PENUMBRA_INVALID_ASSET"));
     EXPECT_THAT(memory(bytes.data(), bytes.size() - 1, PENUMBRA_BORROW), HasSubstr("PENUMBRA_INVALID_ASSET"));
     EXPECT_EQ(asset, nullptr);
@@ -189,6 +192,7 @@ TEST(CApiErrors, WhatTheQueriesSay) {
     const double times[] = {-1, 0, 0.3, 0.34, 99};
     const std::size_t frames[] = {2, 2, 2, 3, 3};
     for (int i = 0; i < 5; ++i) EXPECT_EQ(penumbra_asset_frame_at(x.asset.get(), 1, times[i]), frames[i]) << times[i];
+    EXPECT_EQ(penumbra_asset_frame_at(x.asset.get(), 1, NAN), PENUMBRA_NONE);
     penumbra_material material;
     ASSERT_EQ(penumbra_asset_get_material(x.asset.get(), 1, &material), PENUMBRA_OK);
     EXPECT_STREQ(material.name, "tinted");
@@ -308,6 +312,10 @@ TEST(CApiErrors, MakingAShading) {
     const penumbra_asset* list[] = {nullptr};
     EXPECT_EQ(penumbra_shading_create(x.asset.get(), list, 1, nullptr, &made, nullptr), PENUMBRA_INVALID_ARGUMENT);
     EXPECT_EQ(penumbra_shading_create(x.asset.get(), nullptr, 1, nullptr, &made, nullptr), PENUMBRA_INVALID_ARGUMENT);
+    const penumbra_asset* one[] = {x.asset.get()};
+    EXPECT_EQ(
+        said.after(penumbra_shading_create(x.asset.get(), one, std::size_t(1) << 60, nullptr, &made, &said.error)),
+        "PENUMBRA_UNSUPPORTED: there are more than 65535 assets");
     EXPECT_EQ(penumbra_shading_create(x.asset.get(), nullptr, 0, nullptr, nullptr, nullptr), PENUMBRA_INVALID_ARGUMENT);
     EXPECT_EQ(made, nullptr);
     EXPECT_EQ(make(materials_only, {PENUMBRA_SLICES, PENUMBRA_ROTATION, 8}), "PENUMBRA_OK: ");
@@ -374,8 +382,41 @@ TEST(CApiErrors, ShadingArrays) {
               PENUMBRA_INVALID_ARGUMENT);
     EXPECT_EQ(penumbra_shading_shade(nullptr, frame.eye, 0, 30, &good, frame.radiance.data(), nullptr),
               PENUMBRA_INVALID_ARGUMENT);
+    for (const float wrong : {NAN, INFINITY, -INFINITY})
+        for (int axis = 0; axis < 3; ++axis) {
+            float eye[3] = {1, 2, 3};
+            eye[axis] = wrong;
+            Said said;
+            const std::string expected = "PENUMBRA_INVALID_ARGUMENT: eye[" + std::to_string(axis) + "] is not finite";
+            EXPECT_EQ(said.after(penumbra_shading_shade(x.shading.get(), eye, 0, 30, &good, frame.radiance.data(),
+                                                        &said.error)),
+                      expected);
+            EXPECT_EQ(said.after(penumbra_shading_shade_bounced(x.shading.get(), eye, 0, 30, &good, nullptr,
+                                                                frame.radiance.data(), &said.error)),
+                      expected);
+        }
     EXPECT_EQ(frame.radiance, Frame(x.info).radiance);
     EXPECT_EQ(shade(&good, 30, 0), PENUMBRA_OK);
+}
+
+// Which is why the arrays need not be searched for it.
+TEST(CApiErrors, ANumberThatIsNotFiniteSpoilsItsVertexAlone) {
+    Whole x;
+    Frame sound(x.info);
+    sound.evaluate(x.character.get(), x.info);
+    for (const penumbra_simd simd : {PENUMBRA_SIMD_PORTABLE, PENUMBRA_SIMD_AVX2}) {
+        if (!penumbra_has_simd(simd)) continue;
+        ASSERT_EQ(penumbra_shading_set_simd(x.shading.get(), simd, nullptr), PENUMBRA_OK);
+        ASSERT_EQ(sound.shade(x.shading.get(), 0, 30), 0);
+        for (const auto array : {&Frame::positions, &Frame::normals, &Frame::tangents, &Frame::numbers}) {
+            Frame frame = sound;
+            const std::size_t stride = (frame.*array).size() / 30;
+            (frame.*array)[11 * stride + 1] = NAN;
+            ASSERT_EQ(frame.shade(x.shading.get(), 0, 30), 0);
+            std::copy_n(sound.radiance.begin() + 33, 3, frame.radiance.begin() + 33);
+            EXPECT_EQ(frame.radiance, sound.radiance);
+        }
+    }
 }
 
 // Handles are given back in any order, even the asset first.

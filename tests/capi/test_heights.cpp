@@ -11,6 +11,7 @@
 #include "sh/height/field_in_scene.h"
 #include "sh/height/height_visibility.h"
 #include "tests/capi/packed_asset.h"
+#include "tests/difference.h"
 #include "tests/player/count_allocations.h"
 
 namespace penumbra {
@@ -108,12 +109,6 @@ TEST(CApiHeights, TellTheGroundUnderAPose) {
     EXPECT_EQ(penumbra_heights_under(nullptr, nullptr, 0, placed, &height, &error), PENUMBRA_INVALID_ARGUMENT);
 }
 
-double largestDifference(std::span<const float> a, std::span<const float> b) {
-    double most = 0;
-    for (std::size_t i = 0; i < a.size(); ++i) most = std::max(most, double(std::abs(a[i] - b[i])));
-    return most;
-}
-
 // With next to no tolerance all points look for themselves, whatever rows one asks for.
 TEST(CApiHeights, WithAToleranceLookMoreClosely) {
     penumbra_heights_options options = kOptions;
@@ -180,9 +175,7 @@ TEST(CApiHeights, AreShadedAndShadowCharacters) {
             << error.message;
         EXPECT_EQ(penumbra_heights_shade(field.get(), eye, 0, 2000, &view, points.radiance.data(), nullptr),
                   PENUMBRA_OK);
-        float most = 0;
-        for (const float x : points.radiance) most = std::max(most, x);
-        EXPECT_GT(most, 0.01f);
+        EXPECT_GT(largestOf(points.radiance), 0.01);
     }
     const Character character = capi_test::character(asset);
     const penumbra_asset_info info = infoOf(asset);
@@ -214,8 +207,13 @@ TEST(CApiHeights, RefuseWhatIsWrong) {
     wrong.rows = 0;
     EXPECT_THAT(problem(wrong, 0), HasSubstr("rows is 0"));
     wrong = kOptions;
-    wrong.cell_x = 0;
-    EXPECT_THAT(problem(wrong, 0), HasSubstr("cell"));
+    for (const float cell : {0.0f, std::nanf("")}) {
+        wrong.cell_x = cell;
+        EXPECT_THAT(problem(wrong, 0), HasSubstr("cell"));
+    }
+    wrong = kOptions;
+    wrong.corner[1] = std::nanf("");
+    EXPECT_THAT(problem(wrong, 0), HasSubstr("corner[1] is not finite"));
     wrong = kOptions;
     wrong.order = 6;
     EXPECT_THAT(problem(wrong, 0), HasSubstr("order"));
@@ -230,6 +228,19 @@ TEST(CApiHeights, RefuseWhatIsWrong) {
     for (const float tolerance : {-0.1f, 1.1f, std::numeric_limits<float>::quiet_NaN()})
         EXPECT_EQ(penumbra_heights_set_tolerance(good.get(), tolerance, nullptr), PENUMBRA_INVALID_ARGUMENT);
     EXPECT_EQ(penumbra_heights_set_tolerance(nullptr, 0.1f, nullptr), PENUMBRA_INVALID_ARGUMENT);
+    const float nan[3] = {std::nanf(""), 0, 0};
+    float height = 0;
+    EXPECT_EQ(penumbra_heights_shade(good.get(), nan, 0, 0, nullptr, nullptr, &error), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_STREQ(error.message, "eye[0] is not finite");
+    EXPECT_EQ(penumbra_heights_query(good.get(), nan, 1, &height, nullptr), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_heights_under(good.get(), nan, 1, nullptr, &height, nullptr), PENUMBRA_INVALID_ARGUMENT);
+    for (const int bits : {60, 63}) {  // refused before the array is read
+        const std::size_t many = std::size_t(1) << bits;
+        EXPECT_EQ(penumbra_heights_query(good.get(), nan, many, &height, &error), PENUMBRA_INVALID_ARGUMENT);
+        EXPECT_THAT(error.message, HasSubstr("count is"));
+        EXPECT_EQ(penumbra_heights_under(good.get(), nan, many, nullptr, &height, &error), PENUMBRA_INVALID_ARGUMENT);
+        EXPECT_THAT(error.message, HasSubstr("count is"));
+    }
     EXPECT_EQ(penumbra_heights_update_rows(nullptr), 0u);
     penumbra_heights_destroy(nullptr);
 }

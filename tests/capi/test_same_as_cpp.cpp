@@ -6,6 +6,7 @@
 #include "player/runtime/evaluate/evaluator.h"
 #include "player/runtime/shade/shading_set.h"
 #include "tests/capi/packed_asset.h"
+#include "tests/difference.h"
 
 extern "C" std::size_t sizes_seen_by_c(void);
 
@@ -172,10 +173,7 @@ TEST(CApi, ALightOfTheCallerIsALightLikeAnother) {
         const std::vector<float> expected = frame.radiance;
         ASSERT_EQ(penumbra_shading_set_sh_light(shading.get(), light.order, light.sh, nullptr), PENUMBRA_OK);
         frame.shade(shading.get(), 0, info.vertex_count);
-        double worst = 0;
-        for (std::size_t i = 0; i < expected.size(); ++i)
-            worst = std::max(worst, std::abs(double(frame.radiance[i]) - expected[i]));
-        EXPECT_LT(worst, 2e-6) << index;  // other orders, other order of sums
+        EXPECT_LT(largestDifference(frame.radiance, expected), 2e-6) << index;  // other orders, other order of sums
     }
 }
 

@@ -211,6 +211,11 @@ TEST(CApiScenes, RefusesWhatIsWrong) {
     EXPECT_EQ(error.status, PENUMBRA_INVALID_ARGUMENT);
     EXPECT_FALSE(sceneOf(std::vector<const penumbra_asset*>(70000 / 6, asset.get()), &error));
     EXPECT_EQ(error.status, PENUMBRA_UNSUPPORTED);
+    // A count that cannot be is refused before the array is read.
+    const penumbra_asset* const one = asset.get();
+    penumbra_scene* made = nullptr;
+    EXPECT_EQ(penumbra_scene_create(&one, std::size_t(1) << 60, &made, &error), PENUMBRA_UNSUPPORTED);
+    EXPECT_EQ(made, nullptr);
     const Scene scene = sceneOf({asset.get()});
     const Character character = capi_test::character(asset), stranger = capi_test::character(same_kind);
     const auto set = [&](std::size_t caster, const Character& who, const float* at) {
@@ -226,6 +231,12 @@ TEST(CApiScenes, RefusesWhatIsWrong) {
     EXPECT_EQ(penumbra_scene_probe(scene.get(), PENUMBRA_NONE, position, normal, 1, &e, nullptr, &error),
               PENUMBRA_INVALID_ARGUMENT);
     EXPECT_EQ(penumbra_scene_probe(scene.get(), 1, normal, normal, 1, &e, nullptr, &error), PENUMBRA_INVALID_ARGUMENT);
+    for (const int bits : {60, 63}) {
+        EXPECT_EQ(penumbra_scene_probe(scene.get(), PENUMBRA_NONE, normal, normal, std::size_t(1) << bits, &e, nullptr,
+                                       &error),
+                  PENUMBRA_INVALID_ARGUMENT);
+        EXPECT_THAT(error.message, HasSubstr("count is"));
+    }
     EXPECT_EQ(penumbra_scene_probe(scene.get(), 0, nullptr, normal, 1, &e, nullptr, &error), PENUMBRA_INVALID_ARGUMENT);
     EXPECT_EQ(penumbra_scene_probe(nullptr, 0, normal, normal, 1, &e, nullptr, &error), PENUMBRA_INVALID_ARGUMENT);
     EXPECT_EQ(e, 7) << "nothing is written";

@@ -73,7 +73,7 @@ TEST(CApiSuns, TheAssetTellsItsLobesAndSuns) {
     EXPECT_EQ(lobe.parameters[0], 0.3f);
     EXPECT_EQ(lobe.color[2], 1);
     EXPECT_EQ(penumbra_asset_get_lobe(x.asset.get(), 0, 2, &lobe), PENUMBRA_INVALID_ARGUMENT);
-    EXPECT_EQ(penumbra_asset_get_lobe(x.asset.get(), 1, 0, &lobe), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_asset_get_lobe(x.asset.get(), 1, 1, &lobe), PENUMBRA_INVALID_ARGUMENT);
     EXPECT_EQ(penumbra_asset_get_lobe(x.asset.get(), 2, 0, &lobe), PENUMBRA_INVALID_ARGUMENT);
     EXPECT_EQ(penumbra_asset_get_lobe(nullptr, 0, 0, &lobe), PENUMBRA_INVALID_ARGUMENT);
     EXPECT_EQ(penumbra_asset_get_lobe(x.asset.get(), 0, 0, nullptr), PENUMBRA_INVALID_ARGUMENT);
@@ -294,6 +294,10 @@ TEST(CApiSuns, WrongCallsOfShadings) {
     EXPECT_EQ(add(&good, x.info.vertex_count + 1, visible.data()), PENUMBRA_INVALID_ARGUMENT);
     EXPECT_EQ(add(&good, 1, nullptr), PENUMBRA_INVALID_ARGUMENT);
     EXPECT_EQ(add(nullptr, 1, visible.data()), PENUMBRA_INVALID_ARGUMENT);
+    const float eye[3] = {0, 0, NAN};
+    EXPECT_EQ(penumbra_shading_add_suns(s, &good, eye, 0, 1, visible.data(), x.frame.radiance.data(), &error),
+              PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_STREQ(error.message, "eye[2] is not finite");
     for (const auto member :
          {&penumbra_vertices::positions, &penumbra_vertices::normals, &penumbra_vertices::tangents}) {
         penumbra_vertices bad = good;
@@ -357,6 +361,20 @@ TEST(CApiSuns, WrongCallsOfMaps) {
               invalid + "a vertex of a triangle is 2; there are 2");
     EXPECT_THAT(set(awning.sun, {nullptr, 3, awning.triangles.data(), 1}), HasSubstr("positions of a caster"));
     EXPECT_THAT(set(awning.sun, {awning.corners.data(), 3, nullptr, 1}), HasSubstr("triangles of a caster"));
+    // Counts that cannot be are refused before anything is read.
+    for (const int bits : {60, 63}) {
+        const std::size_t many = std::size_t(1) << bits;
+        const penumbra_sun_caster caster = awning.caster();
+        EXPECT_EQ(penumbra_sun_map_set_casters(map.get(), &awning.sun, &caster, many, &error),
+                  PENUMBRA_INVALID_ARGUMENT);
+        EXPECT_THAT(set(awning.sun, {awning.corners.data(), 3, awning.triangles.data(), many}),
+                    HasSubstr("triangle_count is"));
+        EXPECT_THAT(set(awning.sun, {awning.corners.data(), many, awning.triangles.data(), 1}),
+                    HasSubstr("vertex_count is"));
+        EXPECT_EQ(penumbra_sun_map_visibility(map.get(), awning.corners.data(), awning.corners.data(), many,
+                                              awning.corners.data(), &error),
+                  PENUMBRA_INVALID_ARGUMENT);
+    }
     EXPECT_EQ(penumbra_sun_map_set_casters(map.get(), nullptr, nullptr, 0, nullptr), PENUMBRA_INVALID_ARGUMENT);
     EXPECT_EQ(penumbra_sun_map_set_casters(map.get(), &awning.sun, nullptr, 1, nullptr), PENUMBRA_INVALID_ARGUMENT);
     EXPECT_EQ(penumbra_sun_map_set_casters(nullptr, &awning.sun, nullptr, 0, nullptr), PENUMBRA_INVALID_ARGUMENT);

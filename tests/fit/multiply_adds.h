@@ -10,6 +10,7 @@
 #include "formats/stage/brdf_file.h"
 #include "sh/brdf/reflection_operator.h"
 #include "sh/sh_product.h"
+#include "tests/difference.h"
 
 namespace penumbra {
 
@@ -22,9 +23,8 @@ struct WorkCount {
 
 // Returns how many of [count, 3] are not zero in the first channel.
 inline std::size_t nonZeros(const std::vector<double>& values) {
-    double largest = 0;
+    const double largest = largestMagnitude(values);
     std::size_t count = 0;
-    for (double v : values) largest = std::max(largest, std::abs(v));
     for (std::size_t i = 0; i < values.size(); i += 3) count += std::abs(values[i]) > 1e-7 * largest;
     return count;
 }

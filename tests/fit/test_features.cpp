@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "fit/models/features.h"
+#include "tests/difference.h"
 #include "tests/fit/synthetic_character.h"
 
 namespace penumbra {
@@ -63,9 +64,22 @@ TEST(RelativeBones, HaveTheValuesOfTheRecipe) {
 TEST(RelativeBones, StayFiniteWithACollapsedBone) {
     const FeatureRecipe recipe = chainRecipe(FeatureKind::kRelativeBones);
     VisibilityFrame frame;
-    frame.bones.resize(4);
+    synthetic::swing(7, {}, frame);
     frame.bones[1] = Affine{{}};
-    for (double x : featuresOf(recipe, 1, frame)) EXPECT_TRUE(std::isfinite(x));
+    // A frame without a size is that of its rotation, at the origin.
+    const Mat3d to_cluster = transposed(toDouble(nearestRotation(frame.bones[1].linear())));
+    std::vector<double> expected;
+    for (const std::size_t j : {0u, 2u, 3u}) {
+        const Affine& bone = frame.bones[j];
+        const Vec3d center = toDouble(recipe.joint_centers[j]);
+        const Vec3d seen = to_cluster * toDouble(bone.point(recipe.joint_centers[j]));
+        const Vec3d moved = (seen - center) / recipe.scale;
+        expected.insert(expected.end(), {moved.x, moved.y, moved.z});
+        const Mat3d turned = to_cluster * toDouble(nearestRotation(bone.linear()));
+        for (std::size_t i = 0; i < 9; ++i) expected.push_back(turned.m[i] - (i % 4 == 0 ? 1 : 0));
+    }
+    EXPECT_LT(largestDifference(featuresOf(recipe, 1, frame), expected), 1e-6);
+    EXPECT_GT(largestMagnitude(expected), 0.1);
 }
 
 TEST(JointAngles, AreThePoseItself) {
@@ -75,6 +89,27 @@ TEST(JointAngles, AreThePoseItself) {
     const std::vector<double> raw = featuresOf(recipe, 2, frame);
     ASSERT_EQ(raw.size(), frame.pose.size());
     for (std::size_t i = 0; i < raw.size(); ++i) EXPECT_EQ(raw[i], frame.pose[i]);
+}
+
+// Joint 1 has moved to half a diagonal from the cluster, joint 2 stands at two diagonals. A place weighs 1 / (0.02 +
+// d^2), a rotation 0.3 times that.
+TEST(RelativeBones, WeighByTheirDistance) {
+    FeatureRecipe recipe;
+    recipe.scale = 2;
+    recipe.joint_centers = {{0, 0, 0}, {2, 0, 0}, {0, 0, 4}};
+    Matrix raw(1, recipe.count());
+    raw(0, 0) = -0.5;
+    const std::vector<std::size_t> rows{0};
+    const ClusterPlace place{0, {0, 0, 0}};
+    const std::array<double, 2> near{1 / 0.27, 1 / 4.02};
+    const std::vector<double> features = featureWeights(recipe, place, raw, rows),
+                              groups = groupWeights(recipe, place, raw, rows);
+    ASSERT_EQ(features.size(), 24u);
+    for (std::size_t i = 0; i < 24; ++i) EXPECT_NEAR(features[i], near[i / 12] * (i % 12 < 3 ? 1 : 0.3), 1e-12) << i;
+    const double sum = near[0] * near[0] + near[1] * near[1];
+    ASSERT_EQ(groups.size(), 3u);
+    EXPECT_EQ(groups[0], 0);
+    for (std::size_t j = 0; j < 2; ++j) EXPECT_NEAR(groups[j + 1], near[j] * near[j] / sum, 1e-12);
 }
 
 TEST(JointCenters, OfAJointThatMovesNothingIsItsAncestors) {

@@ -6,15 +6,10 @@
 
 #include "fit/reflectance/brdf_operators.h"
 #include "fit/reflectance/fit_steps.h"
+#include "tests/difference.h"
 
 namespace penumbra {
 namespace {
-
-double difference(const std::vector<double>& a, const std::vector<double>& b) {
-    double error = 0, total = 0;
-    for (std::size_t i = 0; i < a.size(); ++i) error += (a[i] - b[i]) * (a[i] - b[i]), total += b[i] * b[i];
-    return std::sqrt(error / total);
-}
 
 struct Case {
     const char* text;
@@ -34,12 +29,12 @@ TEST(FitSteps, StateTheErrorBetweenThem) {
         EXPECT_EQ(steps.values.front(), range.least);
         EXPECT_EQ(steps.values.back(), range.most);
         EXPECT_TRUE(std::ranges::find(steps.values, (range.least + range.most) / 2) != steps.values.end());
-        double worst = 0;
+        Largest worst;
         for (std::size_t s = 0; s + 1 < steps.values.size(); s += 4)
             for (int k = 1; k < 8; ++k) {
                 const double value = std::lerp(steps.values[s], steps.values[s + 1], k / 8.0);
                 const BrdfFile exact = fitBrdf(rgbBrdf(specAt(range, value)), {}, 2);
-                worst = std::max(worst, difference(interpolatedSlices(steps, value), exact.slices));
+                worst.add(relativeDifference(interpolatedSlices(steps, value), exact.slices));
             }
         EXPECT_LT(worst, 1.2 * steps.error) << text;
         RecordProperty("worst", std::to_string(worst));

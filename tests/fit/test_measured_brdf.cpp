@@ -8,24 +8,16 @@
 #include "fit/reflectance/fit_brdf.h"
 #include "formats/brdf/brdf_readers.h"
 #include "sh/key_values.h"
+#include "tests/difference.h"
 #include "tests/formats/brdf_samples.h"
 
 namespace penumbra {
 namespace {
 
-double difference(const std::vector<double>& a, const std::vector<double>& b) {
-    double error = 0, total = 0;
-    for (std::size_t i = 0; i < a.size(); ++i) {
-        error += (a[i] - b[i]) * (a[i] - b[i]);
-        total += b[i] * b[i];
-    }
-    return std::sqrt(error / total);
-}
-
 double differenceOfSlices(const RgbBrdf& measured, const RgbBrdf& exact) {
     const BrdfFile fitted = fitBrdf(measured, {}, 2);
     EXPECT_LT(fitted.errors.at("refinement"), kSettled);
-    const double result = difference(fitted.slices, fitBrdf(exact, {}, 2).slices);
+    const double result = relativeDifference(fitted.slices, fitBrdf(exact, {}, 2).slices);
     std::printf("%s: slices differ by %.2g\n", exact.name.c_str(), result);
     return result;
 }
@@ -100,9 +92,9 @@ TEST(MeasuredBrdf, GeneralSymmetryKeepsALobeThatIsTurned) {
     RgbBrdf unturned = straight;
     unturned.symmetry = BrdfSymmetry::kGeneral;
     const std::vector<double> exact = fitBrdf(straight, {}, 2).slices;
-    EXPECT_LT(difference(fitBrdf(unturned, {}, 2).slices, exact), 1e-3);  // measured 5e-5
+    EXPECT_LT(relativeDifference(fitBrdf(unturned, {}, 2).slices, exact), 1e-3);  // measured 5e-5
     const std::vector<double> slices = fitBrdf(general, {}, 2).slices;
-    EXPECT_GT(difference(slices, exact), 0.1);
+    EXPECT_GT(relativeDifference(slices, exact), 0.1);
     double norm = 0, exact_norm = 0;  // a rotation of both arguments is orthogonal
     for (std::size_t i = 0; i < slices.size(); ++i) {
         norm += slices[i] * slices[i];

@@ -6,6 +6,7 @@
 #include "fit/models/neural_start.h"
 #include "fit/models/variable_projection.h"
 #include "fit/numerics/pca.h"
+#include "tests/difference.h"
 #include "tests/fit/synthetic_net.h"
 
 namespace penumbra {
@@ -30,11 +31,7 @@ double variance(const Matrix& y) {
     return sum;
 }
 
-double squaredError(const Matrix& a, const Matrix& b) {
-    double sum = 0;
-    for (std::size_t i = 0; i < a.values.size(); ++i) sum += (a.values[i] - b.values[i]) * (a.values[i] - b.values[i]);
-    return sum;
-}
+double squaredError(const Matrix& a, const Matrix& b) { return std::pow(distanceBetween(a.values, b.values), 2); }
 
 TEST(NeuralCrossValidation, OfNoiseChoosesAPriorThatLeavesTheMean) {
     const Matrix x = normalMatrix(80, 4, 1), y = normalMatrix(80, 3, 2);

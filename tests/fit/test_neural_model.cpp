@@ -118,7 +118,12 @@ TEST(NeuralStart, IgnoresFramesThatAreOnePose) {
         inputs(f, 1) = std::cos(2 * t);
         outputs(f, 0) = std::sin(t) + (f < 20 ? 0 : 0.01);
     }
-    for (double d : startNet(inputs, outputs, 16, {}, 1).hidden.values) EXPECT_LT(std::abs(d), 1e4);
+    const TanhNet net = startNet(inputs, outputs, 16, {}, 1);
+    for (std::size_t n = 0; n < 16; ++n) {
+        const double size = std::hypot(net.hidden(n, 0), net.hidden(n, 1));  // log 3 / the distance of two poses
+        EXPECT_LT(size, 1e4);
+        EXPECT_GT(size, std::log(3) / std::hypot(2, 2) - 1e-9) << "poses are at most so far apart";
+    }
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <random>
 
 #include "fit/numerics/pca.h"
+#include "tests/difference.h"
 
 namespace penumbra {
 namespace {
@@ -25,7 +26,8 @@ BasicMatrix<T> decayingRows(std::size_t rows, std::size_t columns) {
 }
 
 struct Residual {
-    double largest = 0, energy = 0;
+    Largest largest;
+    double energy = 0;
 };
 
 template <class T>
@@ -36,7 +38,7 @@ Residual afterComponents(const BasicMatrix<T>& rows, const Pca& pca, std::size_t
         for (std::size_t c = 0; c < rows.columns; ++c) {
             double sum = rows(r, c);
             for (std::size_t k = 0; k < count; ++k) sum -= pca.scores(r, k) * basis(k, c);
-            left.largest = std::max(left.largest, std::abs(sum));
+            left.largest.add(std::abs(sum));
             left.energy += sum * sum;
         }
     return left;

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "fit/clusters/tangent_frames.h"
+#include "tests/difference.h"
 #include "tests/fit/synthetic_character.h"
 
 namespace penumbra {
@@ -18,11 +19,11 @@ VertexClusters oneCluster(std::size_t vertices) {
 }
 
 double largestAngle(const Mesh& mesh, const std::vector<Vec3>& normals, const std::vector<Vec3>& tangents) {
-    double largest = 0;
+    Largest largest;
     for (const Triangle& t : mesh.triangles)
         for (std::size_t i = 0; i < 3; ++i)
-            largest = std::max(largest, neighbourAngle(normals[t[i]], tangents[t[i]], normals[t[(i + 1) % 3]],
-                                                       tangents[t[(i + 1) % 3]]));
+            largest.add(
+                neighbourAngle(normals[t[i]], tangents[t[i]], normals[t[(i + 1) % 3]], tangents[t[(i + 1) % 3]]));
     return largest;
 }
 

@@ -6,6 +6,7 @@
 #include "fit/models/neural_bfgs.h"
 #include "fit/models/neural_start.h"
 #include "fit/models/variable_projection.h"
+#include "tests/difference.h"
 #include "tests/fit/synthetic_net.h"
 
 namespace penumbra {
@@ -19,10 +20,10 @@ const SearchOptions kToTheEnd{.iterations = 3000, .least_decrease = 1e-14};
 double largestGradient(const TanhNet& net, const Matrix& x, const Matrix& y, double alpha) {
     TanhNet gradient;
     netObjective(net, x, y, alpha, gradient);
-    double largest = 0;
+    Largest largest;
     for (const std::vector<double>* part :
          {&gradient.hidden.values, &gradient.hidden_bias, &gradient.output.values, &gradient.output_bias})
-        for (double g : *part) largest = std::max(largest, std::abs(g));
+        for (double g : *part) largest.add(std::abs(g));
     return largest;
 }
 

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "formats/cache/point_cache.h"
+#include "tests/difference.h"
 #include "tests/formats/flapping_sheet.h"
 #include "tests/formats/rig_samples.h"
 
@@ -20,9 +21,9 @@ constexpr double kFloat = 2e-7;
 inline double distanceToSheet(const PointCache& cache, const std::vector<Vec3>& positions, double frame) {
     const std::vector<Vec3d> expected = sheetFrame(frame);
     EXPECT_EQ(positions.size(), cache.mesh.vertexCount());
-    double worst = 0;
+    Largest worst;
     for (std::size_t v = 0; v < expected.size(); ++v)
-        worst = std::max(worst, length(toDouble(positions[cache.mesh.source_vertex[v]]) - expected[v]));
+        worst.add(length(toDouble(positions[cache.mesh.source_vertex[v]]) - expected[v]));
     return worst;
 }
 

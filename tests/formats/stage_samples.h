@@ -418,6 +418,7 @@ inline BrdfFile sampleBrdf() {
     brdf.view_order = 2;
     brdf.even_index = evenIndices(2);
     for (int i = 0; i < 9 * 3 * 3; ++i) brdf.slices.push_back(std::sin(0.1 * i));
+    brdf.lobes = {lobeOf(parseBrdf(brdf.name))};
     brdf.errors = {{"fit", 0.25}, {"albedo_r", 1.0 / 3}};
     brdf.provenance = {"penumbra-fit brdf", "0.1.0", R"({"analytic":"ggx"})", {}};
     return brdf;

@@ -53,7 +53,11 @@ TEST(BonePoses, RefuseWithThePlace) {
         {"", "p.json: not JSON"},
         {"{}", "p.json: /: has no \"format\""},
         {R"({"format": "penumbra.poses"})", "p.json: /format: is not \"penumbra.bone_poses\""},
-        {R"({"format": "penumbra.bone_poses", "version": 2})", "p.json: /version: is 2; this program reads 1"},
+        {R"({"format": "penumbra.bone_poses", "version": 2, "bones": []})",
+         "p.json: /version: is version 2 of penumbra.bone_poses, and this build reads version 1 alone: make"},
+        {R"({"format": "penumbra.bone_poses"})", "p.json: /: has no \"version\""},
+        {R"({"format": "penumbra.bone_poses", "version": 1})", "p.json: /: has no \"joints\""},
+        {R"({"format": "penumbra.bone_poses", "version": 1, "joints": ["a"]})", "p.json: /: has no \"poses\""},
         {with("[]", "[]"), "p.json: /joints: is empty"},
         {with(R"(["a"])", "[]"), "p.json: /poses: is empty"},
         {with(R"(["a"])", "[{}]"), "p.json: /poses/0: has no \"bones\""},
@@ -61,6 +65,8 @@ TEST(BonePoses, RefuseWithThePlace) {
         {with(R"(["a"])", R"([{"bones": [[1, 2]]}])"), "p.json: /poses/0/bones/0: must have 12 numbers"},
         {with(R"(["a"])", R"([{"bones": [[1, 0, 0, 0, 0, 1, 0, 0, 0, 0, null, 0]]}])"),
          "p.json: /poses/0/bones/0/10: must be a number"},
+        {with(R"(["a"])", R"([{"bones": [[1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0]]}])"),
+         "p.json: /poses/0: has no \"rotations\""},
         {with(R"(["a"])", R"([{"bone": []}])"), "p.json: /poses/0/bone: unknown key"},
     };
     for (const auto& [text, expected] : cases) EXPECT_THAT(problemOf(text), HasSubstr(expected)) << text;

@@ -11,6 +11,7 @@
 #include "formats/common/errors.h"
 #include "sh/brdf/fresnel.h"
 #include "sh/quadrature.h"
+#include "tests/difference.h"
 #include "tests/formats/brdf_samples.h"
 
 namespace penumbra {
@@ -39,13 +40,13 @@ std::vector<Vec3d> upperDirections(int n) {
 
 // Returns the largest |f - expected| relative to the largest expected value.
 double largestDifference(const RgbBrdf& brdf, const RgbBrdf& expected, const std::vector<Vec3d>& directions) {
-    double difference = 0, largest = 0;
+    Largest difference, largest;
     for (Vec3d a : directions)
         for (Vec3d b : directions)
             for (int c = 0; c < 3; ++c) {
                 const double exact = expected.eval(a, b)[c];
-                difference = std::max(difference, std::abs(brdf.eval(a, b)[c] - exact));
-                largest = std::max(largest, exact);
+                difference.add(std::abs(brdf.eval(a, b)[c] - exact));
+                largest.add(exact);
             }
     return difference / largest;
 }

@@ -3,7 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/stat.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <bit>
@@ -21,6 +24,15 @@
 #include "formats/common/write_file.h"
 #include "tests/formats/stage_samples.h"
 #include "tests/no_simd.h"
+
+// The names of the files and folders that fsync() was called for, while somebody listens.
+static std::vector<std::filesystem::path>* flushed = nullptr;
+
+// Stands before the C library's fsync() in this program.
+extern "C" int fsync(int file) {
+    if (flushed) flushed->push_back(std::filesystem::read_symlink("/proc/self/fd/" + std::to_string(file)));
+    return int(::syscall(SYS_fsync, file));
+}
 
 namespace penumbra {
 namespace {
@@ -76,6 +88,21 @@ TEST(PartialFile, ReplacesOnCommitOnly) {
     EXPECT_EQ(folder.entries(), 1u);
 }
 
+// After a crash of the machine the name must stand for the whole file. So the bytes go to the disk before the name
+// does, and the folder with the name goes there last.
+TEST(PartialFile, FlushesTheBytesAndThenTheName) {
+    const samples::Folder folder("partial_flush");
+    std::vector<std::filesystem::path> names;
+    flushed = &names;
+    PartialFile partial(folder.path / "out");
+    std::ofstream(partial.path()) << "whole";
+    const std::filesystem::path written = std::filesystem::canonical(partial.path());
+    partial.commit();
+    flushed = nullptr;
+    EXPECT_THAT(names, testing::ElementsAre(written, std::filesystem::canonical(folder.path)));
+    EXPECT_EQ(samples::bytesOf(folder.path / "out"), "whole");
+}
+
 TEST(PartialFile, TwoWritersOfOneTargetDoNotMix) {
     const samples::Folder folder("partial_two");
     PartialFile first(folder.path / "out"), second(folder.path / "out");
@@ -107,6 +134,81 @@ TEST(PartialFile, WritesThroughALink) {
     writeWholeFile(folder.path / "link", "new");
     EXPECT_TRUE(std::filesystem::is_symlink(folder.path / "link"));
     EXPECT_EQ(samples::bytesOf(folder.path / "real"), "new");
+}
+
+TEST(PartialFile, WritesThroughLinksThatLeadNowhereYet) {
+    const samples::Folder folder("partial_dangling");
+    std::filesystem::create_directory(folder.path / "there");
+    std::filesystem::create_symlink("second", folder.path / "first");
+    std::filesystem::create_symlink(folder.path / "there" / "real", folder.path / "second");
+    writeWholeFile(folder.path / "first", "new");
+    EXPECT_TRUE(std::filesystem::is_symlink(folder.path / "first"));
+    EXPECT_TRUE(std::filesystem::is_symlink(folder.path / "second"));
+    EXPECT_FALSE(std::filesystem::is_symlink(folder.path / "there" / "real"));
+    EXPECT_EQ(samples::bytesOf(folder.path / "there" / "real"), "new");
+    EXPECT_EQ(folder.entries(), 3u);
+    std::filesystem::create_symlink("round", folder.path / "round");
+    EXPECT_THROW(PartialFile(folder.path / "round"), IoError);
+}
+
+// A file system takes names of 255 bytes, and none that is longer.
+TEST(PartialFile, LongNamesHaveShorterTemporaryNames) {
+    const samples::Folder folder("partial_long");
+    for (const std::string& unit : {std::string("n"), std::string("\xc3\xa4")})  // the letter a with two dots
+        for (const std::size_t size : {230u, 250u, 253u, 254u, 255u}) {
+            std::string name;
+            while (name.size() + unit.size() <= size) name += unit;
+            name.resize(size, 'x');
+            const std::filesystem::path target = folder.path / name;
+            PartialFile partial(target);
+            EXPECT_EQ(partial.path().parent_path(), folder.path);
+            EXPECT_LE(partial.path().filename().string().size(), 255u);
+            EXPECT_EQ(targetOfPartial(partial.path()), target);
+            const std::string shown = partial.path().filename().string();
+            EXPECT_EQ(shown.find("\xc3-"), std::string::npos) << "half a letter";
+            std::ofstream(partial.path()) << size;
+            partial.commit();
+            EXPECT_EQ(samples::bytesOf(target), std::to_string(size));
+            EXPECT_EQ(targetOfPartial(partial.path()), partial.path());
+        }
+    EXPECT_THROW(PartialFile(folder.path / std::string(256, 'n')), IoError);
+    EXPECT_EQ(folder.entries(), 10u);
+    // Names that differ in their last byte alone have partial files of their own.
+    const PartialFile one(folder.path / (std::string(254, 'n') + "1")),
+        two(folder.path / (std::string(254, 'n') + "2"));
+    EXPECT_NE(one.path().string().substr(0, one.path().string().rfind(".part")),
+              two.path().string().substr(0, two.path().string().rfind(".part")));
+}
+
+// A new file has what the umask leaves, as any file that a program makes.
+TEST(PartialFile, KeepsModeAndOwnerOfWhatItReplaces) {
+    const samples::Folder folder("partial_mode");
+    const std::filesystem::path target = folder.path / "out";
+    const auto status = [&](const std::filesystem::path& path) {
+        struct stat found {};
+        EXPECT_EQ(::stat(path.c_str(), &found), 0);
+        return found;
+    };
+    const mode_t before = ::umask(027);
+    writeWholeFile(target, "new");
+    EXPECT_EQ(status(target).st_mode & 07777, 0640u);
+    for (const mode_t mode : {0600u, 0664u, 0751u, 0444u}) {
+        ASSERT_EQ(::chmod(target.c_str(), mode), 0);
+        {
+            PartialFile partial(target);
+            EXPECT_EQ(status(partial.path()).st_mode & 077, 0u) << "nobody else reads it while it is written";
+            std::ofstream(partial.path()) << "next";
+            partial.commit();
+        }
+        EXPECT_EQ(status(target).st_mode & 07777, mode);
+        EXPECT_EQ(samples::bytesOf(target), "next");
+    }
+    ::umask(before);
+    if (::geteuid() != 0) GTEST_SKIP() << "only root gives files away";
+    ASSERT_EQ(::chown(target.c_str(), 12345, 23456), 0);
+    writeWholeFile(target, "root's");
+    EXPECT_EQ(status(target).st_uid, 12345u);
+    EXPECT_EQ(status(target).st_gid, 23456u);
 }
 
 TEST(PartialFile, SweepsWhatAKilledWriterLeft) {

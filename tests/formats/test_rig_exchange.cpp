@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "formats/common/errors.h"
+#include "tests/difference.h"
 #include "tests/formats/rig_samples.h"
 
 namespace penumbra {
@@ -27,13 +28,13 @@ Pose posed(const Rig& rig, double time) {
 
 // Returns the largest distance from a point of `a` to the nearest of `b`, positions and normals together.
 double farthest(const Pose& a, const Pose& b) {
-    double worst = 0;
+    Largest worst;
     for (std::size_t i = 0; i < a.positions.size(); ++i) {
         double nearest = std::numeric_limits<double>::max();
         for (std::size_t k = 0; k < b.positions.size(); ++k)
             nearest = std::min(nearest,
                                double(length(a.positions[i] - b.positions[k]) + length(a.normals[i] - b.normals[k])));
-        worst = std::max(worst, nearest);
+        worst.add(nearest);
     }
     return worst;
 }

@@ -203,6 +203,14 @@ TEST(RigHostile, WrongScenesAndClipsNameTheFileAndTheNode) {
     }
 }
 
+TEST(RigHostile, ASparseIndexOutOfRangeIsRefused) {
+    EditableGlb glb = EditableGlb::of("sparse");
+    const std::size_t view = positions(glb)["sparse"]["indices"]["bufferView"];
+    const std::uint16_t beyond = positions(glb)["count"];
+    std::memcpy(&glb.binary[glb.json["bufferViews"][view].value("byteOffset", std::size_t(0))], &beyond, 2);
+    EXPECT_THAT(refusal(glb.bytes(), "sparse_index"), HasSubstr("POSITION: has a sparse index out of range"));
+}
+
 TEST(RigHostile, RequiredExtensionsThatWeLackAreNamed) {
     EditableGlb glb = EditableGlb::of("weights_u16");
     glb.json["extensionsRequired"] = {"KHR_mesh_quantization", "KHR_materials_unlit", "KHR_draco_mesh_compression"};

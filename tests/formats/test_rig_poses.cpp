@@ -6,6 +6,7 @@
 
 #include "formats/rig/rig_matrix.h"
 #include "formats/rig/rig_poses.h"
+#include "tests/difference.h"
 #include "tests/formats/rig_samples.h"
 #include "tests/formats/stage_samples.h"
 
@@ -27,10 +28,8 @@ std::vector<Vec3> positionsOf(const Rig& rig, int clip, double time) {
 }
 
 // Returns the largest distance in diagonals of the first.
-double largestDistance(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
-    double worst = a.size() == b.size() ? 0 : INFINITY;
-    for (std::size_t v = 0; v < a.size() && v < b.size(); ++v) worst = std::max(worst, double(length(a[v] - b[v])));
-    return worst / boxDiagonal(a);
+double distanceInDiagonals(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
+    return largestDistance(a, b) / boxDiagonal(a);
 }
 
 std::vector<RigFrame> someFrames(const Rig& rig) {
@@ -52,8 +51,8 @@ TEST(RigPoses, ClipOfFramesHasTheFramesAtWholeSeconds) {
             EXPECT_EQ(keys.time[f], double(f));
             // With STEP the pose stays until the next key. 2.7e-7 was measured, as keys are floats.
             for (const double later : {0.0, 0.9})
-                EXPECT_LT(largestDistance(positionsOf(rig, frames[f].clip, frames[f].time),
-                                          positionsOf(rig, poses, double(f) + later)),
+                EXPECT_LT(distanceInDiagonals(positionsOf(rig, frames[f].clip, frames[f].time),
+                                              positionsOf(rig, poses, double(f) + later)),
                           1e-6)
                     << name << " frame " << f;
         }
@@ -73,7 +72,7 @@ TEST(RigPoses, ClipOfRotationsTurnsTheJointsByTheseVectors) {
             if (turnsItself(rig, i % width / 3)) rotations[i] = angle(random);
         const int poses = int(rig.clips.size());
         rig.clips.push_back(clipOfRotations(rig, rotations, "sampled"));
-        EXPECT_LT(largestDistance(positionsOf(rig, -1, 0), positionsOf(rig, poses, 0)), 1e-6) << name;
+        EXPECT_LT(distanceInDiagonals(positionsOf(rig, -1, 0), positionsOf(rig, poses, 0)), 1e-6) << name;
         for (std::size_t p = 0; p < 4; ++p) {
             const std::vector<float> pose = evaluatePose(rig, poses, double(p)).pose;
             for (std::size_t i = 0; i < width; ++i) {
@@ -111,7 +110,7 @@ TEST(RigPoses, GlbIsReadBackAsTheSameRig) {
         EXPECT_EQ(back.clips[0].duration, rig.clips[0].duration);
         for (double t = 0; t <= rig.clips[0].duration; ++t) {
             // 3.0e-7 was measured, as inverse bind matrices become floats.
-            EXPECT_LT(largestDistance(positionsOf(rig, 0, t), positionsOf(back, 0, t)), 1e-6) << name << ' ' << t;
+            EXPECT_LT(distanceInDiagonals(positionsOf(rig, 0, t), positionsOf(back, 0, t)), 1e-6) << name << ' ' << t;
             const std::vector<float> a = evaluatePose(rig, 0, t).pose, b = evaluatePose(back, 0, t).pose;
             ASSERT_EQ(a.size(), b.size());
             for (std::size_t i = 0; i < a.size(); ++i) EXPECT_NEAR(a[i], b[i], 2e-6) << name;
@@ -138,7 +137,7 @@ TEST(RigPoses, JointsOfOneNodeStayTwoJoints) {
     EXPECT_EQ(back.skin.joint_names, rig.skin.joint_names);
     EXPECT_EQ(back.skin.parents, rig.skin.parents);
     for (double t = 0; t <= rig.clips[0].duration; ++t)
-        EXPECT_LT(largestDistance(positionsOf(rig, 0, t), positionsOf(back, 0, t)), 1e-6) << t;
+        EXPECT_LT(distanceInDiagonals(positionsOf(rig, 0, t), positionsOf(back, 0, t)), 1e-6) << t;
 }
 
 // Reading turns triangles on joints that mirror at rest, so the writer must turn them first.
@@ -160,7 +159,7 @@ TEST(RigPoses, SameGlbTwice) {
     const Rig back = readRig({folder.path / "a.glb"});  // its own clips, LINEAR keys and all
     ASSERT_EQ(back.clips.size(), rig.clips.size());
     for (std::size_t c = 0; c < rig.clips.size(); ++c)
-        EXPECT_LT(largestDistance(positionsOf(rig, int(c), 0.7), positionsOf(back, int(c), 0.7)), 1e-6);
+        EXPECT_LT(distanceInDiagonals(positionsOf(rig, int(c), 0.7), positionsOf(back, int(c), 0.7)), 1e-6);
 }
 
 }  // namespace

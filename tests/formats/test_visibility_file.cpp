@@ -62,6 +62,16 @@ void expectSame(const VisibilityFrame& a, const VisibilityFrame& b) {
     EXPECT_EQ(a.hit_shares, b.hit_shares);
 }
 
+// Reads the file at `path` and writes all of it again, which must give the same bytes.
+void expectSameBytesAgain(const std::filesystem::path& path, Precision precision) {
+    const std::filesystem::path other = path.parent_path() / "again";
+    const VisibilityReader reader(path);
+    VisibilityWriter writer(other, reader.header(), precision);
+    for (std::size_t f = 0; f < reader.header().frames.time.size(); ++f) writer.writeFrame(reader.readFrame(f));
+    writer.finish();
+    EXPECT_TRUE(samples::bytesOf(path) == samples::bytesOf(other)) << "what was read is written otherwise";
+}
+
 // 150 frames and 202 vertices are two whole blocks of frames and a rest, and four columns of chunks.
 TEST(VisibilityFile, RoundTripInFloat32) {
     const samples::Folder folder("vis_f32");
@@ -73,6 +83,7 @@ TEST(VisibilityFile, RoundTripInFloat32) {
     for (std::size_t f : {0u, 63u, 64u, 149u}) expectSame(reader.readFrame(f), samples::visibilityFrame(header, f));
     EXPECT_TRUE(reader.readPose(5).coefficients.empty());
     EXPECT_EQ(reader.readPose(5).pose, samples::visibilityFrame(header, 5).pose);
+    expectSameBytesAgain(folder.path / "x.vis.h5", Precision::kFloat32);
 }
 
 TEST(VisibilityFile, KeepsLocalMoments) {
@@ -88,6 +99,7 @@ TEST(VisibilityFile, KeepsLocalMoments) {
                 for (float& c : *numbers) c = halfToFloat(floatToHalf(c));
         expectSame(reader.readFrame(65), expected);
         EXPECT_TRUE(reader.readPose(65).local_coefficients.empty());
+        expectSameBytesAgain(folder.path / "x.vis.h5", precision);
     }
 }
 
@@ -111,6 +123,7 @@ TEST(VisibilityFile, KeepsThePlaceOfAShard) {
     header.shard = ShardPlace{{"idle", "run", "walk"}, {9, 5, 4}, {1, 3, 0, 4}};
     samples::writeVisibility(folder.path / "x.vis.h5", header, Precision::kFloat32);
     expectSame(VisibilityReader(folder.path / "x.vis.h5").header(), header);
+    expectSameBytesAgain(folder.path / "x.vis.h5", Precision::kFloat32);
     const auto refused = [&](const ShardPlace& place) {
         header.shard = place;
         samples::writeVisibility(folder.path / "x.vis.h5", header, Precision::kFloat32);
@@ -149,6 +162,7 @@ TEST(VisibilityFile, Float16KeepsTheNearestHalf) {
     VisibilityFrame expected = samples::visibilityFrame(header, 1);
     for (float& c : expected.coefficients) c = halfToFloat(floatToHalf(c));
     expectSame(VisibilityReader(folder.path / "x.vis.h5").readFrame(1), expected);
+    expectSameBytesAgain(folder.path / "x.vis.h5", Precision::kFloat16);
 }
 
 TEST(VisibilityFile, WithoutSkinAndPose) {
@@ -162,6 +176,7 @@ TEST(VisibilityFile, WithoutSkinAndPose) {
     const VisibilityReader reader(folder.path / "x.vis.h5");
     expectSame(reader.header(), header);
     expectSame(reader.readFrame(2), samples::visibilityFrame(header, 2));
+    expectSameBytesAgain(folder.path / "x.vis.h5", Precision::kFloat32);
 }
 
 TEST(VisibilityFile, KeepsATwoSidedSheet) {
@@ -171,6 +186,7 @@ TEST(VisibilityFile, KeepsATwoSidedSheet) {
     const VisibilityReader reader(folder.path / "x.vis.h5");
     expectSame(reader.header(), header);
     expectSame(reader.readFrame(2), samples::visibilityFrame(header, 2));
+    expectSameBytesAgain(folder.path / "x.vis.h5", Precision::kFloat32);
 }
 
 TEST(VisibilityFile, KeepsTransferWithBounces) {
@@ -191,6 +207,7 @@ TEST(VisibilityFile, KeepsTransferWithBounces) {
     reader.readIndirectVertices(5, 7, some);
     EXPECT_TRUE(std::equal(some.end() - std::ptrdiff_t(2 * numbers), some.end(),
                            last.indirect.begin() + std::ptrdiff_t(5 * numbers)));
+    expectSameBytesAgain(folder.path / "x.vis.h5", Precision::kFloat32);
 }
 
 TEST(VisibilityFile, RefusesColorsThatMakeLight) {

@@ -4,6 +4,8 @@
 #include <cstdio>
 
 #include "formats/image/image_file.h"
+#include "formats/rig/rig_bytes.h"
+#include "formats/rig/rig_import.h"
 #include "tests/formats/brdf_samples.h"
 #include "tests/formats/sheet_files.h"
 #include "tests/formats/stage_samples.h"
@@ -91,7 +93,7 @@ void writeTables(const fs::path& out) {
 )");
     write(
         scenes / "heights.json",
-        R"({"version": 2, "characters": [{"asset": "a.pnb", "on_ground": true}], "ground": {"height": -1, "material": "sand", "heights": {"file": "d.npz",
+        R"({"version": 1, "characters": [{"asset": "a.pnb", "on_ground": true}], "ground": {"height": -1, "material": "sand", "heights": {"file": "d.npz",
 "array": "elevation", "cells": [30, 20], "scale": 0.1, "offset": 3, "border": "periodic", "no_data": -9, "fill": 0, "fps": 10, "time": 2, "order": 4, "step": 2}}}
 )");
     write(out / "fuzz_bone_poses" / "one.poses.json",
@@ -185,6 +187,7 @@ void copyRigs(const fs::path& samples, const fs::path& out) {
     for (const char* name : {"weights_u16.glb", "quantized.glb", "sparse.glb", "interpolation.glb", "swing.glb"})
         write(out / "fuzz_rig" / name, samples::readText(samples / name));
     write(out / "fuzz_point_cache_gltf" / "sheet_morph.glb", samples::readText(samples / "sheet_morph.glb"));
+    write(out / "fuzz_rig_bytes" / "swing", textOf(bytesOf(importWithAssimp(samples / "swing.fbx"))));
 }
 
 // Cases of the targets that make their files themselves.

@@ -40,6 +40,7 @@ inline std::vector<BrdfFile> tinyNewLooks() {
     live.slice_order = live.view_order = membrane.slice_order = membrane.view_order = 1;
     live.even_index = membrane.even_index = {0};
     live.lobes = {lobeOf(parseBrdf("phong-live"))};
+    membrane.lobes = {lobeOf({})};
     membrane.slices = {1, 1, 1};
     membrane.membrane = Membrane();
     return {live, membrane};
@@ -69,6 +70,7 @@ inline const std::vector<std::vector<std::byte>>& tinyAssets() {
         brdf.slice_order = brdf.view_order = 1;
         brdf.even_index = {0};
         brdf.slices = {1, 1, 1};
+        brdf.lobes = {lobeOf({})};
         for (const ModelKind kind : kModelKinds)
             for (const FeatureKind features : synthetic::kSkinnedFeatures) {
                 const Model model = synthetic::tubeModel({.rings = 2,

@@ -7,6 +7,7 @@
 
 #include "formats/common/errors.h"
 #include "pack/check_asset.h"
+#include "pack/check_sums.h"
 #include "pack/error_budget.h"
 #include "pack/pack_asset.h"
 #include "pack/pack_truth.h"
@@ -233,6 +234,19 @@ TEST(RankCorrelation, KnownOrders) {
                 4.5 / std::sqrt(22.5), 1e-12);
     EXPECT_TRUE(std::isnan(rankCorrelation(std::vector<double>{1, 1, 1}, std::vector<double>{1, 2, 3})));
     EXPECT_TRUE(std::isnan(rankCorrelation({}, {})));
+}
+
+TEST(CheckAsset, NaNShowsInWhateverItReaches) {
+    ClipSums clip{"walk", false, 1, 0, std::vector<CheckSums>(1), {0}};
+    CheckSums& sums = clip.of_cluster[0];
+    sums.truth_squares = 1;
+    sums.error = sums.outside = sums.sh_outside = sums.packing = std::nan("");
+    const ErrorFigures figures =
+        figuresOf({&clip, 1}, {}, {.composed = false, .true_local = false, .unpacked = true, .vertices = 1}).training;
+    for (const double figure :
+         {figures.relative_error, figures.truncation, figures.regression, figures.sh_truncation, figures.packing})
+        EXPECT_TRUE(std::isnan(figure));
+    EXPECT_EQ(figures.unpacked_error, 0);
 }
 
 // With fewer, rounded components, the span and the error of the model stay those of the model, whatever is packed.

@@ -7,6 +7,7 @@
 #include "formats/common/errors.h"
 #include "formats/common/fp16.h"
 #include "pack/pack_asset.h"
+#include "tests/pack/changed_asset.h"
 #include "tests/synthetic_model.h"
 
 namespace penumbra {
@@ -26,7 +27,6 @@ std::vector<std::byte> packedWith(const LightFile& light) { return packLibrary({
 
 TEST(FactoredLight, TheAssetHoldsSunsWindowAndPicture) {
     const std::vector<std::byte> bytes = packedWith(factoredLight());
-    EXPECT_EQ(fbs::GetAsset(bytes.data())->format_version(), 6);
     const LightView light = openAsset(bytes).lights[0];
     ASSERT_EQ(light.suns.size(), 2u);
     EXPECT_EQ(light.suns[0].direction, (Vec3{0.6f, 0.8f, 0}));
@@ -51,24 +51,12 @@ TEST(FactoredLight, OtherLightsKeepTheirBytes) {
     LightFile none = plain;
     none.factor = "hand-over", none.window = {1, 0.9, 0.8, 0.7};
     EXPECT_EQ(packedWith(plain), packedWith(none));
-    EXPECT_EQ(fbs::GetAsset(packedWith(plain).data())->format_version(), kSkinnedAssetVersion);
-    std::vector<std::byte> old = packedWith(factoredLight());
-    fbs::GetMutableAsset(old.data())->mutate_format_version(kComposedAssetVersion);
-    sealAsset(old);
-    EXPECT_THROW(openAsset(old), InvalidInput);
 }
 
 template <class Change>
-std::string refusalAfter(Change change) {
-    std::vector<std::byte> bytes = packedWith(factoredLight());
-    change(*fbs::GetMutableAsset(bytes.data())->mutable_lights()->GetMutableObject(0));
-    EXPECT_TRUE(sealAsset(bytes));
-    try {
-        openAsset(bytes, "x.pnb");
-    } catch (const InvalidInput& error) {
-        return error.what();
-    }
-    return "accepted";
+std::string refusalAfter(const Change& change) {
+    return refusalOf(packedWith(factoredLight()),
+                     [&](fbs::Asset& asset) { change(*asset.mutable_lights()->GetMutableObject(0)); });
 }
 
 TEST(FactoredLight, WrongNumbersAreRefused) {

@@ -10,6 +10,7 @@
 #include "player/runtime/evaluate/evaluator.h"
 #include "player/runtime/shade/shading_set.h"
 #include "sh/sh_rotation.h"
+#include "tests/pack/changed_asset.h"
 #include "tests/synthetic_indirect.h"
 
 namespace penumbra {
@@ -27,7 +28,6 @@ Packed packedTube(const PackOptions& options = kExact, const Model& model = litT
 TEST(IndirectAsset, HoldsWhatTheModelHas) {
     const Model model = litTube();
     const Packed packed = packedTube(kExact, model);
-    EXPECT_EQ(fbs::GetAsset(packed.bytes.data())->format_version(), kBouncedAssetVersion);
     const AssetView asset = openAsset(packed.bytes);
     ASSERT_TRUE(asset.model.indirect);
     EXPECT_EQ(asset.model.indirect->bounces, 3);
@@ -59,10 +59,6 @@ TEST(IndirectAsset, AssetsWithoutItKeepTheirBytes) {
     Model model = litTube();
     model.indirect.reset();
     EXPECT_EQ(packedTube(kExact, model).bytes, packedTube(kExact, synthetic::tubeModel()).bytes);
-    std::vector<std::byte> bytes = packedTube().bytes;
-    fbs::GetMutableAsset(bytes.data())->mutate_format_version(kSunAssetVersion);
-    sealAsset(bytes);
-    EXPECT_THROW(openAsset(bytes), InvalidInput);
 }
 
 TEST(IndirectAsset, StaysWithinItsBytesAndSaysWhatThatCosts) {
@@ -101,11 +97,7 @@ TEST(IndirectAsset, RefusesOtherClustersAndAxes) {
 TEST(IndirectAsset, RejectsEveryTruncation) {
     const std::vector<std::byte> whole =
         packedTube({.precision = AssetPrecision::kI8}, litTube({.rings = 3, .segments = 3})).bytes;
-    ASSERT_NO_THROW(openAsset(whole));
-    for (std::size_t n = 0; n < whole.size(); ++n) {
-        const std::vector<std::byte> cut(whole.data(), whole.data() + n);  // a copy: ASan sees any overread
-        EXPECT_THROW(openAsset(cut), InvalidInput) << "first " << n << " bytes";
-    }
+    expectTruncationsRefused(whole);
 }
 
 struct Shaded {

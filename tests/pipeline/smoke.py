@@ -196,7 +196,7 @@ def pictures():
     run(OK, "player", "bench", "additive.pnb", "--runs", 2, *TINY, "--characters", 2)
     run(OK, "player", "bench", "--scene", "s.json", "--runs", 2, *TINY)
     with open("h.json", "w") as f:
-        f.write('{"version": 2, "characters": [{"asset": "additive.pnb", "on_ground": true}], '
+        f.write('{"version": 1, "characters": [{"asset": "additive.pnb", "on_ground": true}], '
                 '"ground": {"heights": {"analytic": "waves", "rows": 9, "columns": 12}}}')
     run(OK, "player", "render", "--scene", "h.json", "--time", 0.2, *TINY, "-o", "a.png")
     run(OK, "player", "render", "--scene", "h.json", "--path", "glsl", *TINY, "-o", "a.png")

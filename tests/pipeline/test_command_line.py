@@ -80,7 +80,7 @@ def test_programs(folder):
             result = run([BIN / program, flag], folder)
             check(result.returncode == 0 and "Verbs" in result.stdout and result.stderr == "", f"{program} {flag}")
         result = run([BIN / program, "--version"], folder)
-        check(result.returncode == 0 and result.stdout.startswith(program + " ") and "penumbra." in result.stdout,
+        check(result.returncode == 0 and re.fullmatch(program + r" \S+\nformats: penumbra\.\w+ 1(, penumbra\.\w+ 1)*\n", result.stdout),
               f"{program} --version: {result.stdout!r}")
         expect_error(run([BIN / program], folder), 1, f"{program} without a verb", "verb", "--help")
         expect_error(run([BIN / program, "frobnicate"], folder), 1, f"{program} frobnicate", "frobnicate")

@@ -72,6 +72,17 @@ def check_full(disk, shards, whole):
         assert digest(out) == digest(whole) and os.listdir(disk) == ["a.vis.h5"]
 
 
+def check_full_fields(disk, shards, whole):
+    """The fields of parts, whose datasets are written in another place: the file is named all the same."""
+    out = os.path.join(disk, "a.fields.h5")
+    for room in (16, 400, 1000, 1600):
+        with mounted(disk, f"size={room}k"):
+            result = run("fields", MAN, "--rays", "16", "-o", out, "-q")
+            assert result.returncode == 2 and len(result.stderr.splitlines()) == 1, (room, result)
+            assert out + ": " in result.stderr and "No space left" in result.stderr, (room, result)
+            assert os.listdir(disk) == [], os.listdir(disk)
+
+
 def check_read_only(disk, shards, whole):
     with mounted(disk, "size=16m"):
         out = os.path.join(disk, "a.vis.h5")
@@ -96,7 +107,7 @@ def main():
         shards = [os.path.join(folder, f"s{i}.vis.h5") for i in range(2)]
         for shard, part in zip(shards, (f"0:{frames // 2}", f"{frames // 2}:{frames}")):
             assert run("visibility", MAN, *SMALL, "--frames", part, "-o", shard).returncode == 0
-        for check in (check_full, check_read_only):
+        for check in (check_full, check_full_fields, check_read_only):
             check(disk, shards, whole)
             print(f"{check.__name__}: ok")
 

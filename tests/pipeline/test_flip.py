@@ -24,6 +24,10 @@ assert steps[0] == 0 and all(a < b for a, b in zip(steps, steps[1:])), steps
 lightness = [116 * np.cbrt(flip.linear(np.array(g))) - 16 for g in (0.5, 0.52)]
 largest = flip.hyab(flip.hunt_lab(np.array([0, 1.0, 0])), flip.hunt_lab(np.array([0, 0, 1.0]))) ** 0.7
 assert np.isclose(steps[1], abs(lightness[1] - lightness[0]) ** 0.7 * 0.95 / (0.4 * largest), rtol=1e-6)
+# Tables of the primaries of sRGB have these CIELAB colours under D65. The script scales their chroma by L / 100.
+for rgb, (lightness, a, b) in (([0, 1, 0], (87.735, -86.183, 83.179)), ([0, 0, 1], (32.297, 79.188, -107.860))):
+    expected = [lightness, lightness / 100 * a, lightness / 100 * b]
+    assert np.allclose(flip.hunt_lab(np.array(rgb, float)), expected, rtol=3e-4), (rgb, expected)
 # A thin line is seen, and less so from farther away (more pixels a degree).
 line = flat(0.5, 0.5, 0.5).copy()
 line[:, 24] = 0.9

@@ -15,6 +15,7 @@ BUILD = os.path.dirname(BIN)
 SOURCE = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", ".."))
 EXAMPLE = os.path.join(SOURCE, "docs", "examples", "shade_character.c")
 CLOTH = os.path.join(SOURCE, "docs", "examples", "shade_cloth.c")
+GUIDE = os.path.join(SOURCE, "docs", "c-api.md")
 CAST = os.path.join(SOURCE, "docs", "examples", "cast_characters.c")
 
 
@@ -51,7 +52,13 @@ def check_installs_and_moves():
     needed = set(re.findall(r"NEEDED\s+(\S+)", run("objdump", "-p", "tree/lib/libpenumbra.so")))
     allowed = {"libstdc++.so.6", "libm.so.6", "libgcc_s.so.1", "libc.so.6", "ld-linux-x86-64.so.2"}
     assert needed <= allowed, needed - allowed
-    size = os.path.getsize("tree/lib/libpenumbra.so")
+    # The guide tells the size, and lists every handle.
+    guide, size = open(GUIDE).read(), os.path.getsize("tree/lib/libpenumbra.so")
+    told = float(re.search(r"about ([\d.]+) MB shared", guide).group(1))
+    assert abs(told - size / 1e6) < 0.1 * told or os.path.basename(BUILD) != "release", (told, size)
+    table = set(re.findall(r"^\| `(penumbra_\w+)` \| ", guide.split("## Handles")[1].split("##")[0], re.M))
+    handles = set(re.findall(r"typedef struct (\w+) \1;", header))
+    assert table == handles, table ^ handles
     print(f"{len(declared)} functions, no other symbol; links {', '.join(sorted(needed))}; {size // 1024} KB")
 
 

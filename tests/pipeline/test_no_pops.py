@@ -1,4 +1,4 @@
-"""Nothing pops: over 1,000 interpolated frames E of a composed asset makes no step beyond those of the truth.
+"""Nothing pops: over 1,000 interpolated frames E of a composed asset follows the truth in small steps.
 
 usage: test_no_pops.py BIN [RIG CLIP SECONDS]   (a rig of the user's, trained on its other clips at 10 fps)
 
@@ -84,6 +84,12 @@ with tempfile.TemporaryDirectory() as folder:
           f"{steps(truth)}")
     for quality, name in enumerate(("full", "fast")):
         e = evaluated_ambient(path("x.pnb"), bones, truth.shape[1], clusters, quality)
-        print(f"{name}: E moves by {np.ptp(e, axis=0).max():.2f}, steps {steps(e)}")
-        assert steps(e)[0] <= 1.5 * steps(truth)[0] and steps(e)[2] <= 0.5 * steps(e)[0], name
+        # The asset has its own order of vertices, so their mean is compared. A model that stands still makes no steps either.
+        mean, true_mean = e.mean(1), truth.mean(1)
+        off = np.sqrt(np.mean((mean - true_mean) ** 2) / np.var(true_mean))
+        print(f"{name}: E moves by {np.ptp(e, axis=0).max():.2f}, steps {steps(e)}; the mean is off by {off:.2f} of its own deviation")
+        assert 0.7 < np.ptp(e, axis=0).max() / np.ptp(truth, axis=0).max() < 1.4 and off < 0.5, name
+        # Measured .10 and .17. The largest step of the truth is no bound: a vertex that slips into the body makes one of 1.
+        largest, rare, alone = steps(e)
+        assert largest <= 0.25 and rare <= 2 * steps(truth)[1] and alone <= 0.5 * largest, name
 print("no pops: ok")

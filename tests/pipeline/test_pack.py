@@ -44,7 +44,7 @@ def make_inputs():
 
 def check_agrees_with_the_fit():
     """The run-time evaluator in single precision computes what penumbra-fit predicts, up to rounding."""
-    worst = 0.0
+    worst = []
     for name in ("D5r", "D5j", "A4r", "A4j"):
         good("pack", "asset", name + ".model.h5", "-o", "f32.pnb", "--precision", "f32")
         good("pack", "check", "f32.pnb", "x.vis.h5", "--predictions", name + ".pred.vis.h5", "--report", "r.json")
@@ -52,7 +52,7 @@ def check_agrees_with_the_fit():
         assert [c["held_out"] for c in f["clips"]] == [c["name"] == "walk" for c in f["clips"]], f["clips"]
         assert 0 < f["training"]["relative_error"] < 1, f["training"]
         for row in f["clips"] + [f["training"], f["held_out"]]:
-            worst = max(worst, row["prediction_difference"])
+            worst.append(row["prediction_difference"])
             total = row["truncation_error"] ** 2 + row["regression_error"] ** 2
             assert abs(total - row["relative_error"] ** 2) < 1e-6, row
         good("fit", "predict", name + ".model.h5", "x.vis.h5", "-o", "p.vis.h5", "--report", "p.json")
@@ -63,8 +63,9 @@ def check_agrees_with_the_fit():
         assert -1 <= f["out_of_range_rank_correlation"] <= 1, f["out_of_range_rank_correlation"]
     good("bake", "info", "f32.pnb", "--report", "r.json")
     assert figures("r.json")["model"]["model"] == "additive", figures("r.json")["model"]
-    assert worst < 2e-4, worst  # measured 8.7e-5: units of an additive model nearly cancel; 2e-5 for linear ones
-    print("evaluator against penumbra-fit predict, f32: relative difference", worst)
+    # Measured 8.7e-5, as units of an additive model nearly cancel, and 2e-5 for linear ones. max() would drop a NaN.
+    assert worst and all(w < 2e-4 for w in worst), worst
+    print("evaluator against penumbra-fit predict, f32: relative difference", max(worst))
 
 
 def check_precisions():

@@ -146,7 +146,6 @@ def check_mixed(folder):
     assert (mixed["poses"], mixed["limbs"], mixed["mirrored_limbs"]) == (16, 7, 7), mixed
     assert 1 > mixed["open_before_covering"] > mixed["open_after_covering"] > 0, mixed
     with h5py.File(out) as f:
-        assert f.attrs["format_version"] == 2
         assert [name.decode() for name in f["clips/names"][:]] == ["wave", "walk", "mixed"]
         assert f["mixed/nodes"].shape == (16, len(f["mixed/node_names"]), 10)
         assert np.array_equal(f["frames/time"][32:], np.arange(16))

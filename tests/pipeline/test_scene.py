@@ -125,7 +125,7 @@ def check_periodic():
 
     def traced(name, file, border):
         ground = {"heights": {"file": file, "cell": 0.1, "border": border}}
-        scene(name, version=2, characters=[{"asset": "man.pnb", "on_ground": True}], ground=ground,
+        scene(name, characters=[{"asset": "man.pnb", "on_ground": True}], ground=ground,
               camera="yaw=25,pitch=35,distance=7")
         must(BAKE, "reference", "--scene", name, "--samples", 128, "--size", "96x72", "--exposure", 1, "-o", "traced.png", "-q")
         return np.asarray(Image.open("traced.png").convert("RGBA"), float)
@@ -139,7 +139,7 @@ def check_periodic():
     assert off < 0.5 * off_alone and off < 3, (off, off_alone)
     wide = {"heights": {"analytic": "waves", "rows": 2, "columns": 8192, "border": "periodic"}}
     refused(5, "/ground/heights", BAKE, "reference", "--scene",
-            scene("w.json", version=2, characters=[{"asset": "man.pnb"}], ground=wide), "-o", "traced.png")
+            scene("w.json", characters=[{"asset": "man.pnb"}], ground=wide), "-o", "traced.png")
 
 
 def check_wide_ground():
@@ -147,7 +147,7 @@ def check_wide_ground():
     against 9 and 26 where the bias grew with the ground."""
     def traced(cell):
         ground = {"heights": {"analytic": "waves:height=0", "rows": 101, "columns": 101, "cell": cell}}
-        name = scene("wide.json", version=2, ground=ground, camera="yaw=40,pitch=60,fov=20,distance=7,target=0/0.9/0",
+        name = scene("wide.json", ground=ground, camera="yaw=40,pitch=60,fov=20,distance=7,target=0/0.9/0",
                      characters=[{"asset": "man.pnb", "clip": CLIP, "time": 1, "on_ground": True}])
         must(BAKE, "reference", "--scene", name, "--channel", "ao", "--samples", 64, "--size", "64x96", "-o", "wide.png", "-q")
         return np.asarray(Image.open("wide.png").convert("RGBA"), float)
@@ -162,10 +162,10 @@ def check_wide_ground():
 
 def check_walk():
     """Who stands on the ground stands there in both programs, and in a probe of what it casts."""
-    name = scene("walk.json", version=2, camera="yaw=30,pitch=25,distance=6,target=0/0.9/0",
+    name = scene("walk.json", camera="yaw=30,pitch=25,distance=6,target=0/0.9/0",
                  ground={"heights": {"analytic": "waves:height=0.5,length=2", "rows": 65, "columns": 65, "cell": 0.0625}},
                  characters=[{"asset": "man.pnb", "clip": CLIP, "on_ground": True}])
-    alone = scene("alone.json", version=2, camera="yaw=30,pitch=25,distance=6,target=0/0.9/0", characters=[{"asset": "man.pnb"}])
+    alone = scene("alone.json", camera="yaw=30,pitch=25,distance=6,target=0/0.9/0", characters=[{"asset": "man.pnb"}])
     for seconds in (0, 1):
         look = ["--time", seconds, "--size", "96x96"]
         must(BAKE, "reference", "--scene", name, *look, "--channel", "normals", "--samples", 4, "-o", "traced.png", "-q")

@@ -7,6 +7,7 @@
 #include "player/frame/frame_values.h"
 #include "player/gl/offscreen_target.h"
 #include "player/runtime/shade/shading_set.h"
+#include "tests/difference.h"
 #include "tests/synthetic_cloth.h"
 #include "tests/synthetic_indirect.h"
 
@@ -81,12 +82,12 @@ TEST(BouncedLooks, LiveLobesReflectWhatComesFromWhereTheSkyIsHidden) {
             set.setLight(LitSheet::kSky);
             const std::vector<Vec3> albedo = sheet.shade(set, Bounces::kDirect, open);
             const std::vector<Vec3> seen = sheet.shade(set, Bounces::kDirect, sheet.at.numbers);
-            float most = 0;
+            Largest most;
             for (std::size_t v = 0; v < count; ++v) {
                 if (e[v] > 0.95f) continue;
                 const Vec3 expected = white[v] * (std::max(albedo[v].x - seen[v].x, 0.0f) / (1 - e[v]));
                 for (int c = 0; c < 3; ++c) EXPECT_NEAR(bounced[v][c], expected[c], 2e-5f) << path.name << v;
-                most = std::max(most, bounced[v].x);
+                most.add(bounced[v].x);
             }
             EXPECT_GT(most, 0.02f);
         }
@@ -139,14 +140,9 @@ TEST(BouncedLooks, TheGpuGivesWhatTheCpuGives) {
             target.begin();
             values.draw(view, sheet.at.positions, radiance);
             const Image expected = target.read();
-            float largest = 0, brightest = 0;
-            for (std::size_t p = 0; p < expected.pixels.size(); ++p)
-                for (int c = 0; c < 3; ++c) {
-                    largest = std::max(largest, std::abs(drawn.pixels[p][c] - expected.pixels[p][c]));
-                    brightest = std::max(brightest, expected.pixels[p][c]);
-                }
-            EXPECT_LT(largest, 0.5f / 255) << "material " << material << " bounces " << int(bounces);
-            EXPECT_GT(brightest, 0.01f) << "material " << material << " bounces " << int(bounces);
+            EXPECT_LT(largestDifference(drawn.pixels, expected.pixels), 0.5f / 255)
+                << "material " << material << " bounces " << int(bounces);
+            EXPECT_GT(largestOf(expected.pixels), 0.01) << "material " << material << " bounces " << int(bounces);
         }
 }
 

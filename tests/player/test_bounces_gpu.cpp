@@ -12,6 +12,7 @@
 #include "player/frame/frame_values.h"
 #include "player/gl/offscreen_target.h"
 #include "tests/capi/packed_asset.h"
+#include "tests/difference.h"
 #include "tests/synthetic_composition.h"
 #include "tests/synthetic_indirect.h"
 
@@ -24,17 +25,18 @@ double srgb(double linear) { return linear <= 0.0031308 ? 12.92 * linear : 1.055
 
 // The largest difference of two pictures in steps of 255, of linear and of sRGB values.
 struct Steps {
-    double linear = 0, srgb = 0, brightest = 0;
+    Largest linear, srgb, brightest;
 };
 
 Steps stepsBetween(const Image& a, const Image& b) {
     Steps steps;
+    EXPECT_EQ(a.pixels.size(), b.pixels.size());
     for (std::size_t p = 0; p < a.pixels.size(); ++p)
         for (int c = 0; c < 3; ++c) {
             const double x = std::clamp<double>(a.pixels[p][c], 0, 1), y = std::clamp<double>(b.pixels[p][c], 0, 1);
-            steps.linear = std::max(steps.linear, 255 * std::abs(x - y));
-            steps.srgb = std::max(steps.srgb, 255 * std::abs(srgb(x) - srgb(y)));
-            steps.brightest = std::max(steps.brightest, x);
+            steps.linear.add(255 * std::abs(x - y));
+            steps.srgb.add(255 * std::abs(srgb(x) - srgb(y)));
+            steps.brightest.add(x);
         }
     return steps;
 }
@@ -99,8 +101,8 @@ TEST(BouncesGpu, PicturesAreThoseOfTheCpu) {
         EXPECT_LT(steps.linear, 0.5) << what;
         EXPECT_LT(steps.srgb, 0.5) << what;
         EXPECT_GT(steps.brightest, 0.02) << what;
-        worst.linear = std::max(worst.linear, steps.linear);
-        worst.srgb = std::max(worst.srgb, steps.srgb);
+        worst.linear.add(steps.linear);
+        worst.srgb.add(steps.srgb);
     };
     const auto compareAll = [&](const Model& model, AssetPrecision precision, Reflectance reflectance) {
         LitPictures pictures(model, precision, reflectance);
@@ -118,7 +120,7 @@ TEST(BouncesGpu, PicturesAreThoseOfTheCpu) {
     };
     compareAll(synthetic::tubeModel(tube), AssetPrecision::kI8, Reflectance::kSlices);
     compareAll(synthetic::composedTube(tube), AssetPrecision::kF16, Reflectance::kOperators);
-    std::printf("largest difference of 255: %.1e linear, %.1e sRGB\n", worst.linear, worst.srgb);
+    std::printf("largest difference of 255: %.1e linear, %.1e sRGB\n", worst.linear.value(), worst.srgb.value());
 }
 
 }  // namespace

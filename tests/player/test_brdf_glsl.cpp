@@ -10,6 +10,7 @@
 #include "player/runtime/glsl/brdf_glsl.h"
 #include "sh/brdf/brdf_lobe.h"
 #include "sh/quadrature.h"
+#include "tests/difference.h"
 
 namespace penumbra {
 namespace {
@@ -81,20 +82,21 @@ std::vector<Pixel> onGpu(const BrdfLobe& lobe, const std::vector<Vec3>& directio
 double worstDifference(const BrdfLobe& lobe, const std::vector<Vec3>& directions) {
     const std::vector<Pixel> gpu = onGpu(lobe, directions);
     const std::size_t count = directions.size();
-    double worst = 0;
+    Largest worst;
     for (std::size_t o = 0; o < count; ++o) {
-        double white = 1 / std::numbers::pi, difference = 0;
+        Largest white, difference;
+        white.add(1 / std::numbers::pi);
         for (std::size_t i = 0; i < count; ++i) {
             const Vec3 cpu = evalLobes({&lobe, 1}, directions[i], directions[o]), ours = gpu[o * count + i].lobe;
             const double cosine = std::max(0.0f, directions[i].z);
             for (int c = 0; c < 3; ++c) {
                 EXPECT_TRUE(std::isfinite(ours[c])) << nameOf(lobe.model) << " " << o << " " << i;
-                white = std::max(white, cpu[c] * cosine);
-                difference = std::max(difference, std::abs(double(ours[c]) - cpu[c]) * cosine);
+                white.add(cpu[c] * cosine);
+                difference.add(std::abs(double(ours[c]) - cpu[c]) * cosine);
             }
             EXPECT_NEAR(gpu[o * count + i].mirror, mirrorReflectance({&lobe, 1}, directions[o]).x, 1e-6);
         }
-        worst = std::max(worst, difference / white);
+        worst.add(difference / white);
     }
     return worst;
 }

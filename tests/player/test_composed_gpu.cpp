@@ -10,6 +10,7 @@
 #include "player/frame/frame_values.h"
 #include "player/gl/offscreen_target.h"
 #include "player/runtime/glsl/far_glsl.h"
+#include "tests/difference.h"
 #include "tests/player/count_allocations.h"
 #include "tests/player/gl_calls.h"
 #include "tests/synthetic_composition.h"
@@ -54,11 +55,12 @@ public:
     std::array<double, 2> difference(std::size_t frame, std::size_t given) {
         pose(frame);
         const Image gpu = onGpu(given), cpu = onCpu(given);
-        double sum = 0, largest = 0, covered = 0;
+        Largest largest;
+        double sum = 0, covered = 0;
         for (std::size_t p = 0; p < cpu.pixels.size(); ++p) {
             const double d = 255 * std::abs(double(gpu.pixels[p].x) - cpu.pixels[p].x);
             sum += d * d;
-            largest = std::max(largest, d);
+            largest.add(d);
             covered += cpu.alpha[p] > 0;
         }
         EXPECT_GT(covered, kSize * kSize / 20.0);

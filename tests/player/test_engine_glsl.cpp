@@ -11,6 +11,7 @@
 #include "player/gl/gl_objects.h"
 #include "player/gl/offscreen_target.h"
 #include "tests/capi/packed_asset.h"
+#include "tests/difference.h"
 
 namespace penumbra {
 namespace {
@@ -200,16 +201,16 @@ TEST(EngineGlsl, GivesWhatTheCpuGives) {
             frame.shade(shading.get(), 0, info.vertex_count);
             const std::string source = kBuffers + shadingText(shading) + includeFile() + kMain;
             const Image image = drawn(source, asset, character, shading, info, 1, frame.eye);
-            double radiance = 0, ambient = 0;
+            Largest radiance, ambient;
             for (std::size_t v = 0; v < info.vertex_count; ++v) {
-                ambient = std::max(ambient, std::abs(double(image.alpha[v]) - frame.ambient[v]));
+                ambient.add(std::abs(double(image.alpha[v]) - frame.ambient[v]));
                 for (int c = 0; c < 3; ++c)
-                    radiance = std::max(radiance,
-                                        std::abs(double(image.pixels[v][c]) - frame.radiance[3 * v + std::size_t(c)]));
+                    radiance.add(std::abs(double(image.pixels[v][c]) - frame.radiance[3 * v + std::size_t(c)]));
             }
             EXPECT_LT(radiance, 1e-6) << convention << " form " << form;
             EXPECT_LT(ambient, 1.5e-6) << convention << " form " << form;
-            std::printf("%s form %d: radiance within %.1e, ambient within %.1e\n", convention, form, radiance, ambient);
+            std::printf("%s form %d: radiance within %.1e, ambient within %.1e\n", convention, form, radiance.value(),
+                        ambient.value());
         }
 }
 

@@ -3,6 +3,7 @@
 
 #include "pack/pack_asset.h"
 #include "player/runtime/evaluate/evaluator.h"
+#include "tests/difference.h"
 #include "tests/synthetic_composition.h"
 
 namespace penumbra {
@@ -30,7 +31,8 @@ struct ScatteredReceivers {
 };
 
 struct KernelError {
-    double largest = 0, rms = 0, blocked = 0;  // blocked: most of the sphere
+    Largest largest, blocked;  // blocked: most of the sphere
+    double rms = 0;
 };
 
 // Compares a path with farVisibility() for receivers that see `parts`, all of which are multiplied in.
@@ -54,10 +56,10 @@ KernelError kernelError(const EvaluatorPath& path, const std::vector<std::uint16
                           expected);
             for (std::size_t n = 0; n < kFarNumbers; ++n) {
                 const double off = far[i * kFarNumbers + n] - expected[n];
-                error.largest = std::max(error.largest, std::abs(off));
+                error.largest.add(std::abs(off));
                 error.rms += off * off;
             }
-            error.blocked = std::max(error.blocked, 1 - expected[0] / std::sqrt(4 * std::numbers::pi));
+            error.blocked.add(1 - expected[0] / std::sqrt(4 * std::numbers::pi));
         }
     }
     error.rms = std::sqrt(error.rms / double(all.positions.size() * kFarNumbers));
@@ -81,6 +83,34 @@ TEST(FarKernel, IsCloseToFarVisibilityForManyParts) {
         EXPECT_LT(error.rms, 0.002) << path.name;
         EXPECT_LT(error.largest, 0.05) << path.name;
     }
+}
+
+// Anchors a kilometre apart leave all parts to their receivers, however small these look. Anchors a micrometre apart
+// sum what looks small.
+TEST(FarKernel, AnchorsLeaveOutWhatIsNearerThanTheirSpacings) {
+    const Packed packed = packAsset(composedTube(kTube), {}, {}, {.precision = AssetPrecision::kF32}, "{}", 1);
+    const AssetView asset = openAsset(packed.bytes);
+    const FarTables tables = makeFarTables(*asset.model.composition, 5);
+    FarPose pose(tables);
+    pose.set(tables, asset.animation.bonesOf(1));
+    const ScatteredReceivers all;
+    const std::vector<std::uint16_t> parts{0, 1, 2, 3, 4, 5};
+    const std::size_t stride = anchorStride(parts.size());
+    std::vector<float> values(kMostReceivers * stride);
+    for (const EvaluatorPath& path : evaluatorPaths())
+        for (const float spacing : {1e3f, 1e-6f}) {
+            const FarScene scene{tables.tables(), pose.parts.data(), parts.data(), parts.size(), spacing};
+            path.far->anchors(tables.constants(), scene,
+                              {all.positions.data(), all.normals.data(), all.tangents.data(), kMostReceivers},
+                              values.data());
+            std::size_t summed = 0, near = 0;
+            for (std::size_t r = 0; r < kMostReceivers; ++r) {
+                summed += values[r * stride] != 0;  // NaN, too
+                for (std::size_t p = 0; p < parts.size(); ++p) near += values[r * stride + kAnchorSums + p] == 1;
+            }
+            EXPECT_EQ(summed > 0, spacing < 1) << path.name;
+            EXPECT_EQ(near > kMostReceivers, spacing > 1) << path.name;
+        }
 }
 
 }  // namespace

@@ -205,5 +205,27 @@ TEST(ErrorGate, WhatWasNotMeasuredNeverPasses) {
     EXPECT_EQ(messageOf({.figure = Figure::kOutOfRange, .above = 1}, {-1, -1}), "") << "it needs no truth";
 }
 
+// One number of one vertex is NaN, and one colour of a pixel, which a PNG shows as black as the truth is there.
+TEST(ErrorGate, NaNNeverPasses) {
+    SyntheticAsset data({.basis_size = 0});
+    NumbersView& mean = data.asset.model.clusters[0].mean;
+    std::vector<float> numbers(mean.count);
+    decode(mean, numbers);
+    numbers[0] = NAN;
+    mean.data = reinterpret_cast<const std::byte*>(numbers.data());
+    Image model = flat(24, 0, 1);
+    const Image truth = model;
+    model.pixels[5].y = NAN;
+    FrameRecord record;
+    record.errors = errorsAt(data, 1, nullptr);
+    record.image = imageError(model, truth, 1, true, 1);
+    for (const Figure figure : {Figure::kAmbientMean, Figure::kAmbientMax, Figure::kRmsV, Figure::kTransfer,
+                                Figure::kImageRmse, Figure::kFlip})
+        for (const bool over_run : {false, true})
+            EXPECT_FALSE(
+                judge({.figure = figure, .above = 1e9, .over_run = over_run}, {&record, 1}, animation()).passed)
+                << nameOf(figure);
+}
+
 }  // namespace
 }  // namespace penumbra

@@ -10,6 +10,7 @@
 #include "player/view/light_blend.h"
 #include "sh/angles.h"
 #include "sh/zonal.h"
+#include "tests/difference.h"
 
 namespace penumbra {
 namespace {
@@ -59,7 +60,7 @@ std::vector<double> irradiances(const LightView& light) {
 }
 
 struct Sweep {
-    double largest_step = 0, range = 0;
+    Largest largest_step, range;
     std::size_t most_suns = 0;
     double seconds = 0;  // until it is over
 };
@@ -72,8 +73,8 @@ Sweep sweep(LightBlend& blend, std::span<const LightView> lights, int order, dou
     const auto compare = [&](const LightView& light) {
         const std::vector<double> now = irradiances(light);
         for (std::size_t i = 0; i < now.size(); ++i) {
-            out.largest_step = std::max(out.largest_step, std::abs(now[i] - last[i]));
-            out.range = std::max(out.range, now[i]);
+            out.largest_step.add(std::abs(now[i] - last[i]));
+            out.range.add(now[i]);
         }
         last = now;
         out.most_suns = std::max(out.most_suns, light.suns.size());

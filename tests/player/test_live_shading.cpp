@@ -11,6 +11,7 @@
 #include "player/runtime/shade/shading_set.h"
 #include "sh/brdf/mirror_lobe.h"
 #include "sh/sh_rotation.h"
+#include "tests/difference.h"
 #include "tests/player/count_allocations.h"
 #include "tests/player/gl_calls.h"
 #include "tests/player/synthetic_asset.h"
@@ -116,7 +117,7 @@ TEST(LiveShading, EveryPathIsTheReferenceInDoubles) {
     std::mt19937 random(3);
     std::normal_distribution<float> normal;
     const auto direction = [&] { return normalized(Vec3{normal(random), normal(random), normal(random)}); };
-    double worst = 0;
+    Largest worst;
     for (const char* text : {"phong-live:exponent=0", "phong-live:exponent=7.3", "phong-live:exponent=1000",
                              "ggx-live:alpha=0.2,color=1/0.5/0.1"})
         for (const char* name : {"D1", "D4", "D5", "D8", "A4", "B5"})
@@ -136,8 +137,7 @@ TEST(LiveShading, EveryPathIsTheReferenceInDoubles) {
                     for (const ShadePath& path : shadePaths()) {
                         const Vec3 radiance = shadeOne(convention, live, {"light", order, sh}, LightForm::kRotation,
                                                        frame, view, numbers, path);
-                        for (int c = 0; c < 3; ++c)
-                            worst = std::max(worst, std::abs(double(radiance[c]) - expected[c]));
+                        for (int c = 0; c < 3; ++c) worst.add(std::abs(double(radiance[c]) - expected[c]));
                     }
                 }
             }
@@ -251,14 +251,9 @@ TEST(LiveShading, TheGpuGivesWhatTheCpuGives) {
                 target.begin();
                 values.draw(view, vertices.positions, radiance);
                 const Image expected = target.read();
-                float largest = 0, brightest = 0;
-                for (std::size_t p = 0; p < expected.pixels.size(); ++p)
-                    for (int c = 0; c < 3; ++c) {
-                        largest = std::max(largest, std::abs(drawn.pixels[p][c] - expected.pixels[p][c]));
-                        brightest = std::max(brightest, expected.pixels[p][c]);
-                    }
-                EXPECT_LT(largest, 0.5f / 255) << exponent << " form " << int(form);
-                EXPECT_GT(brightest, 0.1f);
+                EXPECT_LT(largestDifference(drawn.pixels, expected.pixels), 0.5f / 255)
+                    << exponent << " form " << int(form);
+                EXPECT_GT(largestOf(expected.pixels), 0.1);
                 if (!alone || exponent != 10) {
                     EXPECT_NE(drawn.pixels, last.pixels) << exponent;
                 }

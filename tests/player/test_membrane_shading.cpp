@@ -13,6 +13,7 @@
 #include "player/gl/offscreen_target.h"
 #include "player/runtime/shade/shading_set.h"
 #include "sh/zonal.h"
+#include "tests/difference.h"
 #include "tests/player/count_allocations.h"
 #include "tests/player/gl_calls.h"
 #include "tests/sh/golden.h"
@@ -67,7 +68,8 @@ Vec3 rgb(const nlohmann::json& v) { return toFloat(vec3(v)); }
 TEST(MembraneShading, IsTheGoldenRadiance) {
     const auto golden = readGolden("translucency.json");
     const double tol = golden.at("tol_float").get<double>();
-    double error = 0, paper_error = 0, whole = 0, worst = 0;
+    Largest worst;
+    double error = 0, paper_error = 0, whole = 0;
     for (const auto& test : golden.at("cases"))
         for (const bool open : {false, true}) {
             OnePoint point({rgb(test.at("rho")), rgb(test.at("tau")), open});
@@ -84,11 +86,10 @@ TEST(MembraneShading, IsTheGoldenRadiance) {
             }
             const Vec3d off = toDouble(point.shade(shadePaths().back())[0]) - truth;
             (open ? paper_error : error) += dot(off, off);
-            if (!open)
-                whole += dot(truth, truth), worst = std::max(worst, std::sqrt(dot(off, off) / dot(truth, truth)));
+            if (!open) whole += dot(truth, truth), worst.add(std::sqrt(dot(off, off) / dot(truth, truth)));
         }
-    std::printf("membrane: own back %.4f (one point %.4f at most), open back %.3f\n", std::sqrt(error / whole), worst,
-                std::sqrt(paper_error / whole));
+    std::printf("membrane: own back %.4f (one point %.4f at most), open back %.3f\n", std::sqrt(error / whole),
+                worst.value(), std::sqrt(paper_error / whole));
     EXPECT_LE(worst, 0.006);
     EXPECT_GT(std::sqrt(paper_error / whole), 0.17);
 }
@@ -201,10 +202,7 @@ TEST(MembraneShading, SunsComeThroughInPictures) {
                 EXPECT_NEAR(is[c], truth[c], 0.02 * truth[c]) << camera << " open " << open << " channel " << c;
                 EXPECT_GT(truth[c], 1.05 * soft_alone[c]) << "the sun counts";
             }
-            float largest = 0;
-            for (std::size_t p = 0; p < cpu.pixels.size(); ++p)
-                for (int c = 0; c < 3; ++c) largest = std::max(largest, std::abs(cpu.pixels[p][c] - gpu.pixels[p][c]));
-            EXPECT_LT(largest, 0.5f / 255) << camera;
+            EXPECT_LT(largestDifference(cpu.pixels, gpu.pixels), 0.5f / 255) << camera;
         }
     }
 }
@@ -272,14 +270,8 @@ TEST(MembraneShading, TheGpuGivesWhatTheCpuGives) {
             target.begin();
             values.draw(view, vertices.positions, radiance);
             const Image expected = target.read();
-            float largest = 0, brightest = 0;
-            for (std::size_t p = 0; p < expected.pixels.size(); ++p)
-                for (int c = 0; c < 3; ++c) {
-                    largest = std::max(largest, std::abs(drawn.pixels[p][c] - expected.pixels[p][c]));
-                    brightest = std::max(brightest, expected.pixels[p][c]);
-                }
-            EXPECT_LT(largest, 0.5f / 255) << camera << open;
-            EXPECT_GT(brightest, 0.1f);
+            EXPECT_LT(largestDifference(drawn.pixels, expected.pixels), 0.5f / 255) << camera << open;
+            EXPECT_GT(largestOf(expected.pixels), 0.1);
         }
     }
 }

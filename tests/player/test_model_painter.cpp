@@ -10,6 +10,7 @@
 #include "player/frame/frame_values.h"
 #include "player/gl/offscreen_target.h"
 #include "player/gl/upload_ring.h"
+#include "tests/difference.h"
 #include "tests/player/count_allocations.h"
 #include "tests/player/gl_calls.h"
 #include "tests/player/synthetic_asset.h"
@@ -115,15 +116,11 @@ TEST(ModelPainter, ManyInOneDrawAreAsManyDraws) {
 TEST(ModelPainter, ManyAreWhatTheCpuGives) {
     Crowd crowd(7);
     const Image cpu = crowd.drawOnCpu(), gpu = crowd.drawTogether(Channel::kShaded);
-    float largest = 0;
-    std::size_t covered = 0;
-    for (std::size_t p = 0; p < cpu.pixels.size(); ++p) {
-        covered += cpu.alpha[p] > 0;
-        ASSERT_EQ(cpu.alpha[p], gpu.alpha[p]);
-        for (int c = 0; c < 3; ++c) largest = std::max(largest, std::abs(cpu.pixels[p][c] - gpu.pixels[p][c]));
-    }
-    std::printf("largest difference %.1e\n", double(largest));
-    EXPECT_LT(largest, 1e-4f);
+    const auto covered = std::size_t(std::ranges::count_if(cpu.alpha, [](float alpha) { return alpha > 0; }));
+    EXPECT_EQ(cpu.alpha, gpu.alpha);
+    const double largest = largestDifference(cpu.pixels, gpu.pixels);
+    std::printf("largest difference %.1e\n", largest);
+    EXPECT_LT(largest, 1e-4);
     EXPECT_GT(covered, std::size_t(kSize * kSize / 4));
 }
 

@@ -8,6 +8,7 @@
 
 #include "player/view/playback/playhead.h"
 #include "player/view/playback/pose_interpolation.h"
+#include "tests/difference.h"
 #include "tests/player/count_allocations.h"
 
 namespace penumbra {
@@ -146,7 +147,7 @@ TEST(PoseInterpolation, FindsWhereJointsTurn) {
 TEST(PoseInterpolation, IsTheMotionOfTheJoints) {
     const Chain chain;
     PoseInterpolation between(chain.asset);
-    double worst = 0;
+    Largest worst;
     for (std::size_t f = 0; f + 1 < kFrames; ++f)
         for (const double part : {0.25, 0.5, 0.9}) {
             between.evaluate(f, f + 1, part);
@@ -161,7 +162,7 @@ TEST(PoseInterpolation, IsTheMotionOfTheJoints) {
             for (std::size_t j = 1; j < kJoints; ++j) {
                 const Vec3d p = toDouble(chain.positions[j]);
                 const Vec3d expected = transposed(truth[0].turn) * (truth[j].turn * p + truth[j].at - truth[0].at);
-                worst = std::max(worst, length(seen(j, p) - expected));
+                worst.add(length(seen(j, p) - expected));
             }
         }
     EXPECT_LT(worst, 2e-4);
@@ -170,21 +171,33 @@ TEST(PoseInterpolation, IsTheMotionOfTheJoints) {
 TEST(PoseInterpolation, BonesStayRigidAndJointsTogether) {
     const Chain chain;
     PoseInterpolation between(chain.asset);
-    double stretch = 0, gap = 0;
+    Largest stretch, gap;
     for (std::size_t f = 0; f + 1 < kFrames; ++f)
         for (int step = 1; step < 10; ++step) {
             between.evaluate(f, f + 1, step / 10.0);
             for (std::size_t j = 0; j < kJoints; ++j) {
                 const Mat3d r = toDouble(between.bones()[j].linear()), square = transposed(r) * r;
-                for (std::size_t i = 0; i < 9; ++i) stretch = std::max(stretch, std::abs(square.m[i] - (i % 4 == 0)));
+                for (std::size_t i = 0; i < 9; ++i) stretch.add(std::abs(square.m[i] - (i % 4 == 0)));
                 if (j == 0) continue;
                 const Vec3 joint = toFloat(kRest[j]);
-                gap = std::max(gap,
-                               double(length(between.bones()[j].point(joint) - between.bones()[j - 1].point(joint))));
+                gap.add(length(between.bones()[j].point(joint) - between.bones()[j - 1].point(joint)));
             }
         }
     EXPECT_LT(stretch, 5e-6);  // single precision
     EXPECT_LT(gap, 3e-4);      // metres; 1e-4 measured, of the pivots' 0.4 mm
+}
+
+// A character that grows from one frame to the next grows evenly in between.
+TEST(PoseInterpolation, SizesChangeEvenly) {
+    Chain chain;
+    for (std::size_t b = 0; b < 2 * kJoints; ++b) {
+        const float size = b < kJoints ? 1 : 3;
+        chain.bones[b] = {{size, 0, 0, 0, 0, size, 0, 0, 0, 0, size, 0}};
+    }
+    PoseInterpolation between(chain.asset);
+    between.evaluate(0, 1, 0.25);
+    for (const Affine& bone : between.bones())
+        for (std::size_t e = 0; e < 9; ++e) EXPECT_NEAR(bone.linear().m[e], e % 4 == 0 ? 1.5 : 0, 1e-5);
 }
 
 // A rotation vector of nearly pi and one of nearly -pi are neighbours: between them lies pi, not 0.
@@ -205,8 +218,13 @@ TEST(PoseInterpolation, JointsOfNoSizeAreNoParents) {
     EXPECT_EQ(between.parent(2), -1);
     EXPECT_EQ(between.parent(3), 2);
     between.evaluate(2, 3, 0.5);
-    for (const Affine& bone : between.bones())
-        for (const float m : bone.m) EXPECT_TRUE(std::isfinite(m));
+    for (std::size_t j = 0; j < kJoints; ++j) {  // the others keep their size
+        const float size = j == 1 ? 0.5f : 1;
+        const Mat3 linear = between.bones()[j].linear();
+        for (int row = 0; row < 3; ++row)
+            EXPECT_NEAR(length(Vec3{linear(row, 0), linear(row, 1), linear(row, 2)}), size, 1e-5) << j;
+        EXPECT_LT(largestMagnitude(between.bones()[j].m), 3) << j;
+    }
 }
 
 TEST(PoseInterpolation, AllocatesNothing) {

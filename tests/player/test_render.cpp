@@ -1,13 +1,17 @@
 // Tests whole pictures of a synthetic asset: parity of the two paths, orientation, closed forms, determinism.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
 #include <numbers>
 
 #include "formats/common/errors.h"
 #include "pack/pack_asset.h"
 #include "player/render/frame_errors.h"
 #include "player/render/render_offscreen.h"
+#include "tests/difference.h"
 #include "tests/player/synthetic_asset.h"
 #include "tests/synthetic_composition.h"
 
@@ -40,13 +44,12 @@ ErrorSums errorsOfFrame(const RenderOptions& options, const SyntheticAsset& data
 // Returns the RMSE over all pixels and colours of the 8-bit pictures before rounding, in 1/255: linear, clamped to
 // 0..1.
 double difference255(const Image& a, const Image& b) {
-    double sum = 0;
-    for (std::size_t i = 0; i < a.pixels.size(); ++i)
-        for (int c = 0; c < 3; ++c) {
-            const double d = std::min(1.0f, a.pixels[i][c]) - std::min(1.0f, b.pixels[i][c]);
-            sum += d * d;
-        }
-    return 255 * std::sqrt(sum / double(3 * a.pixels.size()));
+    const auto clamped = [](const Image& image) {
+        std::vector<Vec3> pixels = image.pixels;
+        for (Vec3& p : pixels) p = {std::min(p.x, 1.0f), std::min(p.y, 1.0f), std::min(p.z, 1.0f)};  // NaN stays
+        return pixels;
+    };
+    return 255 * rmsDifference(clamped(a), clamped(b));
 }
 
 struct Case {
@@ -149,10 +152,11 @@ TEST(Render, EveryChannelIsTheSameFromCpuAndShader) {
             options.channel = channel;
             options.source = source;
             options.path = EvaluationPath::kCpu;
-            const Image cpu = render(options, data);
+            const Image cpu = render(options, data), black{96, 96, std::vector<Vec3>(96 * 96), {}};
             options.path = EvaluationPath::kGlsl;
             EXPECT_LT(difference255(cpu, render(options, data)), 0.02)
                 << "channel " << int(channel) << " source " << int(source);
+            EXPECT_GT(difference255(cpu, black), 10) << "channel " << int(channel) << " source " << int(source);
         }
 }
 
@@ -364,6 +368,49 @@ TEST(Render, LobesAndBoxesAreDrawn) {
     }
     for (std::size_t i = 0; i < pictures.size(); ++i)
         for (std::size_t j = 0; j < i; ++j) EXPECT_GT(difference255(pictures[i], pictures[j]), 0.02) << i << " " << j;
+}
+
+// The picture of a lobe changes with the part of the model that the lobe shows, and with nothing else.
+TEST(Render, ALobeShowsItsOwnFactor) {
+    const auto pictures = [](const std::function<void(Model&)>& change) {
+        Model model = synthetic::composedTube();
+        change(model);
+        const Packed packed = packAsset(model, {}, {}, {.precision = AssetPrecision::kI8}, "{}", 1);
+        const AssetView asset = openAsset(packed.bytes);
+        RenderOptions options;
+        options.width = options.height = 64;
+        options.channel = Channel::kParts;
+        options.path = EvaluationPath::kCpu;
+        const std::span<const std::uint16_t> part_of = asset.model.composition->part_of_vertex;
+        options.lobe = std::size_t(std::ranges::find(part_of, 0) - part_of.begin());
+        std::vector<Image> out;
+        for (const char* of : {"whole", "local", "far", "residual", "joint4"}) {
+            options.lobe_of = of;
+            out.push_back(renderOffscreen(options, asset, nullptr, 1).image);
+        }
+        return out;
+    };
+    const auto shrinkField = [](Model& model, std::size_t part) {
+        for (std::int8_t& value : model.composition->fields.values[part]) value /= 4;
+    };
+    const auto shake = [](std::vector<ClusterModel>& clusters) {
+        for (ClusterModel& cluster : clusters)
+            for (std::size_t i = 0; i < cluster.mean.size(); ++i) cluster.mean[i] += 0.2f * std::sin(float(i));
+    };
+    const std::pair<std::function<void(Model&)>, std::string> changes[] = {
+        {[&](Model& model) { shake(model.clusters); }, "whole local "},
+        {[&](Model& model) { shake(model.composition->residual); }, "whole residual "},
+        {[&](Model& model) { shrinkField(model, 4); }, "whole far joint4 "},
+        {[&](Model& model) { shrinkField(model, 3); }, "whole far "}};
+    const std::vector<Image> plain = pictures([](Model&) {});
+    for (const auto& [change, expected] : changes) {
+        const std::vector<Image> changed = pictures(change);
+        std::string found;
+        for (std::size_t i = 0; i < plain.size(); ++i)
+            if (changed[i].pixels != plain[i].pixels)
+                found += std::array{"whole ", "local ", "far ", "residual ", "joint4 "}[i];
+        EXPECT_EQ(found, expected);
+    }
 }
 
 TEST(Render, OverlaysThatAnAssetHasNotAreRefused) {

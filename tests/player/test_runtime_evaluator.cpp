@@ -5,6 +5,7 @@
 #include "pack/quantize.h"
 #include "player/runtime/evaluate/evaluator.h"
 #include "player/runtime/shade/shading.h"
+#include "tests/difference.h"
 #include "tests/no_simd.h"
 #include "tests/player/count_allocations.h"
 #include "tests/synthetic_model.h"
@@ -163,12 +164,6 @@ std::vector<float> evaluate(Evaluator& evaluator, std::size_t frame) {
     return numbers;
 }
 
-double largestDifference(const std::vector<float>& a, const std::vector<float>& b) {
-    double largest = 0;
-    for (std::size_t i = 0; i < a.size(); ++i) largest = std::max(largest, std::abs(double(a[i]) - b[i]));
-    return largest;
-}
-
 // --- Tests ----------------------------------------------------------------------------------------------------------
 
 // Returns the largest difference of a number and of the measure of range, over the frames.
@@ -177,17 +172,20 @@ std::pair<double, double> differenceToReference(const Model& model) {
     const AssetView asset = openAsset(packed.bytes);
     Evaluator evaluator(asset);
     const std::size_t size = std::size_t(model.convention.size()), stride = std::size_t(asset.model.stride);
-    double numbers_off = 0, range_off = 0, range = 0;
+    Largest numbers_off, range_off, range;
     for (std::size_t f = 0; f < model.frames.frameCount(); ++f) {
-        const std::vector<float> numbers = evaluate(evaluator, f);
         const ReferencePose expected = referencePose(model, f);
-        for (std::size_t v = 0; v < evaluator.vertexCount(); ++v)
-            for (std::size_t i = 0; i < stride; ++i) {
-                const double e = i < size ? expected.numbers[asset.mesh.shading_point[v] * size + i] : 0;
-                numbers_off = std::max(numbers_off, std::abs(numbers[v * stride + i] - e));
-            }
-        range_off = std::max(range_off, std::abs(evaluator.outOfRange() - expected.out_of_range));
-        range = std::max(range, expected.out_of_range);
+        for (const EvaluatorPath& path : evaluatorPaths()) {
+            evaluator.usePath(path);
+            const std::vector<float> numbers = evaluate(evaluator, f);
+            for (std::size_t v = 0; v < evaluator.vertexCount(); ++v)
+                for (std::size_t i = 0; i < stride; ++i) {
+                    const double e = i < size ? expected.numbers[asset.mesh.shading_point[v] * size + i] : 0;
+                    numbers_off.add(std::abs(numbers[v * stride + i] - e));
+                }
+        }
+        range_off.add(std::abs(evaluator.outOfRange() - expected.out_of_range));
+        range.add(expected.out_of_range);
     }
     EXPECT_TRUE(range > 0.05 || model.features == FeatureKind::kJointAngles) << "nothing was clamped";
     return {numbers_off, range_off};
@@ -195,7 +193,7 @@ std::pair<double, double> differenceToReference(const Model& model) {
 
 // Numbers reach 4. Measured: 7e-7 and 1e-7; about twice as much is allowed.
 TEST(Evaluator, MatchesTheFormulasInDoublePrecision) {
-    double numbers = 0, range = 0;
+    Largest numbers, range;
     for (const char* convention : {"A4", "B3", "D4", "D5", "A8"})
         for (FeatureKind features : synthetic::kSkinnedFeatures)
             for (ModelKind kind : kModelKinds) {
@@ -204,8 +202,8 @@ TEST(Evaluator, MatchesTheFormulasInDoublePrecision) {
                 options.features = features;
                 options.kind = kind;
                 const auto [numbers_off, range_off] = differenceToReference(tubeModel(options));
-                numbers = std::max(numbers, numbers_off);
-                range = std::max(range, range_off);
+                numbers.add(numbers_off);
+                range.add(range_off);
             }
     EXPECT_LT(numbers, 1.2e-6);
     EXPECT_LT(range, 2e-7);
@@ -225,9 +223,14 @@ TEST(Evaluator, NoPoseMakesItExplode) {
                 for (std::size_t i = 0; i < 12; ++i) bones[j].m[i] = size * std::sin(float(7 * j + 3 * i) + size);
             evaluator.setPose(bones, {});
             EXPECT_GT(evaluator.outOfRange(), 0.1) << nameOf(kind);
-            for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) evaluator.evaluateCluster(c, numbers);
-            ambient(asset.model.convention, asset.model.stride, 0, e.size(), numbers, e);
-            for (float value : e) EXPECT_TRUE(value >= -1e-5f && value <= 1 + 1e-5f) << nameOf(kind) << " " << value;
+            for (const EvaluatorPath& path : evaluatorPaths()) {
+                evaluator.usePath(path);
+                for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) evaluator.evaluateCluster(c, numbers);
+                ambient(asset.model.convention, asset.model.stride, 0, e.size(), numbers, e);
+                for (float value : e)
+                    EXPECT_TRUE(value >= -1e-5f && value <= 1 + 1e-5f) << nameOf(kind) << " " << value;
+                EXPECT_GT(largestOf(e), 0.3) << "not all is dark";
+            }
         }
     }
 }
@@ -256,6 +259,37 @@ TEST(Evaluator, EveryPathAgreesWithThePortableOne) {
         }
 }
 
+// E of some vertices is below 0 and of some above 1. Each moves along the weights until E is 0 or 1. Counts of vertices
+// leave lanes over, and strides have a kernel of their own or not. Numbers reach 8, of which floats round 5e-7.
+TEST(Evaluator, EveryPathClampsAmbientVisibility) {
+    for (const char* name : {"D5", "D4", "B3", "A8"})
+        for (const std::size_t vertices : {1u, 7u, 8u, 37u}) {
+            const Convention convention = parseConvention(name);
+            const std::size_t size = std::size_t(convention.size()), stride = (size + 3) / 4 * 4;
+            std::vector<float> weights(stride), numbers;
+            ambientWeights(convention, std::span(weights).first(size));
+            synthetic::Noise noise(5);
+            synthetic::fillNoise(numbers, vertices * stride, 8, noise);
+            double norm2 = 0;
+            for (const float w : weights) norm2 += double(w) * w;
+            std::vector<float> expected = numbers;
+            std::size_t below = 0, above = 0;
+            for (std::size_t v = 0; v < vertices; ++v) {
+                double e = 0;
+                for (std::size_t i = 0; i < stride; ++i) e += double(weights[i]) * numbers[v * stride + i];
+                below += e<0, above += e> 1;
+                for (std::size_t i = 0; i < stride; ++i)
+                    expected[v * stride + i] -= float(weights[i] * (e - std::clamp(e, 0.0, 1.0)) / norm2);
+            }
+            EXPECT_TRUE(vertices < 37 || (below > 3 && above > 3)) << name;
+            for (const EvaluatorPath& path : evaluatorPaths()) {
+                std::vector<float> clamped = numbers;
+                path.clamp({weights.data(), stride, float(norm2)}, clamped.data(), vertices);
+                EXPECT_LT(largestDifference(clamped, expected), 1e-5) << path.name << " " << name << " " << vertices;
+            }
+        }
+}
+
 // Weights of bytes are rounded to 16 bits: at most half a unit, the largest weight / 32767, times 127 for each
 // component, plus what floats round. The cases have an odd count of components, and clusters that end within a tile.
 TEST(Evaluator, BytesAreWeighedWithinSixteenBits) {
@@ -275,8 +309,8 @@ TEST(Evaluator, BytesAreWeighedWithinSixteenBits) {
             std::vector<float> mean(cluster.mean.count), basis(cluster.basis.count);
             decode(cluster.mean, mean);
             decode(cluster.basis, basis);
-            float most = 0;
-            for (std::size_t k = 0; k < y.size(); ++k) most = std::max(most, std::abs(y[k] * cluster.basis.scale[k]));
+            Largest most;
+            for (std::size_t k = 0; k < y.size(); ++k) most.add(std::abs(y[k] * cluster.basis.scale[k]));
             const double bound = 0.5 * most / 32767 * 127 * double(y.size()) + 2e-6;
             for (std::size_t v = 0; v < cluster.vertex_count; ++v) {
                 std::vector<double> exact(stride);
@@ -341,11 +375,15 @@ TEST(Evaluator, SameNumbersForAnyThreadCount) {
     const Packed packed = pack(tubeModel({.rings = 40, .segments = 30, .clusters = 16}), AssetPrecision::kI8);
     const AssetView asset = openAsset(packed.bytes);
     Evaluator evaluator(asset);
-    const std::vector<float> expected = evaluate(evaluator, 2);
-    for (int threads : {2, 8}) {
-        std::vector<float> numbers(expected.size());
-        parallelFor(evaluator.clusterCount(), threads, [&](std::size_t c) { evaluator.evaluateCluster(c, numbers); });
-        EXPECT_EQ(numbers, expected);
+    for (const EvaluatorPath& path : evaluatorPaths()) {
+        evaluator.usePath(path);
+        const std::vector<float> expected = evaluate(evaluator, 2);
+        for (int threads : {2, 8}) {
+            std::vector<float> numbers(expected.size());
+            parallelFor(evaluator.clusterCount(), threads,
+                        [&](std::size_t c) { evaluator.evaluateCluster(c, numbers); });
+            EXPECT_EQ(largestDifference(numbers, expected), 0) << path.name;
+        }
     }
 }
 
@@ -378,6 +416,21 @@ TEST(Evaluator, SkinsAsTheBakeDoes) {
     }
 }
 
+// Bones are seen relative to one another, so the scores of a character twice as large are the same.
+TEST(Evaluator, TheSizeOfTheWholeCharacterDoesNotMatter) {
+    const Packed packed = pack(tubeModel(), AssetPrecision::kF32);
+    const AssetView asset = openAsset(packed.bytes);
+    Evaluator evaluator(asset), larger(asset);
+    std::vector<Affine> bones(asset.animation.bonesOf(1).begin(), asset.animation.bonesOf(1).end());
+    evaluator.setPose(bones, {});
+    for (Affine& bone : bones)
+        for (float& x : bone.m) x *= 2;
+    larger.setPose(bones, {});
+    for (std::size_t c = 0; c < evaluator.clusterCount(); ++c)
+        for (std::size_t k = 0; k < evaluator.scores(c).size(); ++k)
+            EXPECT_NEAR(larger.scores(c)[k], evaluator.scores(c)[k], 1e-5) << c << " " << k;
+}
+
 TEST(Evaluator, TangentAlongTheNormalBecomesSomeOrthogonalOne) {
     Model model = tubeModel();
     model.rest_tangents = model.rest_normals;
@@ -402,7 +455,12 @@ TEST(Evaluator, SingularBoneGivesFiniteNumbers) {
     const Packed packed = pack(model, AssetPrecision::kF32);
     const AssetView asset = openAsset(packed.bytes);
     Evaluator evaluator(asset);
-    for (float number : evaluate(evaluator, 0)) ASSERT_TRUE(std::isfinite(number));
+    for (const EvaluatorPath& path : evaluatorPaths()) {
+        evaluator.usePath(path);
+        const double largest = largestMagnitude(evaluate(evaluator, 0));
+        EXPECT_GT(largest, 0.5) << path.name;
+        EXPECT_LT(largest, 10) << path.name;
+    }
 }
 
 }  // namespace

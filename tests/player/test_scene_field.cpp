@@ -13,6 +13,7 @@
 #include "player/scene/scene_ground.h"
 #include "player/scene/scene_receivers.h"
 #include "sh/light/analytic_light.h"
+#include "tests/difference.h"
 #include "tests/player/count_allocations.h"
 #include "tests/sh/height_samples.h"
 #include "tests/synthetic_composition.h"
@@ -38,19 +39,13 @@ protected:
     }
     // `heights` are keys of the ground's heights, `tube` more keys of the tube.
     PosedScene scene(const std::string& heights, const std::string& tube = "", const std::string& ground = "") const {
-        return PosedScene(parseScene(R"({"version": 2, "characters": [{"asset": "tube.pnb")" + tube +
+        return PosedScene(parseScene(R"({"version": 1, "characters": [{"asset": "tube.pnb")" + tube +
                                          R"(}], "ground": {)" + ground + R"("heights": {)" + heights + "}}}",
                                      "s.json", folder_));
     }
 };
 
 const char* const kLevel = R"("analytic": "waves:height=0", "rows": 65, "columns": 65, "cell": 0.05)";
-
-double largestOff(std::span<const float> a, std::span<const float> b) {
-    double most = 0;
-    for (std::size_t i = 0; i < a.size(); ++i) most = std::max(most, double(std::abs(a[i] - b[i])));
-    return most;
-}
 
 std::vector<float> fieldE(const PosedScene& scene, FrameVertices& points) {
     scene.field()->evaluate(2, points);
@@ -77,15 +72,16 @@ TEST_F(SceneFieldTest, OfLevelHeightsIsTheLevelGround) {
     std::vector<Vec3> radiance;
     look.shade(points, {3, 4, 5}, 2, radiance);
     const std::vector<Vec3> flat = groundRadiance(ground, light, Mat3d(), {0.5f, 0.5f, 0.5f});
-    double least = 1, brightest = 0, off = 0, off_radiance = 0;
+    Largest brightest, off, off_radiance;
+    double least = 1;
     for (std::size_t r = 0; r < 65; ++r)
         for (std::size_t c = 0; c < 65; ++c) {
             const std::size_t of_field = r * 65 + c, of_level = c * 65 + r;  // rows go along z, and along x
             EXPECT_NEAR(length(points.positions[of_field] - ground.positions[of_level]), 0, 1e-5);
-            off = std::max(off, double(std::abs(e[of_field] - expected[of_level])));
+            off.add(std::abs(e[of_field] - expected[of_level]));
             least = std::min(least, double(e[of_field]));
-            off_radiance = std::max(off_radiance, double(length(radiance[of_field] - flat[of_level])));
-            brightest = std::max(brightest, double(length(flat[of_level])));
+            off_radiance.add(length(radiance[of_field] - flat[of_level]));
+            brightest.add(length(flat[of_level]));
         }
     EXPECT_LT(least, 0.6);
     EXPECT_LT(off, 0.02);
@@ -257,7 +253,7 @@ TEST_F(SceneFieldTest, AfterAStrokeOnlyWhatSeesItIsComputed) {
             EXPECT_GT(receivers, 4u);
             EXPECT_LT(updated, 65536u / 7);
             EXPECT_GT(updated, 81u);
-            EXPECT_LT(largestOff(points.numbers, expected.numbers), 1e-5);
+            EXPECT_LT(largestDifference(points.numbers, expected.numbers), 1e-5);
             EXPECT_EQ(points.normals, expected.normals);
             EXPECT_EQ(points.positions, expected.positions);
         }
@@ -299,14 +295,15 @@ TEST_F(SceneFieldTest, CastsByBlocksAreThoseOfEachPoint) {
         FrameVertices expected = points;
         expected.numbers = each;
         const std::vector<float> e_each = fieldAmbient(one.field()->convention(), expected);
-        double most = 0, hidden = 0;
+        Largest most, hidden;
         one.field()->evaluate(2, points);
         const std::vector<float> open = fieldAmbient(one.field()->convention(), points);
         for (std::size_t v = 0; v < e.size(); ++v) {
-            most = std::max(most, double(std::abs(e[v] - e_each[v])));
-            hidden = std::max(hidden, double(open[v] - e[v]));
+            most.add(std::abs(e[v] - e_each[v]));
+            hidden.add(open[v] - e[v]);
         }
-        std::printf("%.30s: casts by blocks are off by %.4f of E, of %.2f that is hidden\n", heights, most, hidden);
+        std::printf("%.30s: casts by blocks are off by %.4f of E, of %.2f that is hidden\n", heights, most.value(),
+                    hidden.value());
         EXPECT_LT(most, 0.005) << heights;
         EXPECT_GT(hidden, 0.05) << heights;
     }
@@ -353,11 +350,11 @@ TEST_F(SceneFieldTest, SubSamplingOfSteepGroundIsNearFullResolution) {
         };
         std::vector<Vec3> full = mapOf(R"("step": 1)"), refined = mapOf(R"("step": 4)"),
                           coarse = mapOf(R"("step": 4, "refine": false)");
-        float most = 0;
-        for (const Vec3 p : full) most = std::max(most, p.y);
+        Largest most;
+        for (const Vec3 p : full) most.add(p.y);
         const auto exposed = [&](std::vector<Vec3> pixels) {
             for (Vec3& p : pixels)
-                for (int c = 0; c < 3; ++c) p[c] = std::min(p[c] * 0.8f / most, 1.0f);
+                for (int c = 0; c < 3; ++c) p[c] = std::min(p[c] * 0.8f / float(most), 1.0f);
             return pixels;
         };
         const auto flip = [&](const std::vector<Vec3>& picture) {
@@ -394,7 +391,8 @@ TEST_F(SceneFieldTest, StrokesAtTheBorderAreThoseOfTheWhole) {
                 edited.field()->update(edited.cast(), false, 1, points);
                 whole.field()->lookAgain();
                 whole.field()->update(whole.cast(), true, 1, expected);
-                EXPECT_LT(largestOff(points.numbers, expected.numbers), 1e-5) << border << " " << step << " " << row;
+                EXPECT_LT(largestDifference(points.numbers, expected.numbers), 1e-5)
+                    << border << " " << step << " " << row;
                 EXPECT_EQ(points.normals, expected.normals) << border << " " << step << " " << row;
             }
         }
@@ -410,8 +408,7 @@ TEST_F(SceneFieldTest, OfATimeIsThatOfTheTimeHoweverOneGotThere) {
     }
     there.pose(1.25);
     there.field()->evaluate(1, expected);
-    EXPECT_EQ(points.numbers, expected.numbers);
-    EXPECT_LT(largestOff(points.numbers, expected.numbers), 1e-9);
+    EXPECT_EQ(largestDifference(points.numbers, expected.numbers), 0);
 }
 
 TEST(HeightFrames, AllocateNothing) {
@@ -439,7 +436,7 @@ TEST(HeightFrames, AllocateNothing) {
 
 TEST_F(SceneFieldTest, RefusesOtherWaysToCastAndMaterialsThatAreNotThere) {
     try {
-        const PosedScene folded(parseScene(R"({"version": 2, "characters": [{"asset": "tube.pnb"}],
+        const PosedScene folded(parseScene(R"({"version": 1, "characters": [{"asset": "tube.pnb"}],
             "ground": {"heights": {"analytic": "waves"}}})",
                                            "s.json", folder_),
                                 {CastMode::kFolded, {}});

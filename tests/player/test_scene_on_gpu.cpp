@@ -9,6 +9,7 @@
 #include "player/gl/offscreen_target.h"
 #include "player/render/scene_on_gpu.h"
 #include "player/render/scene_picture.h"
+#include "tests/difference.h"
 #include "tests/synthetic_composition.h"
 
 namespace penumbra {
@@ -95,7 +96,7 @@ protected:
             nobody.insert(at + 1, R"("casts": "nothing", )");
         const Image cpu = picture(members, EvaluationPath::kCpu), gpu = picture(members, EvaluationPath::kGlsl),
                     without = picture(nobody, EvaluationPath::kGlsl);
-        double brightest = 0, worst = 0, shadow = 0;
+        Largest brightest, worst, shadow;
         int outlines = 0;
         for (std::size_t p = 0; p < cpu.pixels.size(); ++p) {
             if (cpu.alpha[p] != gpu.alpha[p]) {
@@ -103,9 +104,9 @@ protected:
                 continue;
             }
             for (int c = 0; c < 3; ++c) {
-                brightest = std::max(brightest, double(cpu.pixels[p][c]));
-                worst = std::max(worst, std::abs(double(cpu.pixels[p][c]) - double(gpu.pixels[p][c])));
-                shadow = std::max(shadow, double(without.pixels[p][c]) - double(gpu.pixels[p][c]));
+                brightest.add(cpu.pixels[p][c]);
+                worst.add(std::abs(double(cpu.pixels[p][c]) - double(gpu.pixels[p][c])));
+                shadow.add(double(without.pixels[p][c]) - double(gpu.pixels[p][c]));
             }
         }
         // Fewer triangles show a smooth ground on the CPU, so that its edge may pass on the other side of a pixel.
@@ -168,12 +169,12 @@ TEST_F(SceneOnGpuTest, SunsAreThoseOfTheCpu) {
     const Image cpu = picture(EvaluationPath::kCpu, SunChoice::kOn),
                 gpu = picture(EvaluationPath::kGlsl, SunChoice::kOn),
                 without = picture(EvaluationPath::kGlsl, SunChoice::kOff);
-    double brightest = 0;
-    for (const Vec3 pixel : cpu.pixels) brightest = std::max(brightest, double(luminance(pixel)));
+    Largest brightest;
+    for (const Vec3 pixel : cpu.pixels) brightest.add(luminance(pixel));
     std::size_t other = 0, lit = 0;
     for (std::size_t p = 0; p < cpu.pixels.size(); ++p) {
         EXPECT_EQ(cpu.alpha[p], gpu.alpha[p]);
-        other += std::abs(luminance(cpu.pixels[p] - gpu.pixels[p])) > 0.5 / 255 * brightest;
+        other += !(std::abs(luminance(cpu.pixels[p] - gpu.pixels[p])) <= 0.5 / 255 * brightest);
         lit += luminance(gpu.pixels[p] - without.pixels[p]) > 0.05 * brightest;
     }
     std::printf("suns: %zu of %zu pixels differ by more than 0.5 of a step\n", other, cpu.pixels.size());
@@ -182,14 +183,8 @@ TEST_F(SceneOnGpuTest, SunsAreThoseOfTheCpu) {
 }
 
 // Returns the largest difference between two pictures in steps of 255 of the brightest number of the first.
-double largestDifference(const Image& cpu, const Image& gpu) {
-    double brightest = 0, worst = 0;
-    for (std::size_t p = 0; p < cpu.pixels.size(); ++p)
-        for (int c = 0; c < 3; ++c) {
-            brightest = std::max(brightest, double(cpu.pixels[p][c]));
-            worst = std::max(worst, std::abs(double(cpu.pixels[p][c]) - double(gpu.pixels[p][c])));
-        }
-    return 255 * worst / brightest;
+double stepsBetween(const Image& cpu, const Image& gpu) {
+    return 255 * largestDifference(cpu.pixels, gpu.pixels) / largestOf(cpu.pixels);
 }
 
 // The GPU looks for horizons, shades the field and shadows the characters on it. Measured: 2.5e-3 of a step.
@@ -224,7 +219,7 @@ TEST_F(SceneOnGpuTest, GroundsWithHeightsAreThoseOfTheCpu) {
         const auto picture = [&](EvaluationPath path, const std::string& heights) {
             options.path = path;
             PosedScene scene(
-                parseScene(R"({"version": 2, "characters": [{)" + std::string(one.casts) +
+                parseScene(R"({"version": 1, "characters": [{)" + std::string(one.casts) +
                                R"("asset": "fields.pnb", "position": [-0.2, 0.1, 0.1], "yaw": 50, "on_ground": true}],
                     "light": {"rotation": "yaw=40"}, "ground": {)" +
                                one.ground + R"("height": -0.3, "heights": {)" + heights + "}}}",
@@ -235,11 +230,11 @@ TEST_F(SceneOnGpuTest, GroundsWithHeightsAreThoseOfTheCpu) {
         const Image cpu = picture(EvaluationPath::kCpu, one.heights), gpu = picture(EvaluationPath::kGlsl, one.heights);
         const Image level = picture(EvaluationPath::kGlsl, R"("analytic": "waves:height=0", "rows": 61, "columns": 70,
                                                               "cell": 0.05)");
-        const double worst = largestDifference(cpu, gpu);
-        std::printf("heights: within %.1e of a step; %.1f from a level field\n", worst, largestDifference(cpu, level));
+        const double worst = stepsBetween(cpu, gpu);
+        std::printf("heights: within %.1e of a step; %.1f from a level field\n", worst, stepsBetween(cpu, level));
         EXPECT_EQ(cpu.alpha, gpu.alpha);
         EXPECT_LT(worst, 0.5);
-        EXPECT_GT(largestDifference(cpu, level), 20);
+        EXPECT_GT(stepsBetween(cpu, level), 20);
     }
 }
 
@@ -255,7 +250,7 @@ TEST_F(SceneOnGpuTest, FarFromTheOriginPicturesAreThoseAtTheOrigin) {
         options.path = path;
         options.camera = "pitch=35,yaw=20,distance=4,target=" + target;
         const PosedScene scene(
-            parseScene(R"({"version": 2, "characters": [{"asset": "fields.pnb", "position": )" + place +
+            parseScene(R"({"version": 1, "characters": [{"asset": "fields.pnb", "position": )" + place +
                            R"(}, {"asset": "fields.pnb", "yaw": 70, "on_ground": true, "position": )" + second +
                            R"(}], "light": {"rotation": "yaw=40"}, "ground": {)" + ground + "}}",
                        "s.json", folder_));
@@ -278,8 +273,8 @@ TEST_F(SceneOnGpuTest, FarFromTheOriginPicturesAreThoseAtTheOrigin) {
                                       R"("height": -0.25)" + dunes + "9000}", "0/9000/0");
         EXPECT_EQ(field.pixels, high.pixels);
         EXPECT_EQ(field.alpha, between.alpha);
-        std::printf("9 km high: within %.1e of a step\n", largestDifference(field, between));
-        EXPECT_LT(largestDifference(field, between), 0.5);
+        std::printf("9 km high: within %.1e of a step\n", stepsBetween(field, between));
+        EXPECT_LT(stepsBetween(field, between), 0.5);
     }
 }
 
@@ -296,7 +291,7 @@ TEST_F(SceneOnGpuTest, SunsOnGroundsWithHeightsAreThoseOfTheCpu) {
             options.path = path;
             options.suns = suns;
             const PosedScene scene(
-                parseScene(R"({"version": 2, "characters": [{"asset": "sunny.pnb", "position": [-0.2, 0.1, 0.1],
+                parseScene(R"({"version": 1, "characters": [{"asset": "sunny.pnb", "position": [-0.2, 0.1, 0.1],
                                "on_ground": true}], "light": {"rotation": "yaw=40"}, "ground": {)" +
                                material + R"("heights": {"analytic": "dunes:height=0.4,length=1.5", "rows": 61,
                                "columns": 70, "cell": 0.05}}})",
@@ -306,11 +301,12 @@ TEST_F(SceneOnGpuTest, SunsOnGroundsWithHeightsAreThoseOfTheCpu) {
         const Image cpu = picture(EvaluationPath::kCpu, SunChoice::kOn),
                     gpu = picture(EvaluationPath::kGlsl, SunChoice::kOn),
                     without = picture(EvaluationPath::kCpu, SunChoice::kOff);
-        double brightest = 0, least = 1e9;
-        for (const Vec3 pixel : cpu.pixels) brightest = std::max(brightest, double(luminance(pixel)));
+        Largest brightest;
+        double least = 1e9;
+        for (const Vec3 pixel : cpu.pixels) brightest.add(luminance(pixel));
         std::size_t other = 0, lit = 0;
         for (std::size_t p = 0; p < cpu.pixels.size(); ++p) {
-            other += std::abs(luminance(cpu.pixels[p] - gpu.pixels[p])) > 0.5 / 255 * brightest;
+            other += !(std::abs(luminance(cpu.pixels[p] - gpu.pixels[p])) <= 0.5 / 255 * brightest);
             lit += std::abs(luminance(gpu.pixels[p] - without.pixels[p])) > 0.05 * brightest;
             if (cpu.alpha[p] == 1) least = std::min(least, double(luminance(gpu.pixels[p])));
         }
@@ -333,7 +329,7 @@ TEST_F(SceneOnGpuTest, SunsOnWideGroundsAreThoseOfTheCpu) {
         options.path = path;
         options.suns = SunChoice::kOn;
         const PosedScene scene(
-            parseScene(R"({"version": 2, "characters": [{"asset": "sunny.pnb", "position": [-0.2, 0.1, 0.1],
+            parseScene(R"({"version": 1, "characters": [{"asset": "sunny.pnb", "position": [-0.2, 0.1, 0.1],
                            "on_ground": true}], "ground": {"heights": {"analytic": "waves:height=0.4,length=40", )" +
                            more + "}}}",
                        "s.json", folder_));
@@ -341,11 +337,11 @@ TEST_F(SceneOnGpuTest, SunsOnWideGroundsAreThoseOfTheCpu) {
     };
     const std::string wide = R"("rows": 101, "columns": 101, "cell": 4)";
     const Image cpu = picture(EvaluationPath::kCpu, wide), gpu = picture(EvaluationPath::kGlsl, wide);
-    double brightest = 0;
-    for (const Vec3 pixel : cpu.pixels) brightest = std::max(brightest, double(luminance(pixel)));
+    Largest brightest;
+    for (const Vec3 pixel : cpu.pixels) brightest.add(luminance(pixel));
     std::size_t other = 0, dark = 0;
     for (std::size_t p = 0; p < cpu.pixels.size(); ++p) {
-        other += std::abs(luminance(cpu.pixels[p] - gpu.pixels[p])) > 0.5 / 255 * brightest;
+        other += !(std::abs(luminance(cpu.pixels[p] - gpu.pixels[p])) <= 0.5 / 255 * brightest);
         dark += cpu.alpha[p] == 1 && luminance(cpu.pixels[p]) < 0.4 * brightest;
     }
     std::printf("wide ground: %zu of %zu pixels differ by more than 0.5 of a step\n", other, cpu.pixels.size());
@@ -374,7 +370,7 @@ TEST_F(SceneOnGpuTest, SunsOfManySamplesShowNoEdgesOfTriangles) {
     options.suns = SunChoice::kOn;
     options.sun_map = 4096;
     const PosedScene scene(
-        parseScene(R"({"version": 2, "characters": [{"asset": "sunny.pnb", "on_ground": true}], "ground": {"heights":
+        parseScene(R"({"version": 1, "characters": [{"asset": "sunny.pnb", "on_ground": true}], "ground": {"heights":
                       {"analytic": "dunes:height=8,length=40", "rows": 256, "columns": 256, "cell": 2}}})",
                    "s.json", folder_));
     std::array<std::size_t, 2> lines{};
@@ -383,8 +379,8 @@ TEST_F(SceneOnGpuTest, SunsOfManySamplesShowNoEdgesOfTriangles) {
         for (const int samples : {1, 4}) {
             options.samples = samples;
             const Image image = drawScene(scene, options, 1).image;
-            double brightest = 0;
-            for (const Vec3 pixel : image.pixels) brightest = std::max(brightest, double(luminance(pixel)));
+            Largest brightest;
+            for (const Vec3 pixel : image.pixels) brightest.add(luminance(pixel));
             lines[samples == 4] = darkLines(image, 0.05 * brightest);
         }
         std::printf("dark lines: %zu pixels of one sample, %zu of four\n", lines[0], lines[1]);
@@ -400,7 +396,7 @@ TEST_F(SceneOnGpuTest, AfterAStrokeOnlyWhatSeesItIsComputed) {
     options.channel = Channel::kAmbient;
     options.camera = "pitch=35,yaw=20";
     const auto open = [&] {
-        return PosedScene(parseScene(R"({"version": 2, "characters": [{"asset": "spheres.pnb"}],
+        return PosedScene(parseScene(R"({"version": 1, "characters": [{"asset": "spheres.pnb"}],
             "ground": {"heights": {"analytic": "dunes:height=0.4,length=1.5", "rows": 128, "columns": 128,
                                    "cell": 0.04, "refine": 0.01}}})",
                                      "s.json", folder_));
@@ -428,8 +424,8 @@ TEST_F(SceneOnGpuTest, AfterAStrokeOnlyWhatSeesItIsComputed) {
     EXPECT_LT(work.receivers, 33u * 33u);
     EXPECT_GT(work.receivers, 16u);
     SceneOnGpu fresh(other, options, 1);
-    EXPECT_LT(largestDifference(pictureOf(fresh), edited), 1e-6);
-    EXPECT_GT(largestDifference(before, edited), 20);
+    EXPECT_LT(stepsBetween(pictureOf(fresh), edited), 1e-6);
+    EXPECT_GT(stepsBetween(before, edited), 20);
     pictureOf(gpu);
     EXPECT_EQ(gpu.heights()->work().receivers, 0u);
 }

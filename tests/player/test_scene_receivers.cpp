@@ -12,6 +12,7 @@
 #include "player/scene/scene_receivers.h"
 #include "player/scene/sphere_cast.h"
 #include "sh/visibility_convention.h"
+#include "tests/difference.h"
 #include "tests/synthetic_composition.h"
 
 namespace penumbra {
@@ -79,10 +80,11 @@ TEST_F(SceneReceivers, IsDarkerBesideAnother) {
             scene(R"({"asset": ")" + std::string(asset) + R"("}, {"asset": "tube.pnb", "position": [0.6, 0, 0]})");
         const std::vector<float> before = ambientOf(both, 0, alone(both, 0)),
                                  after = ambientOf(both, 0, memberVertices(both, 0, 1));
-        double most = 0, sum = 0;
+        Largest most;
+        double sum = 0;
         for (std::size_t v = 0; v < after.size(); ++v) {
             EXPECT_LT(after[v], before[v] + 0.02f) << asset;
-            most = std::max<double>(most, before[v] - after[v]);
+            most.add(before[v] - after[v]);
             sum += before[v] - after[v];
         }
         EXPECT_GT(most, 0.15) << asset;
@@ -111,10 +113,11 @@ TEST_F(SceneReceivers, ConventionsAgree) {
         const PosedScene both = scene(R"({"asset": "open.pnb"}, {"asset": "tube.pnb", "position": [0.6, 0, 0]})");
         e.push_back(ambientOf(both, 0, memberVertices(both, 0, 1)));
     }
-    double off_a = 0, off_b = 0, least = 1;
+    Largest off_a, off_b;
+    double least = 1;
     for (std::size_t v = 0; v < e[0].size(); ++v) {
-        off_a = std::max<double>(off_a, std::abs(e[1][v] - e[0][v]));
-        off_b = std::max<double>(off_b, std::abs(e[2][v] - e[0][v]));
+        off_a.add(std::abs(e[1][v] - e[0][v]));
+        off_b.add(std::abs(e[2][v] - e[0][v]));
         least = std::min<double>(least, e[0][v]);
     }
     EXPECT_LT(least, 0.8);
@@ -131,9 +134,7 @@ TEST_F(SceneReceivers, MostOfTheGroundIsInterpolated) {
     GroundVertices all = ground;
     castOn(stands.cast(), {}, {all.positions, all.normals, all.tangents}, 2, all.mirrored);
     const std::vector<float> e = groundAmbient(ground), expected = groundAmbient(all);
-    double largest = 0;
-    for (std::size_t v = 0; v < e.size(); ++v) largest = std::max<double>(largest, std::abs(e[v] - expected[v]));
-    EXPECT_LT(largest, 0.005);
+    EXPECT_LT(largestDifference(e, expected), 0.005);
 }
 
 // What is drawn has fewer triangles. They cover the ground once, face up, and meet along whole edges, so that nothing

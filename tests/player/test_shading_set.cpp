@@ -12,6 +12,7 @@
 #include "sh/sh_product.h"
 #include "sh/sh_rotation.h"
 #include "sh/zonal.h"
+#include "tests/difference.h"
 #include "tests/player/count_allocations.h"
 #include "tests/player/synthetic_asset.h"
 
@@ -63,13 +64,6 @@ struct Posed {
         return radiance;
     }
 };
-
-float largestDifference(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
-    float largest = 0;
-    for (std::size_t v = 0; v < a.size(); ++v)
-        for (int c = 0; c < 3; ++c) largest = std::max(largest, std::abs(a[v][c] - b[v][c]));
-    return largest;
-}
 
 // Equality is bit for bit, in pieces of any size, as each vertex sees the same operations in its lane.
 TEST(ShadingSet, EveryPartHasItsMaterial) {

@@ -7,6 +7,7 @@
 #include "player/runtime/shade/shading_set.h"
 #include "sh/angles.h"
 #include "sh/light/light_rotation.h"
+#include "tests/difference.h"
 #include "tests/player/count_allocations.h"
 #include "tests/player/synthetic_asset.h"
 
@@ -45,12 +46,6 @@ struct Lit {
 
 std::vector<Vec3> coefficientsOf(const ShadingSet& set) { return set.lightTables().sh(); }
 
-float largest(const std::vector<Vec3>& a) {
-    float most = 0;
-    for (const Vec3& v : a) most = std::max({most, std::abs(v.x), std::abs(v.y), std::abs(v.z)});
-    return most;
-}
-
 TEST(ShadingSuns, OffIsTheWholeLightBitForBit) {
     const Lit lit;
     ShadingSet with(lit.data.asset), without(lit.data.asset);
@@ -78,7 +73,7 @@ TEST(ShadingSuns, OnIsTheRemainderAndTurnedSuns) {
         std::vector<Vec3> rest = coefficientsOf(set);
         EXPECT_NEAR(rest[0].x, 0.3f * 3.5449077f, 1e-5f);
         rest.erase(rest.begin());
-        EXPECT_LT(largest(rest), 1e-5f);
+        EXPECT_LT(largestMagnitude(rest), 1e-5f);
         ASSERT_EQ(set.suns().size(), 1u);
         EXPECT_LT(length(set.suns()[0].direction - toFloat(turn * Vec3d{0.6, 0.8, 0})), 1e-6f);
         EXPECT_EQ(set.suns()[0].irradiance, lit.suns[0].irradiance);
@@ -97,7 +92,7 @@ TEST(ShadingSuns, TheWindowOfTheLightIsTheWindowOfItsSuns) {
     set.setSuns(true);
     std::vector<Vec3> rest = coefficientsOf(set);
     rest.erase(rest.begin());
-    EXPECT_LT(largest(rest), 1e-5f);
+    EXPECT_LT(largestMagnitude(rest), 1e-5f);
 }
 
 // Live lights without factorLive() have no suns. With it, suns and remainder are the light at every moment, while the

@@ -12,6 +12,7 @@
 #include "player/frame/shot.h"
 #include "player/gl/offscreen_target.h"
 #include "player/runtime/shade/shading_set.h"
+#include "tests/difference.h"
 #include "tests/player/count_allocations.h"
 #include "tests/player/gl_calls.h"
 #include "tests/player/synthetic_asset.h"
@@ -216,14 +217,8 @@ TEST(SteppedShading, TheGpuGivesWhatTheCpuGives) {
         target.begin();
         values.draw(view, posed.vertices.positions, radiance);
         const Image expected = target.read();
-        float largest = 0, brightest = 0;
-        for (std::size_t p = 0; p < expected.pixels.size(); ++p)
-            for (int c = 0; c < 3; ++c) {
-                largest = std::max(largest, std::abs(drawn.pixels[p][c] - expected.pixels[p][c]));
-                brightest = std::max(brightest, expected.pixels[p][c]);
-            }
-        EXPECT_LT(largest, 0.5f / 255) << alpha;
-        EXPECT_GT(brightest, 0.1f);
+        EXPECT_LT(largestDifference(drawn.pixels, expected.pixels), 0.5f / 255) << alpha;
+        EXPECT_GT(largestOf(expected.pixels), 0.1);
         if (alpha != 0.3) {
             EXPECT_NE(drawn.pixels, last.pixels) << alpha;
         }

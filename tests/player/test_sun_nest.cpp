@@ -3,6 +3,7 @@
 
 #include <limits>
 
+#include "tests/difference.h"
 #include "tests/player/sun_scenes.h"
 
 namespace penumbra {
@@ -62,7 +63,7 @@ TEST(SunNest, HasOneMapWhereThatIsFineEnoughOrNoGroundCasts) {
 // Wherever the sun is, a man and his shadow on level ground are in the finest map and nowhere near its border, and
 // texels grow from map to map. Measured: texels of 1.0 to 3.1 mm.
 TEST(SunNest, HoldsAManAndHisShadowInItsFinestMap) {
-    float coarsest = 0;
+    Largest coarsest;
     for (const float side : {32.0f, 500.0f, 5000.0f})
         for (const float elevation : {8.0f, 30.0f, 60.0f, 90.0f})
             for (const float azimuth : {0.0f, 31.0f}) {
@@ -70,7 +71,7 @@ TEST(SunNest, HoldsAManAndHisShadowInItsFinestMap) {
                 const SunMesh man = manAt(0.3f * side, 0.1f * side), ground = sunGround(side, 33);
                 const SunNest nest = sunNestOf({{man}, ground}, sun, kRadius);
                 ASSERT_GE(nest.maps.size(), 2u);
-                coarsest = std::max(coarsest, nest.maps[0].frame.texel);
+                coarsest.add(nest.maps[0].frame.texel);
                 for (const Vec3 p : man.positions) {
                     EXPECT_EQ(nest.maps[0].weight(p), 1) << side << " " << elevation;
                     EXPECT_EQ(nest.maps[0].weight(p - sun * (p.z / sun.z)), 1) << side << " " << elevation;
@@ -130,7 +131,7 @@ TEST(SunMaps, BordersHaveNoAcneAndNoLeaks) {
                 // It begins where the wall's slope ends, and ends before the penumbra.
                 const float slope = side / 64, last = std::max(0.5f * side - 0.9f * reach, -0.4f * side);
                 for (float x = 0.5f * side - 1.5f * slope; x > last; x -= 0.001f * side) {
-                    light += in_shadow.visibility({x, 0.7f, 0}, kUp) > 0.02f;
+                    light += !(in_shadow.visibility({x, 0.7f, 0}, kUp) <= 0.02f);
                     ++shadowed;
                 }
             }

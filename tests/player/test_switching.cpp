@@ -8,6 +8,7 @@
 #include "player/frame/frame_values.h"
 #include "player/gl/offscreen_target.h"
 #include "sh/light/light_rotation.h"
+#include "tests/difference.h"
 #include "tests/player/gl_calls.h"
 #include "tests/player/synthetic_asset.h"
 
@@ -84,14 +85,8 @@ TEST(Switching, DrawsWhatIsOnAndMakesNothing) {
             EXPECT_EQ(calls.made(), 0) << "switch " << i;
             const Image expected = stage.drawOnCpu();
             EXPECT_GT(calls.made(), 0) << "the CPU's vertices do go into new buffers: the counter counts";
-            float largest = 0, brightest = 0;
-            for (std::size_t p = 0; p < expected.pixels.size(); ++p)
-                for (int c = 0; c < 3; ++c) {
-                    largest = std::max(largest, std::abs(drawn.back().pixels[p][c] - expected.pixels[p][c]));
-                    brightest = std::max(brightest, expected.pixels[p][c]);
-                }
-            EXPECT_LT(largest, 1e-4f) << "switch " << i;
-            EXPECT_GT(brightest, 0.1f);
+            EXPECT_LT(largestDifference(drawn.back().pixels, expected.pixels), 1e-4f) << "switch " << i;
+            EXPECT_GT(largestOf(expected.pixels), 0.1);
             if (i > 0) changes += drawn[i].pixels != drawn[i - 1].pixels;
         }
         EXPECT_GE(changes, 5) << "a turned even light and a material that a part had already change nothing";

@@ -5,6 +5,7 @@
 #include "pack/pack_asset.h"
 #include "player/render/render_offscreen.h"
 #include "player/view/view_pick.h"
+#include "tests/difference.h"
 #include "tests/synthetic_cloth.h"
 
 namespace penumbra {
@@ -55,12 +56,7 @@ TEST(TwoSided, BothPathsDrawTheSame) {
         for (const char* camera : {kAbove, kBelow, "pitch=10"}) {
             const Image cpu = sheet.picture(channel, EvaluationPath::kCpu, camera, 1);
             const Image gpu = sheet.picture(channel, EvaluationPath::kGlsl, camera, 1);
-            ASSERT_EQ(cpu.pixels.size(), gpu.pixels.size());
-            double most = 0;
-            for (std::size_t i = 0; i < cpu.pixels.size(); ++i)
-                for (int c = 0; c < 3; ++c)
-                    most = std::max(most, std::abs(double(cpu.pixels[i][c]) - gpu.pixels[i][c]));
-            EXPECT_LT(most, 2e-3) << "channel " << int(channel) << ", " << camera;
+            EXPECT_LT(largestDifference(cpu.pixels, gpu.pixels), 2e-3) << "channel " << int(channel) << ", " << camera;
         }
 }
 

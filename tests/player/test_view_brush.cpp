@@ -35,7 +35,7 @@ protected:
 
     Scene open(const std::string& heights) const {
         writeWholeFile(folder / "s.json",
-                       std::string(R"({"version": 2, "characters": [{"asset": "tube.pnb", "position": [3, 0, 3]}],
+                       std::string(R"({"version": 1, "characters": [{"asset": "tube.pnb", "position": [3, 0, 3]}],
                           "ground": {"height": -0.5, "heights": {)") +
                            heights + "}}}");
         const std::array files = {folder / "s.json"};

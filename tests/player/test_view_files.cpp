@@ -10,6 +10,7 @@
 #include "pack/material_section.h"
 #include "pack/pack_asset.h"
 #include "player/view/view_scene.h"
+#include "tests/difference.h"
 #include "tests/synthetic_model.h"
 
 namespace penumbra {
@@ -183,12 +184,13 @@ TEST_F(ViewFiles, ComponentsHaveTheirTrainingRange) {
     for (std::size_t c = 0; c < character.asset.model.clusters.size(); ++c) {
         const std::vector<ComponentFigures> figures = ranges.figures(*character.evaluator, c);
         ASSERT_EQ(figures.size(), character.asset.model.clusters[c].components());
-        float least = 1e9f, most = -1e9f;
+        Largest most;
+        float least = 1e9f;
         for (const ClipView& clip : animation.clips)
             for (std::size_t f = clip.first_frame; !clip.held_out && f < clip.first_frame + clip.frame_count; ++f) {
                 character.evaluator->setPose(animation.bonesOf(f), animation.poseOf(f));
                 least = std::min(least, character.evaluator->scores(c)[0]);
-                most = std::max(most, character.evaluator->scores(c)[0]);
+                most.add(character.evaluator->scores(c)[0]);
             }
         EXPECT_EQ(figures[0].least, least);
         EXPECT_EQ(figures[0].most, most);

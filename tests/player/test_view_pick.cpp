@@ -7,6 +7,7 @@
 #include "player/frame/visibility_lobe.h"
 #include "player/view/vertex_figures.h"
 #include "player/view/view_pick.h"
+#include "tests/difference.h"
 #include "tests/player/synthetic_asset.h"
 
 namespace penumbra {
@@ -39,7 +40,7 @@ TEST(VisibilityLobe, UnoccludedIsAHalfSphere) {
     numbers[0] = std::sqrt(4 * std::numbers::pi_v<float>);
     const Vec3 normal{0, 0, 1}, tangent{1, 0, 0}, center{1, 2, 3};
     const Shape lobe = visibilityLobe(convention, numbers, toLocalFrame(normal, tangent), center, 0.5f);
-    float highest = 0;
+    Largest highest;
     for (std::size_t i = 0; i < lobe.positions.size(); ++i) {
         const Vec3 from_center = lobe.positions[i] - center;
         if (lobe.values[i].x > 0) {
@@ -49,7 +50,7 @@ TEST(VisibilityLobe, UnoccludedIsAHalfSphere) {
         } else {
             EXPECT_EQ(length(from_center), 0);
         }
-        highest = std::max(highest, from_center.z);
+        highest.add(from_center.z);
     }
     EXPECT_NEAR(highest, 0.5, 1e-5);
 }

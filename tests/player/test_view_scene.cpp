@@ -13,6 +13,7 @@
 #include "player/view/view_settings.h"
 #include "player/view/view_shapes.h"
 #include "sh/light/light_rotation.h"
+#include "tests/difference.h"
 #include "tests/player/synthetic_asset.h"
 
 namespace penumbra {
@@ -83,10 +84,10 @@ TEST(ErrorStrip, IsTheErrorOfEveryFrame) {
         evaluateFrame(shot, VisibilitySource::kModel, other, 1, vertices);
         const std::vector<float> e = ambientOf(shot, vertices.numbers, 1), truth = trueAmbient(shot, vertices, 1);
         double sum = 0;
-        float most = 0;
+        Largest most;
         for (std::size_t v = 0; v < e.size(); ++v) {
             sum += double(std::abs(e[v] - truth[v]));
-            most = std::max(most, std::abs(e[v] - truth[v]));
+            most.add(std::abs(e[v] - truth[v]));
         }
         EXPECT_GT(most, 0);
         EXPECT_NEAR(double(strip.errors()[frame].mean), sum / double(e.size()), 1e-6);

@@ -12,6 +12,7 @@
 #include "player/frame/visibility_lobe.h"
 #include "player/runtime/shade/shading.h"
 #include "sh/mirrored_product.h"
+#include "tests/difference.h"
 #include "tests/synthetic_composition.h"
 
 namespace penumbra {
@@ -178,8 +179,8 @@ TEST(SignedLobe, ShowsNegativeFunctionsInTheirOwnColour) {
     std::vector<float> numbers(std::size_t(convention.size()));
     numbers[0] = -0.2f * std::sqrt(4 * std::numbers::pi_v<float>);
     Shape lobe = signedLobe(convention, numbers, toLocalFrame({0, 0, 1}, {1, 0, 0}), {}, 2);
-    float farthest = 0;
-    for (const Vec3& p : lobe.positions) farthest = std::max(farthest, length(p));
+    Largest farthest;
+    for (const Vec3& p : lobe.positions) farthest.add(length(p));
     EXPECT_NEAR(farthest, 0.4f, 1e-5f);
     shadeSignedLobe(lobe, {0, 0, 5});
     for (std::size_t i = 0; i < lobe.values.size(); ++i)

@@ -148,6 +148,20 @@ TEST(Brdf, IsotropyIsThatOfTheFunction) {
     }
 }
 
+// Two directions at the same angle from the normal, one along x and one along y, differ in the lobe alone. Their half
+// vectors with the normal lie at the angle d.
+TEST(Brdf, AnisotropicLobesHaveTheirWidthsAlongXAndY) {
+    const double d = 0.2, tangent = std::tan(d);
+    const Vec3d o{0, 0, 1}, along_x{std::sin(2 * d), 0, std::cos(2 * d)}, along_y{0, along_x.x, along_x.z};
+    const auto logRatio = [&](const char* text) {
+        const BrdfFunction f = brdfFunction(parseBrdf(text));
+        return std::log(f(along_x, o) / f(along_y, o));
+    };
+    for (const char* ward : {"ward:ax=0.2,ay=0.5", "ward-gmd:ax=0.2,ay=0.5"})
+        EXPECT_NEAR(logRatio(ward), -tangent * tangent * (1 / 0.04 - 1 / 0.25), 1e-12) << ward;
+    EXPECT_NEAR(logRatio("ashikhmin-shirley:nu=10,nv=50,rd=0"), (10 - 50) * std::log(std::cos(d)), 1e-12);
+}
+
 // slice36 has order-6 coefficients of f cos for three views, by quadrature that is good to 3e-3.
 TEST(Brdf, SlicesMatchGolden) {
     const auto golden = readGolden("rpo.json");

@@ -9,6 +9,7 @@
 #include "sh/cast/log_visibility.h"
 #include "sh/mirrored_product.h"
 #include "sh/visibility_convention.h"
+#include "tests/difference.h"
 #include "tests/sh/caster_scenes.h"
 
 namespace penumbra {
@@ -40,11 +41,10 @@ TEST(CastVisibility, IsTheExponentialOfTheNetLogOnEveryPath) {
             const std::vector<Vec3> places = somePlaces(403);  // the last block is not full
             std::vector<float> out(places.size() * n), expected(n);
             castVisibility(order, person, places, out, path);
-            double worst = 0;
+            Largest worst;
             for (std::size_t r = 0; r < places.size(); ++r) {
                 expOfLog(expTables(order), {}, netLogAt(order, person, places[r]), expected);
-                for (std::size_t i = 0; i < n; ++i)
-                    worst = std::max(worst, double(std::abs(out[r * n + i] - expected[i])));
+                for (std::size_t i = 0; i < n; ++i) worst.add(std::abs(out[r * n + i] - expected[i]));
             }
             EXPECT_LT(worst, 2e-5) << "order " << order;
         }
@@ -116,9 +116,7 @@ TEST(CastVisibility, AnchorsShareTheSpheresWithTheirReceivers) {
             castMirrored(person, {values.data(), anchorStride(person.size()), anchor.data(), weight.data()},
                          {places, normals, tangents}, fade, out, path);
             castMirrored(person, {places, normals, tangents}, fade, expected, path);
-            float worst = 0;
-            for (std::size_t i = 0; i < out.size(); ++i) worst = std::max(worst, std::abs(out[i] - expected[i]));
-            EXPECT_LT(worst, 1e-4f) << spacing;
+            EXPECT_LT(largestDifference(out, expected), 1e-4f) << spacing;
         }
 }
 

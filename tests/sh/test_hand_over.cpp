@@ -11,6 +11,7 @@
 #include "sh/light/dominant_light.h"
 #include "sh/quadrature.h"
 #include "sh/sh_rotation.h"
+#include "tests/difference.h"
 #include "tests/sh/slice_transfer.h"
 
 namespace penumbra {
@@ -111,9 +112,7 @@ Steps stepsOf(const std::vector<std::vector<double>>& radiance) {
     for (std::size_t i = 0; i < radiance.size(); ++i) {
         sum += std::accumulate(radiance[i].begin(), radiance[i].end(), 0.0);
         if (i == 0) continue;
-        double& step = steps.emplace_back(0);
-        for (std::size_t k = 0; k < radiance[i].size(); ++k)
-            step = std::max(step, std::abs(radiance[i][k] - radiance[i - 1][k]));
+        steps.push_back(largestDifference(radiance[i], radiance[i - 1]));
     }
     const double mean = sum / double(radiance.size() * radiance[0].size());
     std::sort(steps.begin(), steps.end());

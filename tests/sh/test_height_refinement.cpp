@@ -7,6 +7,7 @@
 
 #include "sh/height/analytic_heights.h"
 #include "sh/height/height_visibility.h"
+#include "tests/difference.h"
 #include "tests/sh/height_samples.h"
 
 namespace penumbra {
@@ -46,12 +47,6 @@ Looked lookedAt(const HeightField& field, int order, int step, float tolerance,
     return lookedAt(field, visibility);
 }
 
-double largestOff(std::span<const float> a, std::span<const float> b) {
-    double most = 0;
-    for (std::size_t i = 0; i < a.size(); ++i) most = std::max(most, double(std::abs(a[i] - b[i])));
-    return most;
-}
-
 TEST(HeightRefinement, ErrorIsHalfAGeometricMeanAndFinerFadesInFromTheTolerance) {
     EXPECT_EQ(cellError(0, 0), 0);
     EXPECT_FLOAT_EQ(cellError(0.1f, 0.1f), 0.5f * 0.11f);
@@ -73,7 +68,7 @@ TEST(HeightRefinement, OfAllCellsIsFullResolution) {
                 for (const int step : {2, 4, 8})
                     EXPECT_EQ(lookedAt(field, order, step, 1e-7f).numbers, full.numbers)
                         << int(border) << " " << rows << " " << columns << " " << order << " " << step;
-                EXPECT_GT(largestOff(lookedAt(field, order, 8, 0).numbers, full.numbers), 0.05)
+                EXPECT_GT(largestDifference(lookedAt(field, order, 8, 0).numbers, full.numbers), 0.05)
                     << int(border) << " " << rows << " " << columns;
             }
 }
@@ -121,20 +116,20 @@ TEST(HeightRefinement, FadesInAnAnimationWithoutPopping) {
     HeightVisibility visibility(field, 5, 4);
     visibility.setTolerance(kHeightTolerance);
     const auto largestStep = [&](double seconds) {
-        double most = 0;
+        Largest most;
         std::vector<float> before;
         std::size_t least_finer = grid.size(), most_finer = 0;
         for (int k = 0; k < 40; ++k) {
             analyticHeights(dunes, grid, k * seconds, 0, grid.rows, heights);
             visibility.wake(field, field.set(heights));
             const Looked now = lookedAt(field, visibility);
-            if (k > 0) most = std::max(most, largestOff(now.numbers, before));
+            if (k > 0) most.add(largestDifference(now.numbers, before));
             before = now.numbers;
             least_finer = std::min(least_finer, now.finer);
             most_finer = std::max(most_finer, now.finer);
         }
         EXPECT_LT(least_finer, most_finer);  // cells come and go
-        return most;
+        return most.value();
     };
     const double whole = largestStep(2e-3), tenth = largestStep(2e-4);
     std::printf("largest step %.4f, of a tenth of the time %.4f\n", whole, tenth);
@@ -148,7 +143,7 @@ TEST(HeightRefinement, OfEveryPathIsThePortableOne) {
         EXPECT_GT(portable.finer, 100u);
         EXPECT_LT(portable.finer, field.grid().size() * 9 / 10);
         // A share moves by 100 times what V does, in units of V. Measured: 4e-6.
-        EXPECT_LT(largestOff(lookedAt(field, order, 4, kHeightTolerance).numbers, portable.numbers), 1e-4);
+        EXPECT_LT(largestDifference(lookedAt(field, order, 4, kHeightTolerance).numbers, portable.numbers), 1e-4);
     }
 }
 

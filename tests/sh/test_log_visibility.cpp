@@ -9,6 +9,7 @@
 #include "sh/cast/log_visibility.h"
 #include "sh/sh_product.h"
 #include "sh/zonal.h"
+#include "tests/difference.h"
 #include "tests/sh/caster_scenes.h"
 
 namespace penumbra {
@@ -37,11 +38,7 @@ double normOf(const std::vector<double>& log) {
 }
 
 // RMS over the sphere of the difference of two visibilities.
-double rmsV(const std::vector<double>& a, const std::vector<double>& b) {
-    double sum = 0;
-    for (std::size_t i = 0; i < a.size(); ++i) sum += (a[i] - b[i]) * (a[i] - b[i]);
-    return std::sqrt(sum) / kOne;
-}
+double rmsV(const std::vector<double>& a, const std::vector<double>& b) { return distanceBetween(a, b) / kOne; }
 
 // Cosine-weighted visibility / pi about `normal`.
 double ambientOf(const std::vector<double>& v, Vec3d normal) {
@@ -160,15 +157,15 @@ TEST(ExpOfLog, OfNothingIsOne) {
 TEST(ExpOfLog, MethodsComeNearTheExactOne) {
     const std::vector<CasterSphereD> person = goldenPerson();
     for (int order = kLeastLogOrder; order <= kMostLogOrder; ++order) {
-        double plain = 0, smooth = 0, linear = 0;
+        Largest plain, smooth, linear;
         for (int k = 0; k < 40; ++k) {
             const double angle = 0.7 * k, distance = 0.2 + 0.045 * k;
             const Vec3d at{distance * std::cos(angle), distance * std::sin(angle), 0.04 * k};
             const std::vector<double> log = netLogAt(order, person, at);
             const std::vector<double> exact = expOf(order, {ExpMethod::kPs, false, 100}, log);
-            plain = std::max(plain, rmsV(expOf(order, kPlain, log), exact));
-            smooth = std::max(smooth, rmsV(expOf(order, kSmooth, log), exact));
-            linear = std::max(linear, rmsV(expOf(order, {ExpMethod::kHybOl}, log), exact));
+            plain.add(rmsV(expOf(order, kPlain, log), exact));
+            smooth.add(rmsV(expOf(order, kSmooth, log), exact));
+            linear.add(rmsV(expOf(order, {ExpMethod::kHybOl}, log), exact));
         }
         EXPECT_LT(plain, 0.025);
         EXPECT_LT(smooth, 0.02);
@@ -180,7 +177,7 @@ TEST(ExpOfLog, MethodsComeNearTheExactOne) {
 TEST(ExpOfLog, FloatsComeNearDoubles) {
     const std::vector<CasterSphereD> person = goldenPerson();
     for (int order = kLeastLogOrder; order <= kMostLogOrder; ++order) {
-        double worst = 0;
+        Largest worst;
         for (int k = 0; k < 200; ++k) {
             const double angle = 0.7 * k, distance = 0.01 * k;
             const Vec3d at{distance * std::cos(angle), distance * std::sin(angle), 0.009 * k};
@@ -188,7 +185,7 @@ TEST(ExpOfLog, FloatsComeNearDoubles) {
             std::vector<float> out(log.size());
             expOfLog(expTables(order), kSmooth, log, out);
             const std::vector<double> exact = expOf(order, kSmooth, netLogAt(order, person, toDouble(toFloat(at))));
-            for (std::size_t i = 0; i < out.size(); ++i) worst = std::max(worst, std::abs(out[i] - exact[i]));
+            for (std::size_t i = 0; i < out.size(); ++i) worst.add(std::abs(out[i] - exact[i]));
         }
         EXPECT_LT(worst, 5e-5);
     }
@@ -199,7 +196,7 @@ TEST(ExpOfLog, FloatsComeNearDoubles) {
 TEST(ExpOfLog, DoesNotStepWhereTheSquaringsChange) {
     const auto golden = readGolden("shexp.json");
     for (int order = kLeastLogOrder; order <= kMostLogOrder; ++order) {
-        double plain = 0, smooth = 0, ambient = 0;
+        Largest plain, smooth, ambient;
         for (const auto& scene : golden.at("scenes")) {
             const std::vector<double> log = netLogOf(order, goldenCaps(scene.at("axis"), scene.at("theta")));
             for (const double edge : {0.5, 1.0, 2.0, 4.0, 8.0}) {
@@ -209,9 +206,9 @@ TEST(ExpOfLog, DoesNotStepWhereTheSquaringsChange) {
                 for (double& f : above) f *= edge / normOf(log) * (1 + 1e-9);
                 ASSERT_EQ(squaringCount(kSmooth, normOf(above)), squaringCount(kSmooth, normOf(below)) + 1);
                 const std::vector<double> v = expOf(order, kSmooth, below), w = expOf(order, kSmooth, above);
-                smooth = std::max(smooth, rmsV(v, w));
-                ambient = std::max(ambient, std::abs(ambientOf(v, {0, 0, 1}) - ambientOf(w, {0, 0, 1})));
-                plain = std::max(plain, rmsV(expOf(order, kPlain, below), expOf(order, kPlain, above)));
+                smooth.add(rmsV(v, w));
+                ambient.add(std::abs(ambientOf(v, {0, 0, 1}) - ambientOf(w, {0, 0, 1})));
+                plain.add(rmsV(expOf(order, kPlain, below), expOf(order, kPlain, above)));
             }
         }
         EXPECT_LT(smooth, 0.002);
@@ -225,12 +222,13 @@ TEST(ExpOfLog, DoesNotStepWhereTheSquaringsChange) {
 double largestKink(int order, const ExpOptions& options) {
     const Vec3d direction = normalized(Vec3d{0.3, 0.1, 1});
     const int steps = 4000;
-    double worst = 0, before = 0, change_before = 0;
+    Largest worst;
+    double before = 0, change_before = 0;
     for (int step = 0; step <= steps; ++step) {
         const double angle = std::numbers::pi / 180 * (1 + 89.0 * step / steps);
         const std::vector<double> log = netLogAt(order, {{0.2 / std::sin(angle) * direction, 0.2}}, Vec3d{});
         const double e = ambientOf(expOf(order, options, log), {0, 0, 1});
-        if (step > 1) worst = std::max(worst, std::abs(e - before - change_before));
+        if (step > 1) worst.add(std::abs(e - before - change_before));
         change_before = e - before;
         before = e;
     }
@@ -251,12 +249,13 @@ TEST(ExpOfLog, AmbientHasNoStepAsASphereComesNear) {
 // 0.0001 of the radius. At the surface E falls as the square root of the way: measured .0046 to .0086 in a step.
 TEST(ExpOfLog, AmbientFadesInsideASphere) {
     for (int order = kLeastLogOrder; order <= kMostLogOrder; ++order) {
-        double before = -1, worst = 0;
+        Largest worst;
+        double before = -1;
         for (int step = 0; step <= 3000; ++step) {
             const double distance = 0.2 * (1.1 - 0.3 * step / 3000);
             const std::vector<double> log = netLogAt(order, {{{0, 0, distance}, 0.2}}, Vec3d{});
             const double e = ambientOf(expOf(order, kSmooth, log), {0, 0, 1});
-            if (before >= 0) worst = std::max(worst, std::abs(e - before));
+            if (before >= 0) worst.add(std::abs(e - before));
             before = e;
         }
         EXPECT_LT(worst, 0.015);

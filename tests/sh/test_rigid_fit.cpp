@@ -4,6 +4,7 @@
 
 #include "sh/quaternion.h"
 #include "sh/rigid_fit.h"
+#include "tests/difference.h"
 
 namespace penumbra {
 namespace {
@@ -33,12 +34,6 @@ std::vector<Affine> fit(const std::vector<Vec3>& rest, const std::vector<std::ui
     return bones;
 }
 
-double largestDistance(const Affine& a, const Affine& b) {
-    double largest = 0;
-    for (std::size_t i = 0; i < 12; ++i) largest = std::max(largest, double(std::abs(a.m[i] - b.m[i])));
-    return largest;
-}
-
 // The parts may be flat. The points of a flat part alone do not tell a rotation from a reflection. The largest error
 // was 3e-6 at this distance from the origin (the translation), and 4e-5 where the rotation is near pi and the prior
 // pulls most.
@@ -56,8 +51,8 @@ TEST(PartMotions, FindsTheMotionOfRigidParts) {
                 positions.push_back((v < 40 ? first : second).point(rest[v]));
             }
             const std::vector<Affine> bones = fit(rest, part, positions, 3);
-            EXPECT_LT(largestDistance(bones[2], first), 2e-4) << "flat " << flat << " angle " << angle;
-            EXPECT_LT(largestDistance(bones[0], second), 2e-4) << "flat " << flat << " angle " << angle;
+            EXPECT_LT(largestDifference(bones[2].m, first.m), 2e-4) << "flat " << flat << " angle " << angle;
+            EXPECT_LT(largestDifference(bones[0].m, second.m), 2e-4) << "flat " << flat << " angle " << angle;
             EXPECT_EQ(bones[1], Affine{});  // nothing there
         }
 }
@@ -77,7 +72,7 @@ TEST(PartMotions, WhatPointsLeaveOpenDoesNotTurn) {
     EXPECT_EQ(one, motion({}, {3, 2, 1}));
     // A line turns by 90 degrees about z. Nothing says how it turns about itself.
     const Affine line = fit({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, {0, 0, 0}, {{0, 0, 0}, {0, 1, 0}, {0, 2, 0}}, 1)[0];
-    EXPECT_LT(largestDistance(line, motion({0, 0, 1.5707963}, {})), 1e-4);
+    EXPECT_LT(largestDifference(line.m, motion({0, 0, 1.5707963}, {}).m), 1e-4);
 }
 
 // The scale of the scene changes nothing, down to where squares of floats would vanish. The prior turns back by 2e-5.

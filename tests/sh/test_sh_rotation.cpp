@@ -1,6 +1,7 @@
 #include <random>
 
 #include "sh/sh_rotation.h"
+#include "tests/difference.h"
 #include "tests/sh/golden.h"
 
 namespace penumbra {
@@ -90,11 +91,7 @@ TEST(ShRotation, KeepsTheEnergyOfEveryBandAndComposes) {
 
 namespace {
 
-double distance(const Mat3& a, const Mat3& b) {
-    double sum = 0;
-    for (int i = 0; i < 9; ++i) sum += (double(a.m[i]) - b.m[i]) * (double(a.m[i]) - b.m[i]);
-    return std::sqrt(sum);
-}
+double distance(const Mat3& a, const Mat3& b) { return distanceBetween(a.m, b.m); }
 
 double determinant(const Mat3& a) {
     return dot(cross(Vec3{a.m[0], a.m[1], a.m[2]}, Vec3{a.m[3], a.m[4], a.m[5]}), Vec3{a.m[6], a.m[7], a.m[8]});

@@ -1,6 +1,7 @@
 // The part of penumbra.h that reports errors, opens an asset and tells what is in it.
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <cstring>
 
@@ -32,6 +33,17 @@ void requireRange(const char* what, std::size_t first, std::size_t count, std::s
                          std::to_string(limit));
 }
 
+void requireCount(const char* name, std::size_t count, std::size_t size) {
+    if (count > std::size_t(PTRDIFF_MAX) / size)
+        throw UsageError(std::string(name) + " is " + std::to_string(count) + ", more than memory can hold");
+}
+
+Vec3 pointFrom(const char* name, const float* place) {
+    requirePointer(place, name);
+    requireFinite(name, {place, 3});
+    return {place[0], place[1], place[2]};
+}
+
 void requireFinite(const char* name, std::span<const float> numbers) {
     for (std::size_t i = 0; i < numbers.size(); ++i)
         if (!std::isfinite(numbers[i]))
@@ -55,6 +67,8 @@ Evaluator AssetData::restPose() const {
 }
 
 namespace {
+
+constexpr std::size_t kMostAssetBytes = std::size_t(1) << 31;  // no FlatBuffers buffer is larger
 
 // Finds for every shading point of a deforming mesh its vertex and its first source vertex. The loop over source
 // vertices goes backwards, so that the first one stays.
@@ -137,7 +151,7 @@ using namespace penumbra;
 
 const char* penumbra_version(void) { return PENUMBRA_VERSION; }
 
-int penumbra_asset_format_version(void) { return kAssetVersion; }
+int penumbra_asset_format_version(void) { return kAssetFormat.version; }
 
 const char* penumbra_status_name(penumbra_status status) {
     switch (status) {
@@ -189,6 +203,8 @@ penumbra_status penumbra_asset_open_memory(const void* bytes, size_t size, penum
             throw UsageError("ownership is neither PENUMBRA_BORROW nor PENUMBRA_COPY");
         if (ownership == PENUMBRA_BORROW && reinterpret_cast<std::uintptr_t>(bytes) % 16 != 0)
             throw UsageError("bytes to be read in place must begin at a multiple of 16");
+        if (size > kMostAssetBytes)
+            throw InvalidInput("asset: " + std::to_string(size) + " bytes are more than an asset can have");
         const auto data = std::make_shared<AssetData>();
         const auto* begin = static_cast<const std::byte*>(bytes);
         if (ownership == PENUMBRA_COPY) {
@@ -286,7 +302,7 @@ size_t penumbra_asset_frame_at(const penumbra_asset* asset, size_t clip, double 
     if (!asset || clip >= viewOf(asset)->animation.clips.size()) return PENUMBRA_NONE;
     const AnimationView& animation = viewOf(asset)->animation;
     const ClipView& range = animation.clips[clip];
-    if (range.frame_count == 0) return PENUMBRA_NONE;
+    if (range.frame_count == 0 || std::isnan(seconds)) return PENUMBRA_NONE;
     const std::span<const double> times = animation.times.subspan(range.first_frame, range.frame_count);
     const auto after = std::upper_bound(times.begin(), times.end(), seconds) - times.begin();
     return range.first_frame + std::size_t(std::max<std::ptrdiff_t>(after - 1, 0));

@@ -65,7 +65,7 @@ penumbra_status penumbra_shading_shade_bounced(const penumbra_shading* shading, 
                                                float* radiance, penumbra_error* error) {
     return guarded(error, [&] {
         requirePointer(shading, "shading");
-        requirePointer(eye, "eye");
+        const Vec3 from = pointFrom("eye", eye);
         requirePointer(vertices, "vertices");
         requirePointer(vertices->positions, "vertices->positions");
         requirePointer(vertices->normals, "vertices->normals");
@@ -75,10 +75,9 @@ penumbra_status penumbra_shading_shade_bounced(const penumbra_shading* shading, 
         const std::size_t n = shading->view.mesh.positions.size();
         requireRange("vertices", first, count, n);
         if (bounced) indirectOf(shading->view);
-        shading->set->shade(first, first + count, vectors(vertices->positions, n), vectors(vertices->normals, n),
-                            vectors(vertices->tangents, n),
-                            {vertices->numbers, n * std::size_t(shading->view.model.stride)}, {eye[0], eye[1], eye[2]},
-                            vectors(radiance, n),
-                            bounced ? std::span(bounced, n * kIndirectStride) : std::span<const float>());
+        shading->set->shade(
+            first, first + count, vectors(vertices->positions, n), vectors(vertices->normals, n),
+            vectors(vertices->tangents, n), {vertices->numbers, n * std::size_t(shading->view.model.stride)}, from,
+            vectors(radiance, n), bounced ? std::span(bounced, n * kIndirectStride) : std::span<const float>());
     });
 }

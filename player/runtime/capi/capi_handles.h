@@ -81,8 +81,13 @@ void requirePointer(const void* pointer, const char* name);
 // Throw UsageError unless index < limit, or unless [first, first + count) lies in [0, limit).
 void requireIndex(const char* what, std::size_t index, std::size_t limit);
 void requireRange(const char* what, std::size_t first, std::size_t count, std::size_t limit);
+// Throws UsageError where no memory holds `count` elements of `size` bytes. A loop over the caller's array would leave
+// it.
+void requireCount(const char* name, std::size_t count, std::size_t size);
 // Throws UsageError "`name`[i] is not finite".
 void requireFinite(const char* name, std::span<const float> numbers);
+// Returns a place [3] of the caller. Throws UsageError where it is NULL or not finite.
+Vec3 pointFrom(const char* name, const float* place);
 
 // Returns `to_scene` [3,4] of the caller; the identity for NULL. Throws UsageError where it is no rotation and
 // translation.

@@ -220,6 +220,7 @@ penumbra_status penumbra_heights_query(const penumbra_heights* field, const floa
     return guarded(error, [&] {
         requirePointer(field, "field");
         if (count == 0) return;
+        requireCount("count", count, 2 * sizeof(float));
         requirePointer(places, "places");
         requirePointer(heights, "heights");
         requireFinite("places", {places, 2 * count});
@@ -235,6 +236,7 @@ penumbra_status penumbra_heights_under(const penumbra_heights* field, const floa
         requirePointer(field, "field");
         requirePointer(height, "height");
         if (count > 0) requirePointer(positions, "positions");
+        requireCount("count", count, 3 * sizeof(float));
         requireFinite("positions", {positions, 3 * count});
         *height =
             float(groundUnderPose(field->field, toDouble(field->corner), vectors(positions, count), rigidOf(to_scene)));
@@ -270,7 +272,7 @@ penumbra_status penumbra_heights_shade(const penumbra_heights* field, const floa
                                        const penumbra_vertices* points, float* radiance, penumbra_error* error) {
     return guarded(error, [&] {
         requirePointer(field, "field");
-        requirePointer(eye, "eye");
+        const Vec3 from = pointFrom("eye", eye);
         requirePointer(points, "points");
         requirePoints(*field, first, count, points->positions, points->normals, points->tangents);
         requirePointer(points->numbers, "points->numbers");
@@ -278,7 +280,7 @@ penumbra_status penumbra_heights_shade(const penumbra_heights* field, const floa
         if (!field->look) throw UsageError("the field has no look yet");
         const std::size_t all = field->field.grid().size();
         field->look->shade(first, first + count, vectors(points->positions, all), vectors(points->normals, all),
-                           vectors(points->tangents, all), {points->numbers, all * PENUMBRA_HEIGHTS_STRIDE},
-                           {eye[0], eye[1], eye[2]}, vectors(radiance, all));
+                           vectors(points->tangents, all), {points->numbers, all * PENUMBRA_HEIGHTS_STRIDE}, from,
+                           vectors(radiance, all));
     });
 }

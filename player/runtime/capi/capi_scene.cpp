@@ -16,6 +16,7 @@ namespace {
 
 constexpr int kTransferOrder = 5;
 constexpr std::size_t kTransferNumbers = kTransferOrder * kTransferOrder;
+constexpr std::size_t kMostCasters = 65535;
 
 void requireCaster(const penumbra_scene& scene, std::size_t except) {
     if (except != PENUMBRA_NONE) requireIndex("except", except, scene.evaluators.size());
@@ -76,6 +77,8 @@ penumbra_status penumbra_scene_create(const penumbra_asset* const* assets, size_
     return guarded(error, [&] {
         requirePointer(scene, "scene");
         if (caster_count > 0) requirePointer(assets, "assets");
+        if (caster_count > kMostCasters)  // each has a part or a sphere
+            throw Unsupported("the casters of a scene have more than 65535 parts or spheres");
         auto made = std::make_unique<penumbra_scene>();
         for (std::size_t i = 0; i < caster_count; ++i) {
             requirePointer(assets[i], "an asset");
@@ -171,6 +174,7 @@ penumbra_status penumbra_scene_probe(const penumbra_scene* scene, size_t except,
         requirePointer(scene, "scene");
         requireCaster(*scene, except);
         if (count == 0) return;
+        requireCount("count", count, kTransferNumbers * sizeof(float));
         requirePointer(positions, "positions");
         requirePointer(normals, "normals");
         requireFinite("positions", {positions, 3 * count});

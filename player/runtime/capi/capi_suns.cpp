@@ -31,6 +31,8 @@ void requireSun(const penumbra_sun* sun) {
 
 void requireCaster(const penumbra_sun_caster& caster) {
     if (caster.vertex_count > 0) requirePointer(caster.positions, "the positions of a caster");
+    requireCount("vertex_count", caster.vertex_count, 3 * sizeof(float));
+    requireCount("triangle_count", caster.triangle_count, 3 * sizeof(std::uint32_t));
     if (caster.triangle_count == 0) return;
     requirePointer(caster.triangles, "the triangles of a caster");
     for (std::size_t i = 0; i < 3 * caster.triangle_count; ++i)
@@ -102,14 +104,14 @@ penumbra_status penumbra_shading_add_suns(const penumbra_shading* shading, const
         requirePointer(vertices->positions, "vertices->positions");
         requirePointer(vertices->normals, "vertices->normals");
         requirePointer(vertices->tangents, "vertices->tangents");
-        requirePointer(eye, "eye");
+        const Vec3 from = pointFrom("eye", eye);
         requirePointer(visible, "visible");
         requirePointer(radiance, "radiance");
         const std::size_t n = shading->view.mesh.positions.size();
         requireRange("vertices", first, count, n);
         shading->set->addSuns(first, first + count, vectors(vertices->positions, n), vectors(vertices->normals, n),
-                              vectors(vertices->tangents, n), {visible, n * shading->set->suns().size()},
-                              {eye[0], eye[1], eye[2]}, vectors(radiance, n));
+                              vectors(vertices->tangents, n), {visible, n * shading->set->suns().size()}, from,
+                              vectors(radiance, n));
     });
 }
 
@@ -139,6 +141,7 @@ penumbra_status penumbra_sun_map_set_casters_on_ground(penumbra_sun_map* map, co
         requirePointer(map, "map");
         requireSun(sun);
         if (count > 0) requirePointer(casters, "casters");
+        requireCount("count", count, sizeof *casters);
         for (std::size_t i = 0; i < count; ++i) requireCaster(casters[i]);
         if (ground) requireCaster(*ground);
         map->casters.members.clear();
@@ -156,6 +159,7 @@ penumbra_status penumbra_sun_map_visibility(const penumbra_sun_map* map, const f
     return guarded(error, [&] {
         requirePointer(map, "map");
         if (count == 0) return;
+        requireCount("count", count, 3 * sizeof(float));
         requirePointer(positions, "positions");
         requirePointer(normals, "normals");
         requirePointer(visible, "visible");

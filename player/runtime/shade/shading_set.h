@@ -101,7 +101,7 @@ public:
     void reflect(std::size_t begin, std::size_t end, std::span<Vec3> light) const;
     // Adds what suns() add to the radiance of these vertices: sum over suns of visible E f(omega_i, omega_o) cos.
     // `visible` is [suns, V], the share of each sun that reaches a vertex past everything, its own body included.
-    // Materials without lobes send nothing back. Everything else is as in shade().
+    // Everything else is as in shade().
     void addSuns(std::size_t begin, std::size_t end, std::span<const Vec3> positions, std::span<const Vec3> normals,
                  std::span<const Vec3> tangents, std::span<const float> visible, Vec3 eye,
                  std::span<Vec3> radiance) const;

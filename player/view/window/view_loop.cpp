@@ -174,7 +174,8 @@ void ViewLoop::takeScreenshot(const Rectangle& part) {
 }
 
 void ViewLoop::takeSequencePicture(const Rectangle& picture) {
-    const ClipView& clip = selectedClip(state_, contentsOf(*scene_));
+    const ViewContents contents = contentsOf(*scene_);
+    const ClipView& clip = selectedClip(state_, contents);
     write(sequenceName(options_.screenshots, clip.name, *state_.sequence), readPart(picture, window_.height()));
     if (state_.sequence && ++*state_.sequence >= clip.frame_count) state_.sequence.reset();
 }
