@@ -1,12 +1,18 @@
 #include "pack/span_projector.h"
 
+#include <algorithm>
+
 #include "pack/dense_solvers.h"
 
 namespace penumbra {
 
-static Eigen::VectorXd asVector(std::span<const float> values) {
+namespace {
+
+Eigen::VectorXd asVector(std::span<const float> values) {
     return Eigen::Map<const Eigen::VectorXf>(values.data(), Eigen::Index(values.size())).cast<double>();
 }
+
+}  // namespace
 
 SpanProjector::SpanProjector(const std::vector<float>& basis, std::size_t length) {
     const auto columns = Eigen::Index(length > 0 ? basis.size() / length : 0);

@@ -1,7 +1,6 @@
 #include "bake/poses/limbs.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <iterator>
 #include <numeric>

@@ -11,7 +11,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "fit/numerics/dense_solvers.h"
 #include "formats/common/parallel_for.h"

@@ -101,8 +101,8 @@ std::vector<Basis> basesOf(int order, std::span<const Vec3d> directions) {
     return bases;
 }
 
-// What a search pays for coefficients: `weight` times the squares of their distance from `towards`, of scaled bands.
-// Empty matrices stand for zeros.
+// Ridge term of the lobe search: weight times squared distance from `towards`, per band. Bands are scaled. Empty
+// matrices stand for zeros.
 struct RidgeTo {
     double weight = 0;
     std::array<SmallMatrix, kMaxOrder> towards{};  // [D, 3]

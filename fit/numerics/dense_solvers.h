@@ -1,6 +1,6 @@
 #pragma once
 // The decompositions of dense matrices that this stage uses. Eigen's templates for them take most of a minute to
-// compile, so dense_solvers.cpp alone instantiates them, and every other file calls these functions.
+// compile, so only dense_solvers.cpp instantiates them for matrices of any size, and other files call these functions.
 #include <Eigen/Core>
 #include <memory>
 

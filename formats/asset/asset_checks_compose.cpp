@@ -1,5 +1,4 @@
 // The checks of composed models and of sphere blockers.
-#include <array>
 #include <cmath>
 
 #include "asset_generated.h"

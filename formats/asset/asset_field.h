@@ -43,7 +43,7 @@ std::span<const T> spanOf(const flatbuffers::Vector<Stored>* vector, const Field
     return {reinterpret_cast<const T*>(vector->data()), bytes / sizeof(T)};
 }
 
-// Does the same for a vector that must be there, though it may be empty.
+// Returns what spanOf() returns, but fails where the vector is absent. It may be empty.
 template <class T, class Stored>
 std::span<const T> requiredSpanOf(const flatbuffers::Vector<Stored>* vector, const Field& at) {
     if (!vector) at.fail("is missing");

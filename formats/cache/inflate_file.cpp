@@ -6,8 +6,8 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
-#include <memory>
 
 #include "formats/common/errors.h"
 #include "formats/common/write_file.h"
@@ -82,15 +82,21 @@ std::pair<std::uint64_t, uLong> inflateInto(const Scratch& file, const RandomByt
         sum = crc32(sum, asZlib(got.data()), uInt(got.size()));
         file.write(got);
     }
+    if (consumed != packed.size) throw InvalidInput(file.what + ": bytes follow the end of its compressed data");
     return {produced, sum};
+}
+
+// Returns the folder for temporary files that may be large. /tmp is in memory on many systems.
+std::filesystem::path scratchFolder() {
+    const char* const chosen = std::getenv("TMPDIR");
+    return chosen && *chosen ? chosen : "/var/tmp";
 }
 
 }  // namespace
 
 RandomBytes inflateToFile(const RandomBytes& packed, std::uint64_t size, std::uint32_t crc, const std::string& what) {
     std::error_code unknown;
-    Scratch file{std::filesystem::temp_directory_path(unknown), what};
-    if (unknown) throw IoError(what + ": cannot be inflated: TMPDIR: " + unknown.message());
+    Scratch file{scratchFolder(), what};
     // Ask for the room before anything is written; what is unknown is found out by writing.
     const std::filesystem::space_info room = std::filesystem::space(file.folder, unknown);
     if (!unknown && room.available < size)

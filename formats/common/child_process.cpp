@@ -30,6 +30,7 @@
 #include <new>
 #include <span>
 #include <string>
+#include <type_traits>
 
 #include "formats/common/errors.h"
 #include "formats/common/write_file.h"
@@ -38,12 +39,13 @@ namespace penumbra {
 
 namespace {
 
-// What the child says first: a kind and a length in bytes. The text of an error or the result follows.
-enum class Answer : std::uint8_t { kResult, kUsageError, kIoError, kInvalidInput, kUnsupported, kOtherError };
+// The child first writes a header. As many bytes as it says follow: the result, or the text of an error.
+enum class Answer : std::uint64_t { kResult, kUsageError, kIoError, kInvalidInput, kUnsupported, kOtherError };
 struct Header {
     Answer kind;
     std::uint64_t size;
 };
+static_assert(std::has_unique_object_representations_v<Header>);  // no padding, which would be written unset
 
 constexpr int kOutOfMemory = 99;  // exit status of the child
 
@@ -176,12 +178,21 @@ private:
 Child start(const std::function<std::vector<std::byte>()>& work, const ChildLimits& limits) {
     std::array<int, 2> pipe{};
     if (::pipe2(pipe.data(), O_CLOEXEC) != 0) throw std::runtime_error(std::string("pipe: ") + std::strerror(errno));
-    const pid_t parent = ::getpid(), process = ::fork();
-    if (process < 0) {
+    const auto fail = [&](const char* what) {
         const int reason = errno;
         for (const int end : pipe) ::close(end);
-        throw std::runtime_error(std::string("fork: ") + std::strerror(reason));
+        throw std::runtime_error(std::string(what) + ": " + std::strerror(reason));
+    };
+    // Where this program's standard streams are closed, the pipe got their numbers, which printNothing() takes over.
+    for (int& end : pipe) {
+        if (end > STDERR_FILENO) continue;
+        const int moved = ::fcntl(end, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
+        if (moved < 0) fail("pipe");
+        ::close(end);
+        end = moved;
     }
+    const pid_t parent = ::getpid(), process = ::fork();
+    if (process < 0) fail("fork");
     if (process == 0) {
         ::close(pipe[0]);
         runChild(pipe[1], parent, work, limits);

@@ -114,7 +114,9 @@ fs::path followLinks(fs::path path) {
     std::error_code error;
     for (int i = 0; fs::is_symlink(path, error); ++i) {
         if (i == kMostLinks) throw failed("cannot write", given, ELOOP);
-        path = path.parent_path() / fs::read_symlink(path);
+        const fs::path next = fs::read_symlink(path, error);
+        if (error) throw failed("cannot read the link", path, error.value());
+        path = path.parent_path() / next;
     }
     return path;
 }
@@ -193,11 +195,11 @@ PartialFile::PartialFile(fs::path target) {
     if (!target_.has_parent_path()) target_ = "." / target_;
     checkTarget(target_);
     sweepStale(target_);
-    // What replaces a file that others may not read is closed to them from the start.
+    // The old file may be closed to others, so the new one is from the start.
     std::error_code missing;
     const mode_t mode = fs::exists(target_, missing) ? 0600 : 0666;
-    for (int attempt = 1; attempt <= 100;
-         ++attempt) {  // "-2": a second writer here, or the same number in another host
+    // A second writer here, or a process with the same number on another host, takes the suffix "-2".
+    for (int attempt = 1; attempt <= 100; ++attempt) {
         const std::string suffix = attempt == 1 ? "" : "-" + std::to_string(attempt);
         partial_ = partialPrefix(target_).string() + std::to_string(::getpid()) + suffix;
         lock_ = ::open(partial_.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | O_NOFOLLOW, mode);
@@ -242,7 +244,8 @@ void syncFolder(const fs::path& folder) {
 }
 
 // Gives an open file the owner, the group and the permissions of the target, if there is one. Only root may give files
-// away; where a system refuses, the file stays ours, and a group that it cannot have gets what everybody may do.
+// away; where a system refuses, the file stays ours, and a group that it cannot have gets what everybody may do. Where
+// it refuses permissions, too, the file keeps those that it was made with, which let in nobody but its owner.
 void takeOverStatus(int file, const fs::path& target) {
     struct stat old {
     }, now{};
@@ -251,7 +254,9 @@ void takeOverStatus(int file, const fs::path& target) {
     if (old.st_uid != now.st_uid) (void)!::fchown(file, old.st_uid, gid_t(-1));
     if (old.st_gid != now.st_gid && ::fchown(file, uid_t(-1), old.st_gid) != 0)
         mode = (mode & ~mode_t(070)) | (mode & (mode << 3) & 070);
-    if (::fchmod(file, mode) != 0) throw failed("cannot set the permissions", target, errno);
+    if ((now.st_mode & 0777) == mode || ::fchmod(file, mode) == 0) return;
+    if (errno != EPERM && errno != EOPNOTSUPP && errno != ENOSYS)
+        throw failed("cannot set the permissions", target, errno);
 }
 
 }  // namespace

@@ -24,6 +24,7 @@ struct AssimpImport {
     std::vector<const aiNode*> nodes;  // ours to assimp's; null where it has none
     // of several nodes with one name this has the first, as assimp's own look-up does
     std::map<std::string, int> node_of_name;
+    std::map<const aiTexture*, std::shared_ptr<const Texture>> textures;  // those inside the file; meshes share them
 
     [[noreturn]] void fail(const std::string& problem) const { failAtFile(source.file, problem); }
 };
@@ -119,20 +120,25 @@ TextureWrap wrapOf(aiTextureMapMode mode) {
 }
 
 // Reads the diffuse texture. Returns the number of the texture coordinates that it takes.
-unsigned readTexture(const AssimpImport& import, const aiMaterial& material, aiTextureType type, MaterialColor& color) {
+unsigned readTexture(AssimpImport& import, const aiMaterial& material, aiTextureType type, MaterialColor& color) {
     aiString name;
     unsigned uv_set = 0;
     aiTextureMapMode modes[2] = {aiTextureMapMode_Wrap, aiTextureMapMode_Wrap};
     material.GetTexture(type, 0, &name, nullptr, &uv_set, nullptr, nullptr, modes);
-    Texture texture;
-    texture.name = "material '" + textOf(material.GetName()) + "': picture '" + textOf(name) + "'";
-    if (const aiTexture* inside = import.scene->GetEmbeddedTexture(name.C_Str()); inside == nullptr) {
-        texture.file = findPicture(import.source.file, name.C_Str());
-    } else if (inside->mHeight == 0) {  // a whole file, mWidth bytes of it
-        const auto* first = reinterpret_cast<const std::byte*>(inside->pcData);
-        texture.bytes.assign(first, first + inside->mWidth);
+    const aiTexture* inside = import.scene->GetEmbeddedTexture(name.C_Str());
+    if (inside) color.texture = import.textures[inside];
+    if (!color.texture) {
+        Texture texture;
+        texture.name = "material '" + textOf(material.GetName()) + "': picture '" + textOf(name) + "'";
+        if (!inside) {
+            texture.file = findPicture(import.source.file, name.C_Str());
+        } else if (inside->mHeight == 0) {  // a whole file, mWidth bytes of it
+            const auto* first = reinterpret_cast<const std::byte*>(inside->pcData);
+            texture.bytes.assign(first, first + inside->mWidth);
+        }
+        color.texture = std::make_shared<const Texture>(std::move(texture));
+        if (inside) import.textures[inside] = color.texture;
     }
-    color.texture = std::make_shared<const Texture>(std::move(texture));
     color.wrap_u = wrapOf(modes[0]);
     color.wrap_v = wrapOf(modes[1]);
     // A picture stands in place of the colour, except in .x, where the two are multiplied.
@@ -159,7 +165,7 @@ void readUv(const AssimpImport& import, const aiMesh& mesh, unsigned uv_set, Par
 }
 
 // Reads the diffuse colour of a material. Assimp's stand-in for a material that is missing has none.
-PartColor colorOf(const AssimpImport& import, const aiMaterial& material, const aiMesh& mesh) {
+PartColor colorOf(AssimpImport& import, const aiMaterial& material, const aiMesh& mesh) {
     aiColor3D color;
     PartColor out;
     if (textOf(material.GetName()) != AI_DEFAULT_MATERIAL_NAME &&

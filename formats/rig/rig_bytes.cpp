@@ -4,6 +4,8 @@
 #include <cmath>
 #include <concepts>
 #include <cstring>
+#include <functional>
+#include <map>
 #include <stdexcept>
 #include <type_traits>
 
@@ -44,8 +46,10 @@ concept Plain = std::is_arithmetic_v<T> || std::is_enum_v<T> || std::same_as<T, 
     []<class U, std::size_t n>(const std::array<U, n>&) {}(value);
 };
 
+// Parts share textures. Each texture follows its first index, which counts from 1; 0 means no texture.
 struct ByteWriter {
     std::vector<std::byte> bytes;
+    std::map<const Texture*, std::uint32_t> index_of_texture = {{nullptr, 0}};
 
     void operator()(const auto&... values) { (put(values), ...); }
 
@@ -70,14 +74,16 @@ struct ByteWriter {
         if (value) put(*value);
     }
     void put(const std::shared_ptr<const Texture>& texture) {
-        put(std::uint8_t(texture != nullptr));
-        if (texture) put(*texture);
+        const auto [at, is_new] = index_of_texture.try_emplace(texture.get(), std::uint32_t(index_of_texture.size()));
+        put(at->second);
+        if (is_new) put(*texture);
     }
     void put(const auto& record) { visit(*this, record); }
 };
 
 struct ByteReader {
     std::span<const std::byte> rest;
+    std::vector<std::shared_ptr<const Texture>> textures = {nullptr};
 
     void operator()(auto&... values) { (get(values), ...); }
 
@@ -114,10 +120,15 @@ struct ByteReader {
         if (getFlag()) get(value.emplace());
     }
     void get(std::shared_ptr<const Texture>& texture) {
-        if (!getFlag()) return;
-        auto made = std::make_shared<Texture>();
-        get(*made);
-        texture = std::move(made);
+        std::uint32_t index = 0;
+        get(index);
+        if (index > textures.size()) throw std::out_of_range("a texture is missing");
+        if (index == textures.size()) {
+            auto made = std::make_shared<Texture>();
+            get(*made);
+            textures.push_back(std::move(made));
+        }
+        texture = textures[index];
     }
     void get(auto& record) { visit(*this, record); }
 

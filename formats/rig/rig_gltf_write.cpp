@@ -2,7 +2,6 @@
 // mesh, so that reading finds nothing left to do.
 #include <algorithm>
 #include <array>
-#include <cstring>
 #include <map>
 #include <nlohmann/json.hpp>
 

@@ -1,6 +1,5 @@
 #include "formats/stage/pose_file.h"
 
-#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <utility>

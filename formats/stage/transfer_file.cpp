@@ -7,7 +7,6 @@
 #include "formats/common/errors.h"
 #include "formats/common/write_file.h"
 #include "formats/stage/stage_parts.h"
-#include "sh/sh_basis.h"
 
 namespace penumbra {
 

@@ -3,7 +3,6 @@
 // These are the models of paper 002, one linear map for each SH coefficient.
 #include <array>
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>

@@ -38,7 +38,7 @@ public:
     std::vector<SlotLobes> addSlots(const ShadingSet& shading);
     SlotLobes slotLobes(LobeRange range) const;
     std::span<const BrdfLobe> lobes() const { return lobes_; }
-    // Returns the models of the lobes of vertices, which are not 0 even where these have no lobes.
+    // Returns the models of the lobes of vertices. kLambert is among them even where these have no lobes.
     BrdfModels models(std::span<const LobeRange> of_vertices) const;
     BrdfModels models() const { return models_; }  // of all lobes that were ever added
     // Takes all lobes out. Ranges mean nothing any more.

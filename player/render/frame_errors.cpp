@@ -23,6 +23,9 @@ std::vector<double> storedMean(const AssetView& asset) {
     return mean;
 }
 
+// Returns the larger of the two, or NaN if either is: std::max() drops a NaN, and then --fail-above would pass it.
+double largerOrNan(double a, double b) { return a > b || std::isnan(a) ? a : b; }
+
 }  // namespace
 
 TruthMean truthMean(PosedFrame& frame) {
@@ -49,9 +52,6 @@ TruthMean truthMean(PosedFrame& frame) {
     for (double& number : mean.numbers) number /= frames;
     return mean;
 }
-
-// Returns the larger of the two, or NaN if either is: std::max() drops a NaN, and then --fail-above would pass it.
-static double largerOrNan(double a, double b) { return a > b || std::isnan(a) ? a : b; }
 
 void ErrorSums::add(const ErrorSums& other) {
     frames += other.frames;

@@ -1,7 +1,6 @@
 #include "player/render/image_error.h"
 
 #include <algorithm>
-#include <array>
 #include <cassert>
 #include <cmath>
 #include <limits>

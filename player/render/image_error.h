@@ -1,6 +1,5 @@
 #pragma once
 // Compares two pictures of one frame as they are displayed.
-#include <optional>
 
 #include "formats/image/image_file.h"
 

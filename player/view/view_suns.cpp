@@ -1,7 +1,5 @@
 #include "player/view/view_suns.h"
 
-#include <algorithm>
-
 #include "player/view/view_exposure.h"
 #include "player/view/view_light.h"
 

@@ -149,7 +149,7 @@ void compareSteps(const char* name, const char* analytic, int side, double cell,
         };
         const Map full = map(1, 0);
         float most = 0;
-        for (const Vec3 p : full.picture.pixels) most = std::max(most, p.y);
+        for (const Vec3 p : full.picture.pixels) most = most > p.y || std::isnan(most) ? most : p.y;  // NaN stays
         std::printf("%s, sun %2.0f degrees high, FLIP of a map from above against full resolution (%.0f ms):", name,
                     sun, full.milliseconds);
         for (const int step : {2, 4, 8})

@@ -100,6 +100,9 @@ double middleOfSoles(const Walk& walk, std::size_t frame, const Ground& ground) 
     return below(ground, toDouble(walk.poses[frame].front()));
 }
 
+// Returns the larger of the two, or NaN if either is.
+double largerOrNan(double a, double b) { return a > b || std::isnan(a) ? a : b; }
+
 using Way = std::function<double(const Walk&, std::size_t, const Ground&)>;
 
 void printWay(const char* name, const Walk& walk, const Ground& ground, const Way& way) {
@@ -111,13 +114,13 @@ void printWay(const char* name, const Walk& walk, const Ground& ground, const Wa
         for (const Vec3d sole : plantedSoles(walk, f)) {
             const double gap = y.back() - below(ground, sole);
             sum += gap * gap;
-            most = std::max(most, std::abs(gap));
-            sunk = std::max(sunk, -gap);
+            most = largerOrNan(most, std::abs(gap));
+            sunk = largerOrNan(sunk, -gap);
             ++planted;
         }
     }
     double speed = 0, change = 0;
-    for (std::size_t f = 1; f < y.size(); ++f) speed = std::max(speed, std::abs(y[f] - y[f - 1]) * walk.fps);
+    for (std::size_t f = 1; f < y.size(); ++f) speed = largerOrNan(speed, std::abs(y[f] - y[f - 1]) * walk.fps);
     for (std::size_t f = 2; f < y.size(); ++f)
         change += std::pow((y[f] - 2 * y[f - 1] + y[f - 2]) * walk.fps * walk.fps, 2);
     std::printf("%-8s %-26s %8zu %8.1f %8.1f %8.1f %10.2f %12.1f\n", ground.name, name, planted,

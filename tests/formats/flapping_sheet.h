@@ -91,6 +91,7 @@ struct ZipEntry {
     bool zip64 = false;  // sizes and offset in the extra field, as in archives beyond 4 GiB
     int method = -1;     // what the directory says, if not the truth
     std::uint64_t stated_size = 0;
+    std::string behind = "";  // bytes of the member behind the end of its deflate stream
 };
 
 inline std::string zipOf(const std::vector<ZipEntry>& entries, bool zip64_end = false) {
@@ -99,7 +100,7 @@ inline std::string zipOf(const std::vector<ZipEntry>& entries, bool zip64_end = 
     const auto u32 = [](std::size_t v) { return bytesOf(std::uint32_t(v)); };
     const auto u64 = [](std::size_t v) { return bytesOf(std::uint64_t(v)); };
     for (const ZipEntry& entry : entries) {
-        const std::string packed = entry.compress ? deflated(entry.data) : entry.data;
+        const std::string packed = entry.compress ? deflated(entry.data) + entry.behind : entry.data;
         const std::size_t size = entry.stated_size != 0 ? entry.stated_size : entry.data.size(), offset = file.size();
         const auto crc = crc32(0, reinterpret_cast<const Bytef*>(entry.data.data()), uInt(entry.data.size()));
         const std::string method = u16(entry.method >= 0 ? std::size_t(entry.method) : entry.compress ? 8 : 0);

@@ -144,6 +144,9 @@ TEST(PointCacheHostile, DamagedArchives) {
     expectRefusal({verts, faces}, "'verts.npy': its data are longer than stated");
     verts.stated_size = std::uint64_t(1) << 31;
     expectRefusal({verts, faces}, "'verts.npy': states more bytes than it can hold");
+    verts.stated_size = 0;
+    verts.behind = "x";
+    expectRefusal({verts, faces}, "'verts.npy': bytes follow the end of its compressed data");
     expectRefusal<Unsupported>({{.name = "verts.npy", .data = "", .method = 14}, faces}, "packed by method 14");
     EXPECT_THROW(readPointCache({scratch("nowhere.npz")}, {}), IoError);
     EXPECT_THROW(readPointCache({testing::TempDir() + "/nowhere.abc"}, {}), Unsupported);

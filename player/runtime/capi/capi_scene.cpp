@@ -1,7 +1,6 @@
 // The part of penumbra.h that casts characters on one another and on the engine's own meshes.
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "player/runtime/capi/capi_handles.h"
 #include "player/runtime/cast/cast_on_cluster.h"
