@@ -125,6 +125,21 @@ TEST(ChildProcess, PrintsNothingAndChangesNothing) {
     EXPECT_EQ(here, 1);
 }
 
+// The ends of the pipe get the numbers of the streams that are closed.
+TEST(ChildProcess, WorksWithoutStandardStreams) {
+    for (unsigned closed = 1; closed < 8; ++closed) {
+        const pid_t program = ::fork();
+        if (program == 0) {
+            for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+                if (closed >> stream & 1) ::close(stream);
+            ::_exit(failure([] { return Bytes(100'000); }) == "it did not fail" ? 0 : 1);
+        }
+        int status = -1;
+        ::waitpid(program, &status, 0);
+        EXPECT_EQ(status, 0) << "closed " << closed;
+    }
+}
+
 // Threads of an earlier loop wait for work while the child is made.
 TEST(ChildProcess, StartsBesideThreads) {
     parallelFor(8, 4, [](std::size_t) { std::this_thread::sleep_for(std::chrono::milliseconds(5)); });
@@ -273,6 +288,26 @@ TEST(RigBytes, EveryTruncationIsNoticed) {
     Bytes longer = whole;
     longer.push_back({});
     EXPECT_THROW(rigFromBytes(longer), std::out_of_range);
+}
+
+TEST(RigBytes, PartsShareTheirTextures) {
+    RigSource source;
+    source.parts.resize(4);
+    const auto textureOf = [](const char* name) {
+        return std::make_shared<const Texture>(Texture{name, {}, Bytes(100'000, std::byte(7))});
+    };
+    source.parts[0].color.material.texture = source.parts[2].color.material.texture = textureOf("atlas");
+    source.parts[3].color.material.texture = textureOf("paint");
+    const Bytes bytes = bytesOf(source);
+    EXPECT_LT(bytes.size(), 202'000u);
+    const RigSource read = rigFromBytes(bytes);
+    const auto texture = [&](std::size_t part) { return read.parts.at(part).color.material.texture; };
+    ASSERT_TRUE(texture(0) && texture(3));
+    EXPECT_EQ(texture(0), texture(2));
+    EXPECT_EQ(texture(1), nullptr);
+    EXPECT_EQ(texture(0)->name, "atlas");
+    EXPECT_EQ(texture(3)->name, "paint");
+    EXPECT_EQ(texture(3)->bytes, source.parts[3].color.material.texture->bytes);
 }
 
 // A child that has overwritten its memory may hand back anything.
