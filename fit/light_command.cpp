@@ -35,7 +35,7 @@ struct LightCommand {
 };
 
 void define(CLI::App& app, LightCommand& command) {
-    app.add_option("picture", command.picture, "environment, OpenEXR or Radiance HDR");
+    app.add_option("environment", command.picture, "environment, OpenEXR or Radiance HDR");
     app.add_option(
            "--analytic", command.analytic,
            "light without a picture, as in sky:elevation=20+sun:direction=0/1/1,irradiance=3; joined by + or given "
