@@ -306,7 +306,11 @@ RigSource importWithAssimp(const std::filesystem::path& path) {
     if (import.scene == nullptr || import.scene->mRootNode == nullptr)
         import.fail("cannot be read: " +
                     std::string(importer.GetErrorString()).substr(0, 160));  // the error may quote the file
-    const Matrix to_model = isExtension(path, ".fbx") ? fbxToModel(*import.scene) : kIdentityMatrix;
+    const bool is_fbx = isExtension(path, ".fbx");
+    const Matrix to_model = is_fbx ? fbxToModel(*import.scene) : kIdentityMatrix;
+    // The root of an FBX file has no transform. Since 5.3 assimp gives it one by the same axes and unit, in
+    // centimetres.
+    if (is_fbx) import.scene->mRootNode->mTransformation = aiMatrix4x4();
     convertNodes(import, to_model);
     convertMeshes(import);
     convertClips(import);
