@@ -120,7 +120,7 @@ def refuse(words, part, code):
 
 def check_refusals(place):
     lobes = ["fit", "visibility", place("v.vis.h5"), "--model", "zh-lobes", "-o", place("none.lobes.h5")]
-    for words, part in ((["--lobes", 0], "--lobes"), (["--lobes", 4], "not in range 1 to 3"), (["--lobes", "two"], "--lobes"),
+    for words, part in ((["--lobes", 0], "--lobes"), (["--lobes", 4], "--lobes: Value 4 not in range"), (["--lobes", "two"], "--lobes"),
                         (["--features", "relative-bones"], "knows joint-angles alone"),
                         (["--convention", "A4"], "takes B2 to B8"), (["--convention", "B1"], "takes B2 to B8"),
                         (["--convention", "D5"], "takes B2 to B8"), (["--convention", "B6"], "the file has order 5"),
