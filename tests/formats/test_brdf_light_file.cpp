@@ -283,7 +283,7 @@ TEST(LightFile, BadSunsAreRefused) {
     expectRefused("/light/picture", [](LightFile& l) { l.picture = {2, 4, l.picture.pixels}; });
 }
 
-// What shading could not sum is refused where it is read. The message names the file and the field.
+// A reader refuses radiance that shading could not sum. The message names the file and the field.
 TEST(LightFile, NumbersThatAreTooLargeAreNamed) {
     const Folder folder("bright");
     const auto path = folder.path / "e.light.h5";

@@ -78,7 +78,7 @@ TEST(ChildProcess, CrashesAreNamed) {
               }),
               "signal 11 (Segmentation fault)");
     EXPECT_EQ(failure([]() -> Bytes { ::_exit(0); }), "it ended without a result");
-    // What is no std::exception ends the child, by SIGABRT with g++ 12 and by SIGSEGV with g++ 14.
+    // An exception of another type ends the child, by SIGABRT with g++ 12 and by SIGSEGV with g++ 14.
     EXPECT_THAT(failure([]() -> Bytes { throw 1; }), testing::StartsWith("signal "));
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// What becomes of the bytes of an asset that were changed or cut short.
+// These helpers tell what a reader says of an asset whose bytes were changed or cut short.
 #include <gtest/gtest.h>
 
 #include <span>

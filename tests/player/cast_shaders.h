@@ -18,7 +18,7 @@
 
 namespace penumbra::player_test {
 
-// What differs between kinds of casters. All shaders have RECEIVER(i) and GIVEN(i).
+// Holds all that differs between kinds of casters. All shaders have RECEIVER(i) and GIVEN(i).
 struct CastShaders {
     const char *storage, *textures;  // declare the two buffers of the casters at bindings 0 and 1
     const char* cast;     // void castAt(vec3 place, mat3 local, inout float result[..], out float mirrored[21])
