@@ -131,7 +131,8 @@ std::vector<Sample> allSamples() {
     };
 }
 
-// Lists the fields that a file may lack by formats/README.md. The error attributes of materials are named by whoever measured them.
+// Lists the fields that a file may lack by formats/README.md. The error attributes of materials are named by whoever
+// measured them.
 bool mayBeMissing(const std::string& object, const std::string& field) {
     static const std::set<std::string> fields = {
         "two_sided",     "ground_y",    "holdout_error",     "holdout_share",      "/mesh/rest_normals", "/frames/pose",
