@@ -205,10 +205,6 @@ void defineRender(CLI::App& app, RenderCommand& command) {
 
 // --- From text to values ---------------------------------------------------------------------------------------------
 
-bool RenderCommand::overlays() const {
-    return std::any_of(overlay.begin(), overlay.end(), [](const CLI::Option* option) { return option->count() > 0; });
-}
-
 bool RenderCommand::draws() const { return !output.empty() || !sheet.file.empty() || imageError(); }
 
 bool RenderCommand::imageError() const {

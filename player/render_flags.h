@@ -21,7 +21,6 @@ struct RenderCommand {
     bool batch = false;  // the user asks for more than one picture of one frame
 
     bool isScene() const { return !scene.empty() || assets.size() > 1; }
-    bool overlays() const;    // tells whether a lobe or boxes are drawn
     bool draws() const;       // tells whether the run needs OpenGL
     bool imageError() const;  // tells whether pictures of model and truth are compared
 

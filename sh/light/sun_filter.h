@@ -17,7 +17,6 @@ public:
 
     // In seconds, >= 0 and finite; 0 switches the filter off. Throws std::invalid_argument otherwise.
     void setTimeConstant(double seconds);
-    double timeConstant() const { return time_constant_; }
     // Forgets all suns. The next update() takes its suns as they are.
     void reset() { *this = SunFilter(time_constant_); }
     // Goes on by `seconds` >= 0 towards `suns`, at most kMaxSuns, and returns what is there then: at most `most` <=

@@ -6,8 +6,6 @@
 
 namespace penumbra {
 
-constexpr std::size_t kMostTransferSums = 4;
-
 // out[o * out_stride + v] += sum over i < count of factors[i * sums + o] * rows[i * row_stride + v], for o < sums and
 // v < width. Each number of a row is read once for all sums.
 struct TransferRows {
