@@ -21,17 +21,4 @@ void evalEvenBasis(int order, Vec3 direction, std::span<float> out) {
         for (int m = -l; m <= l; m += 2) out[e++] = basis[shIndex(l, m)];
 }
 
-void evalSlice(std::span<const float> slices, int slice_order, int view_order, Vec3 omega_o, std::span<float> f) {
-    const int even_count = view_order * (view_order + 1) / 2;
-    const int count = coefficientCount(slice_order);
-    assert(int(f.size()) == count && int(slices.size()) == count * even_count);
-    std::array<float, kMaxOrder*(kMaxOrder + 1) / 2> even;
-    evalEvenBasis(view_order, omega_o, std::span(even).first(even_count));
-    for (int i = 0; i < count; ++i) {
-        float sum = 0;
-        for (int e = 0; e < even_count; ++e) sum += slices[i * even_count + e] * even[e];
-        f[i] = sum;
-    }
-}
-
 }  // namespace penumbra

@@ -245,8 +245,6 @@ BrdfFunction brdfFunction(const BrdfSpec& spec) {
     return function;
 }
 
-double evalBrdf(const BrdfSpec& spec, Vec3d wi, Vec3d wo) { return brdfFunction(spec)(wi, wo); }
-
 bool isIsotropic(const BrdfSpec& spec) {
     const Model& model = findModel(spec.name);
     return !model.x || spec.parameters.at(model.x) == spec.parameters.at(model.y);

@@ -86,8 +86,6 @@ std::span<const BrdfParameter> parametersOf(BrdfModel model);  // at most four
 // Throws std::invalid_argument as parseBrdf() does unless the value is in [least, most].
 void checkParameter(BrdfModel model, std::size_t parameter, double value, double least, double most);
 
-// Returns brdfFunction(spec)(wi, wo). Use it for a few evaluations only.
-double evalBrdf(const BrdfSpec& spec, Vec3d wi, Vec3d wo);
 // True when f depends only on the difference of the azimuths.
 bool isIsotropic(const BrdfSpec& spec);
 

@@ -24,7 +24,7 @@ TEST(FitBrdf, SymmetriesMatchDirectIntegration) {
             for (const auto& [direction, weight] : incident) {
                 evalBasis(5, direction, y);
                 for (std::size_t i = 0; i < 25; ++i)
-                    slice[i] += weight * direction.z * evalBrdf(spec, direction, table.views[o]) * y[i];
+                    slice[i] += weight * direction.z * brdfFunction(spec)(direction, table.views[o]) * y[i];
             }
             // The azimuths of views are on those of the incident grid, so both sums have the same terms.
             for (std::size_t i = 0; i < 25; ++i) ASSERT_NEAR(table.slices[(o * 25 + i) * 3], slice[i], 1e-11) << text;

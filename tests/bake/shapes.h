@@ -9,7 +9,7 @@
 
 #include "formats/common/mesh.h"
 #include "sh/quadrature.h"
-#include "sh/sh_project.h"
+#include "tests/sh/sh_project.h"
 
 namespace penumbra::shapes {
 

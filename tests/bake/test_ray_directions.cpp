@@ -4,8 +4,8 @@
 #include <random>
 
 #include "bake/trace/ray_directions.h"
-#include "sh/sh_project.h"
 #include "tests/difference.h"
+#include "tests/sh/sh_project.h"
 
 namespace penumbra {
 

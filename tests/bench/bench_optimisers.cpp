@@ -14,11 +14,11 @@
 
 #include "fit/models/features.h"
 #include "fit/models/many_starts.h"
-#include "fit/models/neural_bfgs.h"
 #include "fit/models/neural_start.h"
 #include "fit/models/variable_projection.h"
 #include "fit/visibility/fit_visibility.h"
 #include "fit/visibility/local_numbers.h"
+#include "tests/fit/neural_bfgs.h"
 
 namespace {
 

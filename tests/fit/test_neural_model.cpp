@@ -3,9 +3,9 @@
 #include <array>
 #include <vector>
 
-#include "fit/models/neural_bfgs.h"
 #include "fit/models/neural_model.h"
 #include "fit/models/neural_start.h"
+#include "tests/fit/neural_bfgs.h"
 #include "tests/fit/synthetic_net.h"
 
 namespace penumbra {

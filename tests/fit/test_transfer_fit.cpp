@@ -15,8 +15,8 @@
 #include "formats/common/errors.h"
 #include "sh/quadrature.h"
 #include "sh/sh_basis.h"
-#include "sh/sh_project.h"
 #include "tests/fit/synthetic_character.h"
+#include "tests/sh/sh_project.h"
 
 namespace penumbra {
 namespace {

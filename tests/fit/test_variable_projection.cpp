@@ -3,10 +3,10 @@
 #include <cmath>
 
 #include "fit/models/many_starts.h"
-#include "fit/models/neural_bfgs.h"
 #include "fit/models/neural_start.h"
 #include "fit/models/variable_projection.h"
 #include "tests/difference.h"
+#include "tests/fit/neural_bfgs.h"
 #include "tests/fit/synthetic_net.h"
 
 namespace penumbra {

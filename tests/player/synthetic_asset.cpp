@@ -13,9 +13,9 @@
 #include "sh/brdf/brdf.h"
 #include "sh/quadrature.h"
 #include "sh/reflectance.h"
-#include "sh/sh_project.h"
 #include "sh/sh_rotation.h"
 #include "sh/zonal.h"
+#include "tests/sh/sh_project.h"
 
 namespace penumbra::player_test {
 
@@ -23,6 +23,7 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 constexpr int kJoints = 3, kClusters = 5, kComponents = 6, kInputs = 3, kTruthOrder = 5;
+constexpr int kSliceOrder = 5, kSliceViewOrder = 5;
 
 // Returns the hemisphere moments of an unoccluded vertex in the local frame.
 std::vector<float> openMoments(int order) {
@@ -45,7 +46,7 @@ std::vector<float> fitSlices(const BrdfSpec& spec, int grid) {
         for (const int i : evenIndices(kSliceViewOrder)) even.push_back(basis[std::size_t(i)]);
         std::vector<double> slice(kCount);
         project(
-            kSliceOrder, incoming, [&](Vec3d wi) { return evalBrdf(spec, wi, view.direction) * wi.z; }, slice);
+            kSliceOrder, incoming, [&](Vec3d wi) { return brdfFunction(spec)(wi, view.direction) * wi.z; }, slice);
         const double weight = view.weight * view.direction.z;
         for (int e = 0; e < kEven; ++e) {
             for (int g = 0; g < kEven; ++g) gram[e * kEven + g] += weight * even[e] * even[g];

@@ -5,10 +5,10 @@
 #include "pack/pack_asset.h"
 #include "player/runtime/shade/shading.h"
 #include "sh/quadrature.h"
-#include "sh/reflectance.h"
-#include "sh/sh_project.h"
 #include "sh/sh_rotation.h"
 #include "tests/difference.h"
+#include "tests/sh/eval_slice.h"
+#include "tests/sh/sh_project.h"
 #include "tests/synthetic_model.h"
 
 namespace penumbra {

@@ -83,7 +83,7 @@ public:
                 apply(rotation, channel, local);
                 for (const auto& [transfer, brdf] : materials_) {
                     const double shadowed = std::inner_product(local.begin(), local.end(), transfer.begin(), 0.0);
-                    const double direct = evalBrdf(brdf, to_sun, to_eye_) * std::max(to_sun.z, 0.0);
+                    const double direct = brdfFunction(brdf)(to_sun, to_eye_) * std::max(to_sun.z, 0.0);
                     out.insert(out.end(), {shadowed, shadowed + sun.irradiance[int(c)] * direct});
                 }
             }

@@ -3,8 +3,8 @@
 
 #include "sh/quadrature.h"
 #include "sh/sh_basis.h"
-#include "sh/sh_project.h"
 #include "tests/sh/golden.h"
+#include "tests/sh/sh_project.h"
 
 namespace penumbra {
 

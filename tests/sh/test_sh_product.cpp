@@ -4,9 +4,9 @@
 
 #include "sh/quadrature.h"
 #include "sh/sh_product.h"
-#include "sh/sh_project.h"
 #include "sh/zonal.h"
 #include "tests/sh/golden.h"
+#include "tests/sh/sh_project.h"
 
 namespace penumbra {
 

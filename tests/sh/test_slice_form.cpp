@@ -11,6 +11,7 @@
 #include <random>
 
 #include "sh/brdf/slice_form.h"
+#include "tests/sh/eval_slice.h"
 
 namespace penumbra {
 namespace {

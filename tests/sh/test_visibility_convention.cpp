@@ -2,10 +2,10 @@
 #include <numbers>
 
 #include "sh/quadrature.h"
-#include "sh/sh_project.h"
 #include "sh/visibility_convention.h"
 #include "sh/zonal.h"
 #include "tests/sh/golden.h"
+#include "tests/sh/sh_project.h"
 
 namespace penumbra {
 

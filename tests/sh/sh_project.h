@@ -1,14 +1,23 @@
-#include "sh/sh_project.h"
-
+#pragma once
+// Projects functions and visibility on SH by sums over directions.
 #include <algorithm>
 #include <array>
 #include <cassert>
+#include <cstdint>
+#include <functional>
 #include <numbers>
+#include <span>
+#include <vector>
+
+#include "sh/quadrature.h"
+#include "sh/sh_basis.h"
 
 namespace penumbra {
 
-void project(int order, std::span<const WeightedDirection> samples, const std::function<double(Vec3d)>& f,
-             std::span<double> out) {
+// Computes f_i = integral of f(s) y_i(s) ds as the sum of weight * f * y_i. out.size() == coefficientCount(order),
+// order <= kMaxProductOrder. Sums are made in double and in the order of the samples.
+inline void project(int order, std::span<const WeightedDirection> samples, const std::function<double(Vec3d)>& f,
+                    std::span<double> out) {
     assert(order >= 1 && order <= kMaxProductOrder && int(out.size()) == coefficientCount(order));
     std::array<double, coefficientCount(kMaxProductOrder)> storage;
     const std::span<double> basis = std::span(storage).first(out.size());
@@ -22,8 +31,10 @@ void project(int order, std::span<const WeightedDirection> samples, const std::f
     }
 }
 
-void projectVisibility(int order, std::span<const Vec3d> directions, std::span<const std::uint8_t> visible,
-                       std::span<double> out) {
+// Computes v_i = 4pi/N times the sum of y_i over the directions that are visible (visible[s] != 0), N =
+// directions.size().
+inline void projectVisibility(int order, std::span<const Vec3d> directions, std::span<const std::uint8_t> visible,
+                              std::span<double> out) {
     assert(order >= 1 && order <= kMaxOrder && int(out.size()) == coefficientCount(order));
     assert(directions.size() == visible.size() && !directions.empty());
     std::array<double, coefficientCount(kMaxOrder)> storage;

@@ -1,12 +1,17 @@
-#include "fit/models/neural_bfgs.h"
-
+#pragma once
+// The papers' optimiser of paper 000 eq 13: BFGS or L-BFGS over all weights at once, through Ceres. It is the reference
+// for the fast optimiser (fit/models/variable_projection.h).
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
+#include "fit/models/variable_projection.h"
+
 namespace penumbra {
 
-namespace {
+// 5000 iterations: paper 000, section 5.3.
+constexpr SearchOptions kPapersSearch{
+    .method = QuasiNewton::kBfgs, .iterations = 5000, .least_decrease = 1e-10, .window = 1};
 
 // Calls visit() with every array of weights, always in the same order.
 template <class Net, class Visit>
@@ -14,23 +19,23 @@ void visitWeights(Net& net, Visit visit) {
     visit(net.hidden.values), visit(net.hidden_bias), visit(net.output.values), visit(net.output_bias);
 }
 
-std::vector<double> weightsOf(const TanhNet& net) {
+inline std::vector<double> weightsOf(const TanhNet& net) {
     std::vector<double> all;
     visitWeights(net, [&](const std::vector<double>& part) { all.insert(all.end(), part.begin(), part.end()); });
     return all;
 }
 
-void setWeights(TanhNet& net, const double* weights) {
+inline void setWeights(TanhNet& net, const double* weights) {
     visitWeights(net, [&](std::vector<double>& part) {
         std::copy_n(weights, part.size(), part.begin());
         weights += part.size();
     });
 }
 
-}  // namespace
-
-NetFit fitByBfgs(const Matrix& inputs, const Matrix& outputs, const TanhNet& start, double alpha,
-                 const SearchOptions& options) {
+// Minimises eq 13 from all weights of `start`. Weights outside a neuron's range stay zero. Throws std::runtime_error
+// when the objective is not finite at the start.
+inline NetFit fitByBfgs(const Matrix& inputs, const Matrix& outputs, const TanhNet& start, double alpha,
+                        const SearchOptions& options = kPapersSearch) {
     NetFit fit{start};
     std::vector<double> weights = weightsOf(start);
     const SearchResult found = minimise(
