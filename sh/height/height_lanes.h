@@ -3,7 +3,7 @@
 // Problem: a point looks along 20 azimuths at some 25 samples of a pyramid each, and every sample is bilinear. A field
 // of 512 x 512 points has to be looked at 30 times a second.
 //
-// Naive: horizonTangents() and horizonVisibility() (sh/height/horizon.h), which this is held to.
+// Naive: horizonTangents() and horizonVisibility() (tests/sh/horizon_reference.h), which this is held to.
 //
 // Here: points fill the lanes of vectors. All of them take the same tap at once, so that its level and its distance are
 // constants. Slopes are compared, not angles, and the radial integrals are polynomials of the sine and cosine of the
@@ -20,7 +20,6 @@ namespace penumbra {
 namespace {
 
 constexpr std::size_t kHeightLanes = kFarLanes;
-constexpr int kMostVisibility = 25;
 
 inline void gather(const float* numbers, const Ints& at, Lanes& out) {
 #ifdef __AVX2__

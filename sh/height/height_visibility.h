@@ -105,7 +105,6 @@ public:
         return std::span(rows_).subspan((row * receivers_.columns() + column) * row_size_,
                                         std::size_t(coefficientCount(tables_.order())));
     }
-    int lineOf(int axis, std::size_t i) const { return receivers_.lines(axis)[i]; }
 
 private:
     struct Cell;

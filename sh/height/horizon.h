@@ -1,12 +1,11 @@
 #pragma once
 // What a height field leaves visible at a point: horizons at some azimuths, and the SH of what lies above them (paper
-// 000 eq. 4-5, corrected: omega is an elevation). This is the plain form; height_visibility.h computes the same for
-// many points at once.
+// 000 eq. 4-5, corrected: omega is an elevation). These are the directions in which a point looks; height_visibility.h
+// computes what it sees, and tests/sh/horizon_reference.h has the plain form.
 //
 // V is 1 above the horizon and 0 below it, over the whole sphere, in the frame of the field. Between azimuths the
 // trapezoid rule integrates: v_l,+-m = 2 pi / A sum_i Theta_l|m|(omega_i) {cos, sin}(m phi_i). It is exact for A > 2 n
 // but for what the horizon does between azimuths, and errs less than wedges with a linear horizon.
-#include <span>
 #include <vector>
 
 #include "sh/height/height_field.h"
@@ -38,18 +37,5 @@ double horizonAzimuth(int a, int azimuths);
 // The tangent of the horizon where nothing at all is in the way. Borders that go on for ever reach the horizontal.
 constexpr float kNoHorizon = -1e9f;
 inline float leastHorizon(HeightBorder border) { return border == HeightBorder::kOpen ? kNoHorizon : 0; }
-
-// Writes the tangents of the horizons at a place of the grid and a height: the largest slope to any tap. A point below
-// the field sees what the point above it sees.
-void horizonTangents(const HeightField& field, const HorizonTaps& taps, float row, float column, float height,
-                     std::span<float> tangents);
-// The same for the true, bilinear field by steps of `step` texels.
-void traceHorizon(const HeightField& field, float row, float column, float step, std::span<double> tangents);
-
-// Theta_lm, the radial part, for 0 <= m <= l < order <= kMostHeightOrder, at l (l + 1) / 2 + m. `tangent` is that of
-// the horizon.
-void horizonThetas(int order, double tangent, std::span<double> out);
-// SH [order^2] of what lies above horizons at uniform azimuths.
-void horizonVisibility(int order, std::span<const double> tangents, std::span<double> out);
 
 }  // namespace penumbra

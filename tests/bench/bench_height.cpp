@@ -19,6 +19,7 @@
 #include "player/scene/scene_field.h"
 #include "sh/light/analytic_light.h"
 #include "tests/sh/height_samples.h"
+#include "tests/sh/horizon_reference.h"
 
 namespace penumbra {
 namespace {

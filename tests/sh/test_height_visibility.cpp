@@ -12,6 +12,7 @@
 #include "sh/tangent.h"
 #include "tests/sh/golden.h"
 #include "tests/sh/height_samples.h"
+#include "tests/sh/horizon_reference.h"
 
 namespace penumbra {
 namespace {
@@ -283,7 +284,7 @@ TEST(HeightVisibility, OfTheWidestFieldIsThePlainForm) {
     visibility.evaluate(field, 0, 1);
     const HorizonTaps taps = horizonTaps(field);
     for (const std::size_t c : {std::size_t(0), std::size_t(4111), visibility.receiverCount() - 1}) {
-        const float column = float(visibility.lineOf(1, c));
+        const float column = float(visibility.receivers().lines(1)[c]);
         std::vector<float> tangents(kHorizonAzimuths);
         horizonTangents(field, taps, 0, column, field.at(0, column), tangents);
         std::vector<double> expected(16);
