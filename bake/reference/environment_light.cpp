@@ -67,10 +67,6 @@ EnvironmentLight EnvironmentLight::fromMap(EnvironmentMap picture) {
     return light;
 }
 
-EnvironmentLight EnvironmentLight::fromImage(Image image) {
-    return fromMap({MapLayout::kLatLong, std::move(image), 0, 0});
-}
-
 EnvironmentLight EnvironmentLight::fromSh(int order, std::vector<double> sh) {
     assert(sh.size() == 3 * std::size_t(coefficientCount(order)));
     EnvironmentLight light;

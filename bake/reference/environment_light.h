@@ -17,9 +17,8 @@ class EnvironmentLight {
 public:
     // A light of radiance 1 from everywhere.
     static EnvironmentLight white();
-    // A light that is constant over each pixel of a picture. fromImage() takes a lat-long picture.
+    // A light that is constant over each pixel of a picture.
     static EnvironmentLight fromMap(EnvironmentMap map);
-    static EnvironmentLight fromImage(Image image);
     // A band-limited light. sh is [order^2, 3]; its radiance may be negative somewhere.
     static EnvironmentLight fromSh(int order, std::vector<double> sh);
     // A sum of analytic lights. Discs are sampled in their cones, smooth lights by a table of 256 x 128.

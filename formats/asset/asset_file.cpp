@@ -14,7 +14,6 @@
 #include "formats/asset/asset_checks.h"
 #include "formats/common/errors.h"
 #include "formats/common/fp16.h"
-#include "formats/common/joined.h"
 
 namespace penumbra {
 
@@ -168,17 +167,6 @@ void readPositions(const AssetView& asset, std::size_t frame, std::span<Vec3> ou
     const std::uint16_t* number = playback.positions.data() + 3 * frame * out.size();
     for (Vec3& p : out)
         for (int i = 0; i < 3; ++i) p[i] = playback.origin[i] + playback.step * float(*number++);
-}
-
-std::size_t findFrame(const AnimationView& animation, std::string_view clip, std::size_t frame) {
-    for (const ClipView& candidate : animation.clips) {
-        if (candidate.name != clip) continue;
-        if (frame < candidate.frame_count) return candidate.first_frame + frame;
-        throw UsageError("clip \"" + std::string(clip) + "\" has frames 0.." +
-                         std::to_string(candidate.frame_count - 1) + ", not " + std::to_string(frame));
-    }
-    throw UsageError("no clip \"" + std::string(clip) +
-                     "\" in the asset; it has: " + joined(animation.clips, ", ", &ClipView::name));
 }
 
 MappedFile::MappedFile(const std::filesystem::path& path) {

@@ -298,9 +298,6 @@ bool sealAsset(std::span<std::byte> bytes);
 // Writes the positions of the shading points of a frame, [Vs]. The asset must have playback positions.
 void readPositions(const AssetView& asset, std::size_t frame, std::span<Vec3> out);
 
-// Returns the frame of `clip` whose number in the clip is `frame`. Throws UsageError, which lists what there is.
-std::size_t findFrame(const AnimationView& animation, std::string_view clip, std::size_t frame);
-
 // Writes the moments of one shading point of one frame, [order^2].
 void readTruth(const AssetView& asset, std::size_t frame, std::size_t shading_point, std::span<float> out);
 

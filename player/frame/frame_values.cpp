@@ -74,10 +74,6 @@ std::vector<float> ambientOf(const Shot& shot, const std::vector<float>& numbers
     return e;
 }
 
-std::vector<float> trueAmbient(const Shot& shot, const FrameVertices& vertices, int threads) {
-    return ambientOf(shot, truthNumbers(shot, vertices, threads), threads);
-}
-
 void shadeTransfer(Evaluator& evaluator, const ShadingSet& shading, int threads, std::vector<Vec3>& radiance) {
     radiance.resize(evaluator.vertexCount());
     evaluator.setTransferLight(shading.lightTables().sh());

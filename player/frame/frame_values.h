@@ -32,8 +32,6 @@ std::vector<float> truthNumbers(const Shot& shot, const FrameVertices& vertices,
 
 // Returns E of every vertex from numbers of the model's convention.
 std::vector<float> ambientOf(const Shot& shot, const std::vector<float>& numbers, int threads);
-// Returns E of the baked truth in this frame. shot.truth must be set.
-std::vector<float> trueAmbient(const Shot& shot, const FrameVertices& vertices, int threads);
 
 // Shades the model of an asset of transfer under the light that is on, without its numbers: the light is multiplied in
 // first (TransferEvaluator). Negative values are 0. Sizes `radiance`.

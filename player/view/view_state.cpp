@@ -108,11 +108,6 @@ ClipPosition shownPosition(const ViewState& state, const ViewContents& contents,
     return {position.frame, position.frame, 0};
 }
 
-std::size_t shownFrame(const ViewState& state, const ViewContents& contents, std::size_t character) {
-    const ClipView& clip = clipOf(state, contents, character);
-    return clip.first_frame + shownPosition(state, contents, character).frame;
-}
-
 double clipTime(const ViewState& state) { return state.playhead.time + state.characters[state.selected].start; }
 void showClipTime(ViewState& state, double seconds) {
     state.playhead.time = seconds - state.characters[state.selected].start;

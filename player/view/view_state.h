@@ -161,8 +161,6 @@ ClipPosition shownPosition(const ViewState& state, const ViewContents& contents,
 // Seconds into the selected character's clip, and back.
 double clipTime(const ViewState& state);
 void showClipTime(ViewState& state, double seconds);
-// Returns the first frame of that position, in the character's animation.
-std::size_t shownFrame(const ViewState& state, const ViewContents& contents, std::size_t character);
 
 // Each of these takes only what exists: a channel without what it needs, or a comparison without truth, stays off.
 void chooseClip(ViewState& state, std::size_t clip);

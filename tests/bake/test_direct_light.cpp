@@ -23,13 +23,17 @@ Image sunAndSky() {
     return image;
 }
 
+EnvironmentLight lightOf(Image lat_long) {
+    return EnvironmentLight::fromMap({MapLayout::kLatLong, std::move(lat_long), 0, 0});
+}
+
 }  // namespace
 
 // --- Light ----------------------------------------------------------------------------------------------------------
 
 TEST(EnvironmentLight, DensityIntegratesToOneAndFollowsLuminance) {
-    for (const EnvironmentLight& light : {EnvironmentLight::white(), EnvironmentLight::fromImage(sunAndSky()),
-                                          EnvironmentLight::fromImage(sunAndSky()).bandLimited(4)}) {
+    for (const EnvironmentLight& light :
+         {EnvironmentLight::white(), lightOf(sunAndSky()), lightOf(sunAndSky()).bandLimited(4)}) {
         double sum = 0;
         for (const WeightedDirection& d : gaussSphere(256, 512)) sum += d.weight * light.density(d.direction);
         EXPECT_NEAR(sum, 1, 0.01);  // the quadrature sees pixel edges: measured 2e-3
@@ -38,7 +42,7 @@ TEST(EnvironmentLight, DensityIntegratesToOneAndFollowsLuminance) {
 
 TEST(EnvironmentLight, SamplesAgreeWithDensityAndRadiance) {
     // The mean of radiance / density over samples is the integral of radiance, exactly so where the light is grey.
-    const EnvironmentLight light = EnvironmentLight::fromImage(sunAndSky());
+    const EnvironmentLight light = lightOf(sunAndSky());
     Vec3d exact, estimate;
     for (int y = 0; y < 32; ++y)
         for (int x = 0; x < 64; ++x)
@@ -60,7 +64,7 @@ TEST(EnvironmentLight, WhiteStaysWhiteWhenBandLimited) {
 }
 
 TEST(EnvironmentLight, CuttingShIsTheSameAsProjectingLess) {
-    const EnvironmentLight image = EnvironmentLight::fromImage(sunAndSky());
+    const EnvironmentLight image = lightOf(sunAndSky());
     const EnvironmentLight cut = image.bandLimited(6).bandLimited(3), direct = image.bandLimited(3);
     for (const Vec3d& d : fibonacciSphere(20)) EXPECT_EQ(cut.radiance(d), direct.radiance(d));
 }
@@ -73,7 +77,7 @@ TEST(EnvironmentLight, BandLimitedCosineMatchesItsZonalSeries) {
             const float cosine = float(std::max(0.0, std::cos(std::numbers::pi * (y + 0.5) / 128)));
             image.pixels.push_back({cosine, cosine, cosine});
         }
-    const EnvironmentLight light = EnvironmentLight::fromImage(image).bandLimited(3);
+    const EnvironmentLight light = lightOf(image).bandLimited(3);
     // 1/4 + cos/2 + 5/16 (3 cos^2 - 1) / 2: bands 0, 1, 2 of max(0, cos).
     for (const Vec3d& d : fibonacciSphere(50))
         EXPECT_NEAR(light.radiance(d).x, 0.25 + 0.5 * d.y + 5.0 / 32 * (3 * d.y * d.y - 1), 3e-4);
@@ -136,7 +140,7 @@ Vec3d lightBesideWall(const SurfacePoint& point, const EnvironmentLight& light, 
 TEST(DirectLight, MatchesQuadratureForEveryBrdf) {
     const Shape wall = shapes::square({-0.5, 0, 0}, {1, 0, 0}, 1000);
     const OcclusionScene scene(wall.positions, wall.triangles);
-    const EnvironmentLight sun = EnvironmentLight::fromImage(sunAndSky());
+    const EnvironmentLight sun = lightOf(sunAndSky());
     const Vec3d normal = normalized(Vec3d{0.2, 0.9, -0.3}), to_eye = normalized(Vec3d{0.5, 0.5, 0.6});
     const SurfacePoint point = pointFacing(normal, to_eye);
     for (const EnvironmentLight& light : {sun, sun.bandLimited(4)})
@@ -214,13 +218,13 @@ TEST(Reference, LightComesFromWhereItIs) {
     image.height = 4;
     image.pixels.assign(32, {});
     for (int y = 1; y < 3; ++y) image.pixels[std::size_t(8 * y + 3)] = image.pixels[std::size_t(8 * y + 4)] = {1, 1, 1};
-    const Image picture = BallPicture(32).render({.samples = 64}, EnvironmentLight::fromImage(image));
+    const Image picture = BallPicture(32).render({.samples = 64}, lightOf(image));
     EXPECT_GT(picture.pixels[24 * 48 + 44].x, 10 * picture.pixels[24 * 48 + 10].x + 0.1f);
 }
 
 TEST(Reference, SamePixelsForAnyThreadCount) {
     const BallPicture ball(8);
-    const EnvironmentLight light = EnvironmentLight::fromImage(sunAndSky());
+    const EnvironmentLight light = lightOf(sunAndSky());
     const Image one = ball.render({.samples = 16}, light, 1);
     for (const int threads : {2, 8}) EXPECT_EQ(ball.render({.samples = 16}, light, threads).pixels, one.pixels);
 }

@@ -31,7 +31,9 @@ struct Contents {
     }
     const ClipView& clip() const { return animation.clips[0]; }
     void press(int key, bool shift = false) { EXPECT_TRUE(applyKey(state, contents, {key, shift})) << key; }
-    std::size_t frame() const { return shownFrame(state, contents, 0); }
+    std::size_t frame() const {
+        return selectedClip(state, contents).first_frame + shownPosition(state, contents, 0).frame;
+    }
 };
 
 TEST(Playhead, EveryFrameIsShownFromItsTimeToTheNext) {

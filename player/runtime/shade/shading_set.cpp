@@ -95,7 +95,6 @@ void ShadingSet::setParameter(std::size_t material, double value) {
         else
             tables.setStep(value);
     ++material_version_;
-    ++light_version_;  // the data of the light has M, and the terms between two steps
 }
 
 std::span<const BrdfLobe> ShadingSet::lobesOf(std::size_t material) const {
@@ -148,7 +147,6 @@ void ShadingSet::setLightRotation(const Mat3& rotation) {
     rotation_ = rotation;
     lights_[light_].setRotation(rotation);
     if (asset_->model.indirect) bounced_ = makeBouncedLight(asset_->model.indirect->axes, lights_[light_].whole());
-    ++light_version_;
 }
 
 void ShadingSet::shade(std::size_t begin, std::size_t end, std::span<const Vec3> positions,

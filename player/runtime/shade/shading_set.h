@@ -83,9 +83,8 @@ public:
     Bounces bounces() const { return bounces_; }
     bool showsBounces() const { return asset_->model.indirect && bounces_ != Bounces::kDirect; }
     std::span<const Vec3, kBouncedLight> bouncedLight() const { return bounced_; }  // of the light that is on, turned
-    // These grow with every change of materials or of light. What was uploaded for an older version is stale.
+    // Grows with every change of materials. What was uploaded for an older version is stale.
     std::uint64_t materialVersion() const { return material_version_; }
-    std::uint64_t lightVersion() const { return light_version_; }
 
     // Replaces the fastest path of this processor, which is the default. Tests go through all of shadePaths().
     void usePath(const ShadePath& path) { path_ = path; }
@@ -133,7 +132,7 @@ private:
     std::array<Vec3, kBouncedLight> bounced_{};
     std::vector<float> ambient_weights_;
     Mat3 rotation_;
-    std::uint64_t material_version_ = 1, light_version_ = 1;
+    std::uint64_t material_version_ = 1;
     ShadePath path_;
 
     void makeTables();
