@@ -160,7 +160,7 @@ def prepared():
     """Makes a folder with the assets, its own settings, and an X server."""
     with tempfile.TemporaryDirectory() as folder, Display():
         os.chdir(folder)
-        os.environ["XDG_CONFIG_HOME"] = folder
+        os.environ["XDG_CONFIG_HOME"] = os.environ["XDG_RUNTIME_DIR"] = folder  # GLFW 3.4 asks for the latter
         make_assets()
         yield
         os.chdir("/")
