@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "formats/stage/visibility_file.h"
-#include "player/runtime/evaluate/evaluator.h"
+#include "runtime/evaluate/evaluator.h"
 
 namespace penumbra {
 

@@ -22,8 +22,8 @@
 #include "pack/check_sums.h"
 #include "pack/rank_correlation.h"
 #include "pack/span_projector.h"
-#include "player/runtime/evaluate/evaluator.h"
-#include "player/runtime/shade/shading.h"
+#include "runtime/evaluate/evaluator.h"
+#include "runtime/shade/shading.h"
 #include "sh/sh_rotation.h"
 
 namespace penumbra {

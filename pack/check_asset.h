@@ -8,7 +8,7 @@
 
 #include "formats/asset/asset_file.h"
 #include "formats/stage/visibility_file.h"
-#include "player/runtime/evaluate/evaluator.h"
+#include "runtime/evaluate/evaluator.h"
 
 namespace penumbra {
 

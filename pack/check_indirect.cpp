@@ -7,8 +7,8 @@
 #include "formats/common/errors.h"
 #include "formats/common/parallel_for.h"
 #include "formats/common/write_file.h"
-#include "player/runtime/evaluate/evaluator.h"
-#include "player/runtime/shade/shading.h"
+#include "runtime/evaluate/evaluator.h"
+#include "runtime/shade/shading.h"
 #include "sh/sh_rotation.h"
 
 namespace penumbra {

@@ -6,7 +6,7 @@
 #include "formats/common/errors.h"
 #include "formats/common/write_file.h"
 #include "pack/compress_model.h"
-#include "player/runtime/evaluate/evaluator.h"
+#include "runtime/evaluate/evaluator.h"
 
 namespace penumbra {
 

@@ -21,7 +21,7 @@
 #include "formats/common/write_file.h"
 #include "pack/compress_model.h"
 #include "pack/packing_error.h"
-#include "player/runtime/evaluate/evaluator.h"
+#include "runtime/evaluate/evaluator.h"
 
 namespace penumbra {
 

@@ -4,7 +4,7 @@
 
 #include "formats/common/parallel_for.h"
 #include "formats/common/write_file.h"
-#include "player/runtime/evaluate/evaluator.h"
+#include "runtime/evaluate/evaluator.h"
 
 namespace penumbra {
 

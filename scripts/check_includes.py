@@ -1,8 +1,7 @@
 #!/usr/bin/python3
-"""Includes go one way: sh <- formats <- each of bake, fit, pack, player.
+"""Includes go one way: sh <- formats <- each of bake, fit, pack, player; sh <- formats/asset <- runtime <- pack, player.
 
-Those four never include one another; a file on disk is their only contract. There is one exception: pack includes
-player/runtime, because `penumbra-pack check` runs the evaluator that engines link. Another rule holds for third-party
+Those four never include one another; a file on disk is their only contract. Another rule holds for third-party
 libraries: a library stays behind the one file (or few files) that names it, so that it can be replaced there. Exits 1
 and lists every line that breaks a rule."""
 import pathlib
@@ -13,7 +12,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 SH = {"sh", "sh/brdf", "sh/cast", "sh/far", "sh/height", "sh/light"}  # everybody sees the maths
 # Folder or room -> the rooms that it may include beside itself. A room that is not listed may not exist.
 FORMATS = {f"formats/{room}" for room in ("common", "asset", "brdf", "image", "stage", "rig", "cache", "scene", "height")}
-RUNTIME = {"player/runtime", *(f"player/runtime/{room}" for room in ("evaluate", "sun", "shade", "cast", "glsl", "capi"))}
+RUNTIME = {"runtime", *(f"runtime/{room}" for room in ("evaluate", "sun", "shade", "cast", "glsl", "capi"))}
 VIEW = {"player/view", "player/view/playback", "player/view/window"}
 MAY_INCLUDE = {
     "sh": set(),
@@ -44,11 +43,11 @@ MAY_INCLUDE = {
     "fit": SH | {"fit/numerics", "fit/clusters", "fit/models", "fit/light", "fit/reflectance", "fit/visibility",
             "fit/transfer", "fit/lobes", "fit/blockers", "fit/compare"} | FORMATS,
     "pack": SH | RUNTIME | FORMATS,  # penumbra-pack check runs the evaluator that engines link
-    **{f"player/runtime{room}": SH | {"formats/common", "formats/asset"} for room in ("", "/evaluate", "/sun")},
-    "player/runtime/shade": SH | {"player/runtime/evaluate", "formats/common", "formats/asset"},
-    "player/runtime/cast": SH | {"player/runtime/evaluate", "player/runtime/shade", "formats/common", "formats/asset"},
-    "player/runtime/glsl": SH | (RUNTIME - {"player/runtime/capi"}) | {"formats/common", "formats/asset"},
-    "player/runtime/capi": SH | RUNTIME | {"formats/common", "formats/asset"},
+    **{f"runtime{room}": SH | {"formats/common", "formats/asset"} for room in ("", "/evaluate", "/sun")},
+    "runtime/shade": SH | {"runtime/evaluate", "formats/common", "formats/asset"},
+    "runtime/cast": SH | {"runtime/evaluate", "runtime/shade", "formats/common", "formats/asset"},
+    "runtime/glsl": SH | (RUNTIME - {"runtime/capi"}) | {"formats/common", "formats/asset"},
+    "runtime/capi": SH | RUNTIME | {"formats/common", "formats/asset"},
     "player/gl": SH | RUNTIME | FORMATS,
     "player/frame": SH | RUNTIME | {"player/gl"} | FORMATS,
     "player/draw": SH | RUNTIME | {"player/gl", "player/frame"} | FORMATS,
@@ -114,7 +113,7 @@ def problems(path):
 
 
 def main():
-    sources = [p for folder in ("sh", "formats", "bake", "fit", "pack", "player", "tests")
+    sources = [p for folder in ("sh", "formats", "runtime", "bake", "fit", "pack", "player", "tests")
                for p in sorted((ROOT / folder).rglob("*")) if p.suffix in (".cpp", ".h")]
     found = [problem for path in sources for problem in problems(path)]
     print("\n".join(found) if found else f"{len(sources)} files, every include goes the right way")

@@ -15,7 +15,7 @@ TYPE = re.compile(rf"(?:template.*>\s*)?(?:struct|class|union|enum class|enum)\s
 # Folder, of sources or of tests -> the programs that it is in; every other folder is in all of them. Tests of player
 # and of the C interface link pack.
 PROGRAMS = {"bake": {"bake"}, "fit": {"fit"}, "pack": {"pack", "player"}, "player": {"player"}, "capi": {"player"},
-            "formats/rig": {"bake"}, "player/runtime": {"pack", "player"}}
+            "formats/rig": {"bake"}, "runtime": {"pack", "player"}}
 
 
 def types_of(path):
@@ -37,7 +37,7 @@ def programs_of(relative):
 
 def main():
     wrong, places = [], collections.defaultdict(list)
-    for top in ("sh", "formats", "bake", "fit", "pack", "player", "tests"):
+    for top in ("sh", "formats", "runtime", "bake", "fit", "pack", "player", "tests"):
         for path in sorted((ROOT / top).rglob("*")):
             relative = path.relative_to(ROOT).as_posix()
             for name, line in types_of(path) if path.suffix in (".cpp", ".h") else ():

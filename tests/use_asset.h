@@ -1,8 +1,8 @@
 #pragma once
 #include <vector>
 
-#include "player/runtime/evaluate/evaluator.h"
-#include "player/runtime/shade/shading_set.h"
+#include "runtime/evaluate/evaluator.h"
+#include "runtime/shade/shading_set.h"
 
 namespace penumbra {
 

@@ -1,7 +1,7 @@
 #pragma once
 // The shading error of a lobe about the mirror direction (sh/brdf/mirror_lobe.h), which has no slices: numbers of D5
 // become moments b = G d of order 6, and the radiance is (R l) . M (R b) with the rotation R to the mirror direction.
-// The run time computes the same sums in single precision (player/runtime/shade/live_lobe.h).
+// The run time computes the same sums in single precision (runtime/shade/live_lobe.h).
 #include <vector>
 
 #include "fit/reflectance/shading_error.h"

@@ -4,8 +4,8 @@
 // orthogonalisation of the bones' rotations is left out.
 #include <cstddef>
 
-#include "player/runtime/evaluate/evaluator.h"
-#include "player/runtime/shade/shading_set.h"
+#include "runtime/evaluate/evaluator.h"
+#include "runtime/shade/shading_set.h"
 
 namespace penumbra {
 

@@ -18,7 +18,7 @@ struct AssetPlaces {
 };
 constexpr std::uint32_t kClusterWords = 8;
 
-// Places of the tables of FarWords (player/runtime/glsl/far_glsl.h) in that buffer, of a composed asset that the GPU
+// Places of the tables of FarWords (runtime/glsl/far_glsl.h) in that buffer, of a composed asset that the GPU
 // evaluates, and how many of what they have. The bytes of the fields lie there as in the file.
 struct FarPlaces {
     std::uint32_t parts = 0, lists = 0, receivers = 0, anchors = 0;

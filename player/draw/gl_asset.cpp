@@ -4,7 +4,7 @@
 
 #include "formats/common/errors.h"
 #include "player/frame/frame_values.h"
-#include "player/runtime/glsl/far_glsl.h"
+#include "runtime/glsl/far_glsl.h"
 
 namespace penumbra {
 

@@ -6,7 +6,7 @@
 #include "player/draw/shader_source.h"
 #include "player/draw/sunlight.h"
 #include "player/gl/gl_objects.h"
-#include "player/runtime/evaluate/evaluator.h"
+#include "runtime/evaluate/evaluator.h"
 
 namespace penumbra {
 

@@ -5,8 +5,8 @@
 
 #include "formats/common/errors.h"
 #include "player/draw/gl_heights.h"
-#include "player/runtime/glsl/cast_glsl.h"
-#include "player/runtime/glsl/far_glsl.h"
+#include "runtime/glsl/cast_glsl.h"
+#include "runtime/glsl/far_glsl.h"
 
 namespace penumbra {
 

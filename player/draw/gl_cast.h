@@ -1,6 +1,6 @@
 #pragma once
 // Casts on the GPU, for the GLSL path: what the casters of a scene hide from vertices that stand in a storage buffer.
-// It gives what CastShadow (player/runtime/cast/cast_shadow.h) gives.
+// It gives what CastShadow (runtime/cast/cast_shadow.h) gives.
 #include <map>
 #include <span>
 #include <vector>
@@ -8,7 +8,7 @@
 #include "player/draw/shader_source.h"
 #include "player/gl/gl_objects.h"
 #include "player/gl/upload_ring.h"
-#include "player/runtime/cast/cast_shadow.h"
+#include "runtime/cast/cast_shadow.h"
 
 namespace penumbra {
 

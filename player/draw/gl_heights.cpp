@@ -2,7 +2,7 @@
 
 #include "player/draw/heights_glsl.h"
 #include "player/draw/shader_source.h"
-#include "player/runtime/cast/field_shadow.h"
+#include "runtime/cast/field_shadow.h"
 
 namespace penumbra {
 

@@ -10,8 +10,8 @@
 
 #include <bit>
 
-#include "player/runtime/glsl/sh_glsl.h"
 #include "player_shaders.h"
+#include "runtime/glsl/sh_glsl.h"
 
 namespace penumbra {
 

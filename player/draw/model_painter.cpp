@@ -4,7 +4,7 @@
 #include <cassert>
 
 #include "formats/common/errors.h"
-#include "player/runtime/glsl/far_glsl.h"
+#include "runtime/glsl/far_glsl.h"
 
 namespace penumbra {
 

@@ -1,7 +1,7 @@
 #include "player/draw/overlay_painter.h"
 
 #include "player/frame/visibility_lobe.h"
-#include "player/runtime/shade/shading.h"
+#include "runtime/shade/shading.h"
 
 namespace penumbra {
 

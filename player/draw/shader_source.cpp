@@ -4,12 +4,12 @@
 #include "player/draw/heights_glsl.h"
 #include "player/draw/sun_map_painter.h"
 #include "player/frame/lobe_table.h"
-#include "player/runtime/glsl/brdf_glsl.h"
-#include "player/runtime/glsl/cast_glsl.h"
-#include "player/runtime/glsl/far_glsl.h"
-#include "player/runtime/glsl/sh_glsl.h"
-#include "player/runtime/glsl/shading_glsl.h"
 #include "player_shaders.h"
+#include "runtime/glsl/brdf_glsl.h"
+#include "runtime/glsl/cast_glsl.h"
+#include "runtime/glsl/far_glsl.h"
+#include "runtime/glsl/sh_glsl.h"
+#include "runtime/glsl/shading_glsl.h"
 
 namespace penumbra {
 

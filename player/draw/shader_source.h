@@ -6,8 +6,8 @@
 
 #include "player/draw/evaluate_layout.h"
 #include "player/frame/channel.h"
-#include "player/runtime/glsl/brdf_glsl.h"
-#include "player/runtime/shade/shading_layout.h"
+#include "runtime/glsl/brdf_glsl.h"
+#include "runtime/shade/shading_layout.h"
 
 namespace penumbra {
 

@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "formats/common/errors.h"
-#include "player/runtime/sun/sun_map.h"
 #include "player_shaders.h"
+#include "runtime/sun/sun_map.h"
 
 namespace penumbra {
 

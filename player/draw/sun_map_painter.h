@@ -1,11 +1,11 @@
 #pragma once
-// Depth maps of suns in GL, and the shader text that reads them. SunMaps (player/runtime/sun/sun_map.h) is its twin on
+// Depth maps of suns in GL, and the shader text that reads them. SunMaps (runtime/sun/sun_map.h) is its twin on
 // the CPU.
 #include <string>
 #include <vector>
 
 #include "player/gl/gl_objects.h"
-#include "player/runtime/sun/sun_nest.h"
+#include "runtime/sun/sun_nest.h"
 
 namespace penumbra {
 

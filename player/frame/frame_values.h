@@ -1,11 +1,11 @@
 #pragma once
-// Computes one frame on the CPU: the evaluator and the shading of player/runtime over all vertices, on several
+// Computes one frame on the CPU: the evaluator and the shading of runtime over all vertices, on several
 // threads.
 #include <vector>
 
 #include "player/frame/shot.h"
-#include "player/runtime/evaluate/evaluator.h"
-#include "player/runtime/shade/shading.h"
+#include "runtime/evaluate/evaluator.h"
+#include "runtime/shade/shading.h"
 
 namespace penumbra {
 

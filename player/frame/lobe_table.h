@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "player/runtime/glsl/brdf_glsl.h"
-#include "player/runtime/shade/shading_set.h"
+#include "runtime/glsl/brdf_glsl.h"
+#include "runtime/shade/shading_set.h"
 
 namespace penumbra {
 

@@ -8,9 +8,9 @@
 
 #include "player/frame/channel.h"
 #include "player/gl/gl_context.h"
-#include "player/runtime/shade/indirect_light.h"
-#include "player/runtime/shade/shading.h"
-#include "player/runtime/sun/sun_frame.h"
+#include "runtime/shade/indirect_light.h"
+#include "runtime/shade/shading.h"
+#include "runtime/sun/sun_frame.h"
 #include "sh/vec3.h"
 
 namespace penumbra {
@@ -29,7 +29,7 @@ enum class SunChoice {
 };
 
 enum class EvaluationPath {
-    kCpu,   // player/runtime evaluates, GL draws vertex colours: the faster one in software
+    kCpu,   // runtime evaluates, GL draws vertex colours: the faster one in software
     kGlsl,  // a compute shader evaluates from the asset's arrays
 };
 

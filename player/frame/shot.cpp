@@ -9,7 +9,7 @@
 #include "formats/common/slot_choice.h"
 #include "player/frame/transfer_error.h"
 #include "player/frame/truth_frames.h"
-#include "player/runtime/shade/material_tables.h"
+#include "runtime/shade/material_tables.h"
 #include "sh/key_values.h"
 #include "sh/light/light_rotation.h"
 

@@ -3,7 +3,7 @@
 #include "formats/asset/asset_file.h"
 #include "player/frame/render_options.h"
 #include "player/frame/visibility_factors.h"
-#include "player/runtime/shade/shading_set.h"
+#include "runtime/shade/shading_set.h"
 
 namespace penumbra {
 

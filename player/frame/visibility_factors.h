@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "player/runtime/evaluate/evaluator.h"
+#include "runtime/evaluate/evaluator.h"
 
 namespace penumbra {
 

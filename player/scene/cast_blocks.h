@@ -15,7 +15,7 @@
 #include <numbers>
 #include <vector>
 
-#include "player/runtime/cast/cast_shadow.h"
+#include "runtime/cast/cast_shadow.h"
 
 namespace penumbra {
 

@@ -4,7 +4,7 @@
 #include <numeric>
 
 #include "formats/common/parallel_for.h"
-#include "player/runtime/cast/cast_on_cluster.h"
+#include "runtime/cast/cast_on_cluster.h"
 
 namespace penumbra {
 

@@ -1,5 +1,5 @@
 #pragma once
-#include "player/runtime/cast/cast_shadow.h"
+#include "runtime/cast/cast_shadow.h"
 
 namespace penumbra {
 

@@ -7,8 +7,8 @@
 #include "formats/common/errors.h"
 #include "formats/common/find_by_name.h"
 #include "formats/common/parallel_for.h"
-#include "player/runtime/shade/indirect_light.h"
 #include "player/scene/cast_blocks.h"
+#include "runtime/shade/indirect_light.h"
 
 namespace penumbra {
 

@@ -6,11 +6,11 @@
 
 #include "formats/scene/ground_heights.h"
 #include "player/frame/frame_values.h"
-#include "player/runtime/cast/cast_product.h"
-#include "player/runtime/cast/cast_shadow.h"
-#include "player/runtime/cast/field_shadow.h"
-#include "player/runtime/shade/lambert_material.h"
-#include "player/runtime/shade/shading_set.h"
+#include "runtime/cast/cast_product.h"
+#include "runtime/cast/cast_shadow.h"
+#include "runtime/cast/field_shadow.h"
+#include "runtime/shade/lambert_material.h"
+#include "runtime/shade/shading_set.h"
 #include "sh/height/height_brush.h"
 #include "sh/height/height_visibility.h"
 

@@ -3,9 +3,9 @@
 #include <algorithm>
 
 #include "formats/common/parallel_for.h"
-#include "player/runtime/cast/cast_product.h"
-#include "player/runtime/shade/indirect_light.h"
 #include "player/scene/cast_on.h"
+#include "runtime/cast/cast_product.h"
+#include "runtime/shade/indirect_light.h"
 
 namespace penumbra {
 

@@ -3,8 +3,8 @@
 #include <vector>
 
 #include "player/frame/render_options.h"
-#include "player/runtime/sun/sun_map.h"
 #include "player/scene/posed_scene.h"
+#include "runtime/sun/sun_map.h"
 
 namespace penumbra {
 

@@ -4,8 +4,8 @@
 #include <array>
 
 #include "formats/common/parallel_for.h"
-#include "player/runtime/shade/shading.h"
 #include "player/scene/cast_on.h"
+#include "runtime/shade/shading.h"
 #include "sh/quadrature.h"
 #include "sh/reflectance.h"
 #include "sh/sh_rotation.h"

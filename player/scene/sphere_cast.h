@@ -2,7 +2,7 @@
 // What others leave visible over the whole sphere of directions, for the modes that compare (player/scene/cast_way.h).
 #include <vector>
 
-#include "player/runtime/cast/cast_shadow.h"
+#include "runtime/cast/cast_shadow.h"
 
 namespace penumbra {
 

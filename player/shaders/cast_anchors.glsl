@@ -1,4 +1,4 @@
-// Casts on the vertices of characters at anchors, as player/runtime/cast/cast_anchors.cpp has them. An anchor (main() with
+// Casts on the vertices of characters at anchors, as runtime/cast/cast_anchors.cpp has them. An anchor (main() with
 // CAST_ANCHORS) sums what is far and hides little, and lists what is near. A vertex takes the sum from its four anchors,
 // and multiplies in one by one what is in any of their lists.
 //

@@ -1,4 +1,4 @@
-// The GLSL path computes what player/runtime computes on the CPU, from the asset's own arrays, once for each vertex
+// The GLSL path computes what runtime computes on the CPU, from the asset's own arrays, once for each vertex
 // of each character. player/draw/shader_source.cpp puts a preamble before this text, which defines CHANNEL,
 // INFLUENCES, PENUMBRA_STRIDE4 and the places of evaluate_layout.h.
 layout(local_size_x = WORK_GROUP) in;  // x: vertices, y: characters
@@ -55,8 +55,8 @@ uint mean_array, basis_array, first_score;
 #define PENUMBRA_PART(part, row) pose[pose_begin + POSE_PARTS + uint(7 * (part) + (row))]
 #endif
 
-// shader_source.cpp replaces the next line. player/runtime/glsl/shading_glsl.cpp writes penumbra_ambient(),
-// penumbra_clamp_ambient() and penumbra_shade(), with the SH functions of player/runtime/glsl/sh_glsl.cpp; penumbra.glsl
+// shader_source.cpp replaces the next line. runtime/glsl/shading_glsl.cpp writes penumbra_ambient(),
+// penumbra_clamp_ambient() and penumbra_shade(), with the SH functions of runtime/glsl/sh_glsl.cpp; penumbra.glsl
 // follows.
 GENERATED_BY_SHADING_GLSL
 

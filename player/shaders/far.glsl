@@ -1,5 +1,5 @@
 // The far parts of a composed asset on the GPU, as sh/far/far_lanes.h has them for 8 receivers at a time. Before this
-// stand farGlsl() (player/runtime/glsl/far_glsl.h, which also has the layout of the tables), field.glsl, and the shader's own
+// stand farGlsl() (runtime/glsl/far_glsl.h, which also has the layout of the tables), field.glsl, and the shader's own
 // surfaces and buffers.
 //
 // An anchor (main() with FAR_ANCHORS) sums the parts that block little, and tells how near each part is. A vertex takes

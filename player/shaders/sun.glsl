@@ -1,5 +1,5 @@
 // The share of a sun that a point sees, from depth maps of the casters. It has the rules of SunMaps
-// (player/runtime/sun/sun_map.h), whose source tells the method; sun_nest.cpp tells why a sun has several maps.
+// (runtime/sun/sun_map.h), whose source tells the method; sun_nest.cpp tells why a sun has several maps.
 // player/draw/sun_map_painter.cpp defines MAX_SUNS, MOST_MAPS, BIAS, SLOPE_BIAS, LEAST_COSINE, BOX, CELLS,
 // SEARCH_CELLS, PASSES, BLOCK and LEVELS as SUN_... from its constants.
 uniform sampler2DArray sun_depths;            // a layer a map: depth / range; 1: nothing

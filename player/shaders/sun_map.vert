@@ -1,4 +1,4 @@
-// Draws casters into the depth map of a sun. Rows and range are those of SunFrame (player/runtime/sun/sun_frame.h).
+// Draws casters into the depth map of a sun. Rows and range are those of SunFrame (runtime/sun/sun_frame.h).
 layout(location = 0) in vec3 position;
 
 // 3 rows, then (range, tangent of the radius, texel, size) and (origin, border)

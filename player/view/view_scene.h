@@ -7,7 +7,6 @@
 #include "player/frame/frame_values.h"
 #include "player/frame/open_asset.h"
 #include "player/frame/orbit_camera.h"
-#include "player/runtime/cast/cast_shadow.h"
 #include "player/scene/cast_shader.h"
 #include "player/scene/scene_field.h"
 #include "player/scene/scene_ground.h"
@@ -18,6 +17,7 @@
 #include "player/view/playback/position_interpolation.h"
 #include "player/view/playback/score_ranges.h"
 #include "player/view/view_state.h"
+#include "runtime/cast/cast_shadow.h"
 
 namespace penumbra {
 

@@ -10,11 +10,11 @@
 #include "player/draw/view_display.h"
 #include "player/frame/channel.h"
 #include "player/frame/visibility_factors.h"
-#include "player/runtime/shade/indirect_light.h"
-#include "player/runtime/shade/shading.h"
 #include "player/scene/cast_way.h"
 #include "player/view/playback/error_strip.h"
 #include "player/view/playback/playhead.h"
+#include "runtime/shade/indirect_light.h"
+#include "runtime/shade/shading.h"
 #include "sh/camera.h"
 
 namespace penumbra {

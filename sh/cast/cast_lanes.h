@@ -11,7 +11,7 @@
 //
 // cast_portable.cpp and cast_avx2.cpp include this source and differ in the processor that they are compiled for.
 // Everything has internal linkage and calls nothing inline from the standard library
-// (player/runtime/shade/shade_lanes.h tells why).
+// (runtime/shade/shade_lanes.h tells why).
 #include "sh/cast/cap_visibility.h"
 #include "sh/cast/cast_kernel.h"
 #include "sh/far/anchor_lanes.h"

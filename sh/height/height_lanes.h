@@ -11,7 +11,7 @@
 //
 // height_portable.cpp and height_avx2.cpp include this source and differ in the processor that they are compiled for.
 // Everything has internal linkage and calls nothing inline from the standard library
-// (player/runtime/shade/shade_lanes.h tells why).
+// (runtime/shade/shade_lanes.h tells why).
 #include "sh/far/far_vectors.h"
 #include "sh/height/height_kernel.h"
 

@@ -9,7 +9,7 @@
 
 #include "fit/reflectance/fit_brdf.h"
 #include "fit/reflectance/shading_error.h"
-#include "player/runtime/shade/shading.h"
+#include "runtime/shade/shading.h"
 #include "sh/sh_rotation.h"
 #include "tests/accuracy/extent.h"
 #include "tests/fit/golden_scenes.h"

@@ -19,7 +19,7 @@
 #include "fit/reflectance/fit_brdf.h"
 #include "formats/common/parallel_for.h"
 #include "pack/pack_asset.h"
-#include "player/runtime/shade/shading.h"
+#include "runtime/shade/shading.h"
 #include "tests/fit/multiply_adds.h"
 #include "tests/fit/reference_brdfs.h"
 #include "tests/synthetic_model.h"

@@ -10,8 +10,8 @@
 #include "formats/common/parallel_for.h"
 #include "formats/common/write_file.h"
 #include "pack/pack_asset.h"
-#include "player/runtime/evaluate/evaluator.h"
-#include "player/runtime/shade/shading.h"
+#include "runtime/evaluate/evaluator.h"
+#include "runtime/shade/shading.h"
 #include "tests/synthetic_model.h"
 
 namespace {

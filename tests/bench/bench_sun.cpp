@@ -10,7 +10,7 @@
 #include "player/draw/sun_map_painter.h"
 #include "player/gl/gl_context.h"
 #include "player/gl/offscreen_target.h"
-#include "tests/player/sun_scenes.h"
+#include "tests/runtime/sun_scenes.h"
 
 namespace penumbra {
 namespace {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "pack/pack_transfer.h"
-#include "player/runtime/evaluate/evaluator.h"
+#include "runtime/evaluate/evaluator.h"
 
 namespace {
 

@@ -1,5 +1,5 @@
 /* Compiled as C99, pedantic, warnings as errors: the header needs nothing else, and its types are complete. */
-#include "player/runtime/penumbra.h"
+#include "runtime/penumbra.h"
 
 size_t sizes_seen_by_c(void);
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "pack/pack_asset.h"
-#include "player/runtime/penumbra.h"
+#include "runtime/penumbra.h"
 #include "tests/synthetic_indirect.h"
 
 namespace penumbra::capi_test {

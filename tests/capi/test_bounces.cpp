@@ -6,7 +6,7 @@
 
 #include "tests/capi/packed_asset.h"
 #include "tests/difference.h"
-#include "tests/player/count_allocations.h"
+#include "tests/runtime/count_allocations.h"
 #include "tests/synthetic_composition.h"
 #include "tests/synthetic_indirect.h"
 

@@ -6,9 +6,9 @@
 #include <limits>
 
 #include "formats/common/errors.h"
-#include "player/runtime/evaluate/evaluator.h"
+#include "runtime/evaluate/evaluator.h"
 #include "tests/capi/use_c_api.h"
-#include "tests/player/count_allocations.h"
+#include "tests/runtime/count_allocations.h"
 #include "tests/synthetic_cloth.h"
 
 namespace penumbra {

@@ -5,7 +5,7 @@
 #include <thread>
 
 #include "tests/capi/packed_asset.h"
-#include "tests/player/count_allocations.h"
+#include "tests/runtime/count_allocations.h"
 
 namespace penumbra {
 namespace {

@@ -12,7 +12,7 @@
 #include "sh/height/height_visibility.h"
 #include "tests/capi/packed_asset.h"
 #include "tests/difference.h"
-#include "tests/player/count_allocations.h"
+#include "tests/runtime/count_allocations.h"
 
 namespace penumbra {
 namespace {

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/capi/packed_asset.h"
-#include "tests/player/count_allocations.h"
+#include "tests/runtime/count_allocations.h"
 #include "tests/synthetic_cloth.h"
 
 namespace penumbra {

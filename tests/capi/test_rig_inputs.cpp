@@ -2,7 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "player/runtime/evaluate/evaluator.h"
+#include "runtime/evaluate/evaluator.h"
 #include "sh/rigid_fit.h"
 #include "tests/capi/use_c_api.h"
 #include "tests/synthetic_cloth.h"

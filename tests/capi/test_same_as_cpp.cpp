@@ -3,8 +3,8 @@
 
 #include <cstring>
 
-#include "player/runtime/evaluate/evaluator.h"
-#include "player/runtime/shade/shading_set.h"
+#include "runtime/evaluate/evaluator.h"
+#include "runtime/shade/shading_set.h"
 #include "tests/capi/packed_asset.h"
 #include "tests/difference.h"
 

@@ -6,7 +6,7 @@
 
 #include "sh/sh_basis.h"
 #include "tests/capi/packed_asset.h"
-#include "tests/player/count_allocations.h"
+#include "tests/runtime/count_allocations.h"
 #include "tests/synthetic_composition.h"
 
 namespace penumbra {

@@ -6,7 +6,7 @@
 
 #include "sh/brdf/brdf_lobe.h"
 #include "tests/capi/packed_asset.h"
-#include "tests/player/count_allocations.h"
+#include "tests/runtime/count_allocations.h"
 
 namespace penumbra {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "pack/pack_transfer.h"
 #include "tests/capi/use_c_api.h"
-#include "tests/player/count_allocations.h"
+#include "tests/runtime/count_allocations.h"
 #include "tests/synthetic_transfer.h"
 
 namespace penumbra {

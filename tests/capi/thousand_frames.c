@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "player/runtime/penumbra.h"
+#include "runtime/penumbra.h"
 
 static penumbra_error error;
 

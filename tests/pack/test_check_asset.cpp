@@ -14,8 +14,8 @@
 #include "pack/packing_error.h"
 #include "pack/rank_correlation.h"
 #include "pack/span_projector.h"
-#include "player/runtime/evaluate/evaluator.h"
-#include "player/runtime/shade/shading.h"
+#include "runtime/evaluate/evaluator.h"
+#include "runtime/shade/shading.h"
 #include "sh/sh_rotation.h"
 #include "tests/synthetic_model.h"
 

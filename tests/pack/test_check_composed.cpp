@@ -6,8 +6,8 @@
 #include "pack/compress_model.h"
 #include "pack/error_budget.h"
 #include "pack/pack_asset.h"
-#include "player/runtime/evaluate/evaluator.h"
-#include "player/runtime/shade/shading.h"
+#include "runtime/evaluate/evaluator.h"
+#include "runtime/shade/shading.h"
 #include "sh/sh_rotation.h"
 #include "tests/synthetic_composition.h"
 

@@ -6,7 +6,7 @@
 #include "pack/compress_model.h"
 #include "pack/dense_solvers.h"
 #include "pack/pack_asset.h"
-#include "player/runtime/evaluate/evaluator.h"
+#include "runtime/evaluate/evaluator.h"
 #include "tests/synthetic_model.h"
 
 namespace penumbra {

@@ -8,7 +8,7 @@
 #include "formats/common/errors.h"
 #include "pack/pack_asset.h"
 #include "pack/quantize.h"
-#include "player/runtime/evaluate/evaluator.h"
+#include "runtime/evaluate/evaluator.h"
 #include "sh/brdf/slice_form.h"
 #include "tests/synthetic_model.h"
 

@@ -1,5 +1,5 @@
 #pragma once
-// Runs the GLSL of casters (player/runtime/glsl/cast_glsl.cpp) in shaders of an engine: a compute shader with storage
+// Runs the GLSL of casters (runtime/glsl/cast_glsl.cpp) in shaders of an engine: a compute shader with storage
 // buffers, and a fragment shader with texture buffers.
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@
 
 #include "pack/pack_asset.h"
 #include "player/bench/bench.h"
-#include "tests/player/synthetic_asset.h"
+#include "tests/runtime/synthetic_asset.h"
 #include "tests/synthetic_composition.h"
 
 namespace penumbra {

@@ -6,7 +6,7 @@
 #include "player/draw/picture_view.h"
 #include "player/frame/frame_values.h"
 #include "player/gl/offscreen_target.h"
-#include "player/runtime/shade/shading_set.h"
+#include "runtime/shade/shading_set.h"
 #include "tests/difference.h"
 #include "tests/synthetic_cloth.h"
 #include "tests/synthetic_indirect.h"

@@ -7,7 +7,7 @@
 
 #include "player/gl/gl_context.h"
 #include "player/gl/gl_objects.h"
-#include "player/runtime/glsl/brdf_glsl.h"
+#include "runtime/glsl/brdf_glsl.h"
 #include "sh/brdf/brdf_lobe.h"
 #include "sh/quadrature.h"
 #include "tests/difference.h"

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "player/runtime/cast/cast_shadow.h"
+#include "runtime/cast/cast_shadow.h"
 #include "sh/tangent.h"
 #include "tests/capi/packed_asset.h"
 #include "tests/player/cast_shaders.h"

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "player/runtime/cast/cast_shadow.h"
+#include "runtime/cast/cast_shadow.h"
 #include "sh/cast/cast_visibility.h"
 #include "sh/tangent.h"
 #include "tests/capi/packed_asset.h"

@@ -8,7 +8,7 @@
 #include "player/frame/frame_values.h"
 #include "player/gl/gl_context.h"
 #include "player/gl/offscreen_target.h"
-#include "tests/player/synthetic_asset.h"
+#include "tests/runtime/synthetic_asset.h"
 
 namespace penumbra {
 namespace {

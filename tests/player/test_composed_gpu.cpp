@@ -9,10 +9,10 @@
 #include "player/draw/picture_view.h"
 #include "player/frame/frame_values.h"
 #include "player/gl/offscreen_target.h"
-#include "player/runtime/glsl/far_glsl.h"
+#include "runtime/glsl/far_glsl.h"
 #include "tests/difference.h"
-#include "tests/player/count_allocations.h"
 #include "tests/player/gl_calls.h"
+#include "tests/runtime/count_allocations.h"
 #include "tests/synthetic_composition.h"
 
 namespace penumbra {

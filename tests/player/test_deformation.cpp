@@ -2,10 +2,10 @@
 #include <gtest/gtest.h>
 
 #include "pack/pack_asset.h"
-#include "player/runtime/evaluate/evaluator.h"
 #include "player/view/playback/position_interpolation.h"
+#include "runtime/evaluate/evaluator.h"
 #include "sh/vertex_normals.h"
-#include "tests/player/count_allocations.h"
+#include "tests/runtime/count_allocations.h"
 #include "tests/synthetic_cloth.h"
 
 namespace penumbra {

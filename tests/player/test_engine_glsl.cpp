@@ -19,7 +19,7 @@ namespace {
 using namespace capi_test;
 
 std::string includeFile() {
-    std::ifstream file(PENUMBRA_SOURCE_DIR "/player/shaders/penumbra.glsl");
+    std::ifstream file(PENUMBRA_SOURCE_DIR "/runtime/shaders/penumbra.glsl");
     std::stringstream text;
     text << file.rdbuf();
     return text.str();

@@ -7,7 +7,7 @@
 
 #include "player/render/error_gate.h"
 #include "player/render/frame_errors.h"
-#include "tests/player/synthetic_asset.h"
+#include "tests/runtime/synthetic_asset.h"
 
 namespace penumbra {
 namespace {

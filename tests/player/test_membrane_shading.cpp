@@ -11,11 +11,11 @@
 #include "player/draw/sunlight.h"
 #include "player/frame/frame_values.h"
 #include "player/gl/offscreen_target.h"
-#include "player/runtime/shade/shading_set.h"
+#include "runtime/shade/shading_set.h"
 #include "sh/zonal.h"
 #include "tests/difference.h"
-#include "tests/player/count_allocations.h"
 #include "tests/player/gl_calls.h"
+#include "tests/runtime/count_allocations.h"
 #include "tests/sh/golden.h"
 #include "tests/synthetic_cloth.h"
 

@@ -11,9 +11,9 @@
 #include "player/gl/offscreen_target.h"
 #include "player/gl/upload_ring.h"
 #include "tests/difference.h"
-#include "tests/player/count_allocations.h"
 #include "tests/player/gl_calls.h"
-#include "tests/player/synthetic_asset.h"
+#include "tests/runtime/count_allocations.h"
+#include "tests/runtime/synthetic_asset.h"
 
 namespace penumbra {
 namespace {

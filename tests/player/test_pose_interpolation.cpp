@@ -9,7 +9,7 @@
 #include "player/view/playback/playhead.h"
 #include "player/view/playback/pose_interpolation.h"
 #include "tests/difference.h"
-#include "tests/player/count_allocations.h"
+#include "tests/runtime/count_allocations.h"
 
 namespace penumbra {
 namespace {

@@ -12,7 +12,7 @@
 #include "player/render/frame_errors.h"
 #include "player/render/render_offscreen.h"
 #include "tests/difference.h"
-#include "tests/player/synthetic_asset.h"
+#include "tests/runtime/synthetic_asset.h"
 #include "tests/synthetic_composition.h"
 
 namespace penumbra {

@@ -7,7 +7,7 @@
 #include "player/draw/picture_view.h"
 #include "player/render/render_batch.h"
 #include "player/render/render_sheet.h"
-#include "tests/player/synthetic_asset.h"
+#include "tests/runtime/synthetic_asset.h"
 
 namespace penumbra {
 namespace {

@@ -3,7 +3,7 @@
 
 #include "formats/common/errors.h"
 #include "player/render/render_offscreen.h"
-#include "tests/player/synthetic_asset.h"
+#include "tests/runtime/synthetic_asset.h"
 
 namespace penumbra {
 namespace {

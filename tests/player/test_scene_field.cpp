@@ -14,7 +14,7 @@
 #include "player/scene/scene_receivers.h"
 #include "sh/light/analytic_light.h"
 #include "tests/difference.h"
-#include "tests/player/count_allocations.h"
+#include "tests/runtime/count_allocations.h"
 #include "tests/sh/height_samples.h"
 #include "tests/synthetic_composition.h"
 

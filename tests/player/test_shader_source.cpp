@@ -3,10 +3,10 @@
 #include <random>
 
 #include "player/draw/shader_source.h"
-#include "player/runtime/glsl/sh_glsl.h"
-#include "player/runtime/shade/exact_light_lobes.h"
+#include "runtime/glsl/sh_glsl.h"
+#include "runtime/shade/exact_light_lobes.h"
 #include "sh/sh_basis.h"
-#include "tests/player/synthetic_asset.h"
+#include "tests/runtime/synthetic_asset.h"
 
 namespace penumbra {
 namespace {

@@ -11,11 +11,11 @@
 #include "player/frame/frame_values.h"
 #include "player/frame/shot.h"
 #include "player/gl/offscreen_target.h"
-#include "player/runtime/shade/shading_set.h"
+#include "runtime/shade/shading_set.h"
 #include "tests/difference.h"
-#include "tests/player/count_allocations.h"
 #include "tests/player/gl_calls.h"
-#include "tests/player/synthetic_asset.h"
+#include "tests/runtime/count_allocations.h"
+#include "tests/runtime/synthetic_asset.h"
 
 namespace penumbra {
 namespace {

@@ -4,9 +4,9 @@
 #include "player/draw/sun_map_painter.h"
 #include "player/gl/gl_context.h"
 #include "player/gl/offscreen_target.h"
-#include "tests/player/count_allocations.h"
 #include "tests/player/gl_calls.h"
-#include "tests/player/sun_scenes.h"
+#include "tests/runtime/count_allocations.h"
+#include "tests/runtime/sun_scenes.h"
 
 namespace penumbra {
 namespace {

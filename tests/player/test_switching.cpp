@@ -10,7 +10,7 @@
 #include "sh/light/light_rotation.h"
 #include "tests/difference.h"
 #include "tests/player/gl_calls.h"
-#include "tests/player/synthetic_asset.h"
+#include "tests/runtime/synthetic_asset.h"
 
 namespace penumbra {
 namespace {

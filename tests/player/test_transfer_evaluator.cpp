@@ -3,7 +3,7 @@
 
 #include "pack/pack_transfer.h"
 #include "player/frame/transfer_error.h"
-#include "tests/player/count_allocations.h"
+#include "tests/runtime/count_allocations.h"
 #include "tests/synthetic_transfer.h"
 
 namespace penumbra {

@@ -8,7 +8,7 @@
 #include "formats/common/write_file.h"
 #include "pack/pack_asset.h"
 #include "player/view/view_material.h"
-#include "tests/player/count_allocations.h"
+#include "tests/runtime/count_allocations.h"
 #include "tests/synthetic_model.h"
 
 namespace penumbra {

@@ -8,7 +8,7 @@
 #include "player/view/vertex_figures.h"
 #include "player/view/view_pick.h"
 #include "tests/difference.h"
-#include "tests/player/synthetic_asset.h"
+#include "tests/runtime/synthetic_asset.h"
 
 namespace penumbra {
 namespace {

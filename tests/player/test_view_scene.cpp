@@ -14,7 +14,7 @@
 #include "player/view/view_shapes.h"
 #include "sh/light/light_rotation.h"
 #include "tests/difference.h"
-#include "tests/player/synthetic_asset.h"
+#include "tests/runtime/synthetic_asset.h"
 
 namespace penumbra {
 namespace {

@@ -10,7 +10,7 @@
 #include "player/frame/field_boxes.h"
 #include "player/frame/visibility_factors.h"
 #include "player/frame/visibility_lobe.h"
-#include "player/runtime/shade/shading.h"
+#include "runtime/shade/shading.h"
 #include "sh/mirrored_product.h"
 #include "tests/difference.h"
 #include "tests/synthetic_composition.h"

@@ -2,7 +2,7 @@
 // Computes figures of every frame of a clip, a few at a time between the frames of a window.
 #include <optional>
 
-#include "player/runtime/evaluate/evaluator.h"
+#include "runtime/evaluate/evaluator.h"
 
 namespace penumbra {
 

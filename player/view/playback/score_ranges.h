@@ -2,7 +2,7 @@
 // Computes the range of the model's scores over the frames that it was trained on, a few frames at a time.
 #include <vector>
 
-#include "player/runtime/evaluate/evaluator.h"
+#include "runtime/evaluate/evaluator.h"
 
 namespace penumbra {
 

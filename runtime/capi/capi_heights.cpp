@@ -1,0 +1,286 @@
+// The part of penumbra.h that handles height fields.
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "runtime/capi/capi_handles.h"
+#include "runtime/shade/indirect_light.h"
+#include "runtime/shade/lambert_material.h"
+#include "sh/height/field_in_scene.h"
+
+namespace penumbra {
+
+namespace {
+
+HeightGrid gridOf(const penumbra_heights_options& options) {
+    if (int(options.border) < 0 || int(options.border) > PENUMBRA_BORDER_OPEN)
+        throw UsageError("border is no penumbra_height_border");
+    for (const auto& [name, side] : {std::pair{"rows", options.rows}, {"columns", options.columns}})
+        if (side > std::size_t(kMostHeightSide)) throw UsageError(std::string(name) + " is more than 65536");
+    constexpr HeightBorder kBorders[] = {HeightBorder::kClamped, HeightBorder::kPeriodic, HeightBorder::kOpen};
+    const HeightGrid grid{int(options.rows), int(options.columns), options.cell_z, options.cell_x,
+                          kBorders[options.border]};
+    if (const std::string problem = findProblem(grid); !problem.empty()) throw UsageError(problem);
+    return grid;
+}
+
+void requireHeights(std::span<const float> heights) {
+    for (std::size_t i = 0; i < heights.size(); ++i)
+        if (!(std::abs(heights[i]) <= kMostElevation))
+            throw UsageError("heights[" + std::to_string(i) + "] is not finite or beyond 1e7");
+}
+
+void requirePoints(const penumbra_heights& field, std::size_t first, std::size_t count, const float* positions,
+                   const float* normals, const float* tangents) {
+    requireRange("points", first, count, field.field.grid().size());
+    requirePointer(positions, "positions");
+    requirePointer(normals, "normals");
+    requirePointer(tangents, "tangents");
+}
+
+// One row of points, or a part of one.
+void writePoints(const penumbra_heights& field, int row, int first, std::size_t count, const HeightRefined& refined,
+                 float* positions, float* normals, float* tangents, float* numbers) {
+    std::array<Vec3, HeightVisibility::kMostPoints> n, t;
+    std::array<float, HeightVisibility::kMostPoints * PENUMBRA_HEIGHTS_STRIDE> own;
+    const std::span<Vec3> some_n = std::span(n).first(count), some_t = std::span(t).first(count);
+    const HeightGrid& grid = field.field.grid();
+    const std::size_t at = std::size_t(row) * std::size_t(grid.columns) + std::size_t(first);
+    const std::span<float> out =
+        numbers ? std::span(numbers + at * PENUMBRA_HEIGHTS_STRIDE, count * PENUMBRA_HEIGHTS_STRIDE)
+                : std::span(own).first(count * PENUMBRA_HEIGHTS_STRIDE);
+    field.visibility.numbers(field.field, row, first, some_n, some_t, PENUMBRA_HEIGHTS_STRIDE, out, &refined);
+    const std::size_t all = grid.size();
+    for (std::size_t i = 0; i < count; ++i) {
+        const float height = field.field.heights()[at + i];
+        if (positions)
+            vectors(positions, all)[at + i] =
+                field.corner + Vec3{float(first + int(i)) * grid.cell_y, height, float(row) * grid.cell_x};
+        if (normals) vectors(normals, all)[at + i] = sceneFromField(n[i]);
+        if (tangents) vectors(tangents, all)[at + i] = sceneFromField(t[i]);
+    }
+}
+
+}  // namespace
+
+}  // namespace penumbra
+
+using namespace penumbra;
+
+penumbra_status penumbra_heights_create(const penumbra_heights_options* options, const float* heights,
+                                        penumbra_heights** field, penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(options, "options");
+        requirePointer(heights, "heights");
+        requirePointer(field, "field");
+        const HeightGrid grid = gridOf(*options);
+        requireFinite("corner", {options->corner, 3});
+        const int order = options->order == 0 ? kMostHeightOrder : options->order,
+                  step = options->step == 0 ? 4 : options->step;
+        if (order < kLeastHeightOrder || order > kMostHeightOrder) throw UsageError("order is neither 0, 4 nor 5");
+        if (step < 1 || step > 8 || (step & (step - 1))) throw UsageError("step is none of 0, 1, 2, 4 and 8");
+        requireHeights({heights, grid.size()});
+        const HeightField made(grid, {heights, grid.size()});
+        HeightVisibility visibility(made, order, step);
+        HeightTables above(made, kAboveFieldOrder, kFieldOrder);
+        const Convention convention = visibility.convention();
+        *field = new penumbra_heights{made,
+                                      std::move(visibility),
+                                      std::move(above),
+                                      {options->corner[0], options->corner[1], options->corner[2]},
+                                      CastProduct(convention),
+                                      nullptr,
+                                      std::nullopt};
+    });
+}
+
+void penumbra_heights_destroy(penumbra_heights* field) { delete field; }
+
+penumbra_status penumbra_heights_set_tolerance(penumbra_heights* field, float tolerance, penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(field, "field");
+        if (!(tolerance >= 0 && tolerance <= kMostHeightTolerance)) throw UsageError("tolerance is not in 0..1");
+        field->visibility.setTolerance(tolerance);
+    });
+}
+
+penumbra_status penumbra_heights_set(penumbra_heights* field, size_t first_row, size_t row_count, size_t first_column,
+                                     size_t column_count, const float* heights, penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(field, "field");
+        const HeightGrid& grid = field->field.grid();
+        requireRange("rows", first_row, row_count, std::size_t(grid.rows));
+        requireRange("columns", first_column, column_count, std::size_t(grid.columns));
+        if (row_count == 0 || column_count == 0) return;
+        requirePointer(heights, "heights");
+        const std::span<const float> all(heights, row_count * column_count);
+        requireHeights(all);
+        const TexelBox box{int(first_row), int(first_column), int(first_row + row_count),
+                           int(first_column + column_count)};
+        field->visibility.wake(field->field, field->field.set(box, all));
+    });
+}
+
+size_t penumbra_heights_update_rows(const penumbra_heights* field) {
+    return field ? field->visibility.receiverRows() : 0;
+}
+
+penumbra_status penumbra_heights_update(penumbra_heights* field, size_t first, size_t count, penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(field, "field");
+        requireRange("rows", first, count, field->visibility.receiverRows());
+        field->visibility.evaluate(field->field, first, first + count);
+    });
+}
+
+penumbra_status penumbra_heights_get_points(const penumbra_heights* field, size_t first_row, size_t row_count,
+                                            float* positions, float* normals, float* tangents, float* numbers,
+                                            penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(field, "field");
+        const HeightGrid& grid = field->field.grid();
+        requireRange("rows", first_row, row_count, std::size_t(grid.rows));
+        const int last = int(first_row + row_count), step = field->visibility.step();
+        HeightRefined refined;
+        for (int band = int(first_row) / step * step; band < last; band += step)
+            for (int c = 0; c < grid.columns; c += HeightRefined::kColumns) {
+                const int end = std::min(c + HeightRefined::kColumns, grid.columns);
+                field->visibility.refine(field->field, band, c, end, refined);
+                for (int r = std::max(band, int(first_row)); r < std::min(band + step, last); ++r)
+                    writePoints(*field, r, c, std::size_t(end - c), refined, positions, normals, tangents, numbers);
+            }
+    });
+}
+
+penumbra_status penumbra_heights_cast(const penumbra_heights* field, const penumbra_scene* scene, size_t first,
+                                      size_t count, const float* positions, const float* normals, const float* tangents,
+                                      float* numbers, penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(field, "field");
+        requirePointer(scene, "scene");
+        requirePoints(*field, first, count, positions, normals, tangents);
+        requirePointer(numbers, "numbers");
+        const std::size_t all = field->field.grid().size();
+        std::array<float, kMostReceivers * kFarNumbers> mirrored;
+        for (std::size_t at = first; at < first + count; at += kMostReceivers) {
+            const std::size_t n = std::min(kMostReceivers, first + count - at);
+            const std::span<float> used = std::span(mirrored).first(n * kFarNumbers);
+            const CastReceivers some{vectors(positions, all).subspan(at, n), vectors(normals, all).subspan(at, n),
+                                     vectors(tangents, all).subspan(at, n)};
+            if (scene->cast->evaluate(some, {}, used) == 0) continue;
+            field->product({numbers + at * PENUMBRA_HEIGHTS_STRIDE, n * PENUMBRA_HEIGHTS_STRIDE},
+                           PENUMBRA_HEIGHTS_STRIDE, used);
+        }
+    });
+}
+
+penumbra_status penumbra_heights_shadow(const penumbra_heights* field, const penumbra_character* character,
+                                        const float* to_scene, size_t first_vertex, size_t vertex_count, float* numbers,
+                                        penumbra_error* error) {
+    return penumbra_heights_shadow_bounced(field, character, to_scene, first_vertex, vertex_count, numbers, nullptr,
+                                           error);
+}
+
+penumbra_status penumbra_heights_shadow_bounced(const penumbra_heights* field, const penumbra_character* character,
+                                                const float* to_scene, size_t first_vertex, size_t vertex_count,
+                                                float* numbers, float* bounced, penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(field, "field");
+        requirePointer(character, "character");
+        requirePointer(numbers, "numbers");
+        if (bounced) indirectOf(character->asset->view);
+        if (character->asset->view.transfer)
+            throw Unsupported(character->asset->view.name + ": nothing casts on transfer, which is no visibility");
+        const Evaluator& evaluator = character->evaluator;
+        requireRange("vertices", first_vertex, vertex_count, evaluator.vertexCount());
+        const auto stride = std::size_t(character->asset->view.model.stride);
+        const Affine placed = rigidOf(to_scene);
+        const Mat3 turn = placed.linear();
+        std::array<Vec3, kMostReceivers> positions, normals, tangents;
+        std::array<float, kMostReceivers * kFarNumbers> mirrored;
+        for (std::size_t at = first_vertex; at < first_vertex + vertex_count; at += kMostReceivers) {
+            const std::size_t n = std::min(kMostReceivers, first_vertex + vertex_count - at);
+            evaluator.skin(at, {positions.data(), n}, {normals.data(), n}, {tangents.data(), n});
+            for (std::size_t i = 0; i < n; ++i) {
+                positions[i] = placed.point(positions[i]);
+                normals[i] = turn * normals[i];
+                tangents[i] = turn * tangents[i];
+            }
+            const std::span<float> used = std::span(mirrored).first(n * kFarNumbers);
+            fieldVisibility(field->field, field->above, field->corner,
+                            {{positions.data(), n}, {normals.data(), n}, {tangents.data(), n}}, used);
+            character->product({numbers + at * stride, n * stride}, stride, used);
+            if (bounced) castOnIndirect(used, {bounced + at * kIndirectStride, n * kIndirectStride});
+        }
+    });
+}
+
+penumbra_status penumbra_heights_query(const penumbra_heights* field, const float* places, size_t count, float* heights,
+                                       penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(field, "field");
+        if (count == 0) return;
+        requireCount("count", count, 2 * sizeof(float));
+        requirePointer(places, "places");
+        requirePointer(heights, "heights");
+        requireFinite("places", {places, 2 * count});
+        for (std::size_t i = 0; i < count; ++i)
+            heights[i] = float(
+                heightOfField(field->field, toDouble(field->corner), double(places[2 * i]), double(places[2 * i + 1])));
+    });
+}
+
+penumbra_status penumbra_heights_under(const penumbra_heights* field, const float* positions, size_t count,
+                                       const float* to_scene, float* height, penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(field, "field");
+        requirePointer(height, "height");
+        if (count > 0) requirePointer(positions, "positions");
+        requireCount("count", count, 3 * sizeof(float));
+        requireFinite("positions", {positions, 3 * count});
+        *height =
+            float(groundUnderPose(field->field, toDouble(field->corner), vectors(positions, count), rigidOf(to_scene)));
+    });
+}
+
+penumbra_status penumbra_heights_set_look(penumbra_heights* field, const penumbra_asset* asset, size_t material,
+                                          const float* albedo, size_t light, const float* rotation,
+                                          penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(field, "field");
+        requirePointer(asset, "asset");
+        const AssetView& view = asset->data->view;
+        requireIndex("light", light, view.lights.size());
+        Vec3 color;
+        if (material == PENUMBRA_NONE) {
+            requirePointer(albedo, "albedo");
+            requireFinite("albedo", {albedo, 3});
+            color = {albedo[0], albedo[1], albedo[2]};
+        } else {
+            requireIndex("material", material, view.materials.size());
+        }
+        const LambertMaterial lambert(color);
+        VertexShader look(field->visibility.convention(), PENUMBRA_HEIGHTS_STRIDE,
+                          material == PENUMBRA_NONE ? lambert.view : view.materials[material], view.lights[light]);
+        if (rotation) look.setLightRotation(rotationFrom(rotation));
+        field->asset = asset->data;
+        field->look.emplace(std::move(look));
+    });
+}
+
+penumbra_status penumbra_heights_shade(const penumbra_heights* field, const float eye[3], size_t first, size_t count,
+                                       const penumbra_vertices* points, float* radiance, penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(field, "field");
+        const Vec3 from = pointFrom("eye", eye);
+        requirePointer(points, "points");
+        requirePoints(*field, first, count, points->positions, points->normals, points->tangents);
+        requirePointer(points->numbers, "points->numbers");
+        requirePointer(radiance, "radiance");
+        if (!field->look) throw UsageError("the field has no look yet");
+        const std::size_t all = field->field.grid().size();
+        field->look->shade(first, first + count, vectors(points->positions, all), vectors(points->normals, all),
+                           vectors(points->tangents, all), {points->numbers, all * PENUMBRA_HEIGHTS_STRIDE}, from,
+                           vectors(radiance, all));
+    });
+}

@@ -1,0 +1,267 @@
+#include "runtime/shade/shading_set.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <numbers>
+
+#include "formats/asset/other_sides.h"
+#include "runtime/shade/sun_lobes.h"
+
+namespace penumbra {
+
+ShadingSet::ShadingSet(const AssetView& asset, const ShadingChoice& choice)
+    : asset_(&asset), choice_(choice), path_(shadePaths().back()) {
+    assert(asset.hasCharacter() && (!asset.transfer || choice.light_form == LightForm::kRotation) &&
+           !asset.materials.empty() && !asset.lights.empty());
+    makeTables();
+    ambient_weights_.resize(std::size_t(asset.model.convention.size()));
+    ambientWeights(asset.model.convention, ambient_weights_);
+    if (asset.model.indirect) bounced_ = makeBouncedLight(asset.model.indirect->axes, lights_[light_].whole());
+    material_of_slot_ = asset.slot_material;
+    material_of_slot_.resize(std::max<std::size_t>(1, asset.mesh.slots.size()));
+    sortVertices();
+    findOtherSides();
+}
+
+void ShadingSet::makeTables() {
+    for (const LightView& light : asset_->lights) orders_.push_back(light.order);
+    std::sort(orders_.begin(), orders_.end());
+    orders_.erase(std::unique(orders_.begin(), orders_.end()), orders_.end());
+    for (const LightView& light : asset_->lights) {
+        lights_.emplace_back(light, hasForm(light, choice_.light_form) ? choice_.light_form : LightForm::kRotation);
+        const auto order = std::lower_bound(orders_.begin(), orders_.end(), light.order);
+        order_of_light_.push_back(std::size_t(order - orders_.begin()));
+    }
+    for (const MaterialView& material : asset_->materials) {
+        std::vector<MaterialTables>& of_orders = tables_.emplace_back();
+        live_lobes_.push_back(changingParameter(material) ? material.lobes.front()
+                              : material.membrane         ? BrdfLobe{BrdfModel::kLambert, {}, material.membrane->rho}
+                                                          : BrdfLobe{});
+        if (asset_->transfer) continue;  // it reads the lobe alone
+        if (!hasReflectance(material, choice_.reflectance)) continue;
+        if (material.membrane && !asset_->mesh.two_sided) continue;
+        for (const int order : orders_)
+            of_orders.emplace_back(asset_->model.convention, order, material, choice_.reflectance);
+    }
+}
+
+// Sorts vertices by slot (counting sort). It is stable, so that a slot's vertices stay in the order of the arrays.
+void ShadingSet::sortVertices() {
+    const std::span<const std::uint16_t> slot_of_vertex = asset_->mesh.slot_of_vertex;
+    const std::size_t vertices = asset_->mesh.positions.size();
+    first_of_slot_.assign(slotCount() + 1, 0);
+    first_of_slot_.back() = vertices;
+    if (slotCount() == 1) return;
+    std::vector<std::size_t> next(slotCount() + 1);
+    for (const std::uint16_t slot : slot_of_vertex) ++next[slot + 1u];
+    for (std::size_t s = 0; s < slotCount(); ++s) next[s + 1] += next[s];
+    first_of_slot_ = next;
+    order_.resize(vertices);
+    for (std::size_t v = 0; v < vertices; ++v) order_[next[slot_of_vertex[v]]++] = std::uint32_t(v);
+    if (std::is_sorted(order_.begin(), order_.end())) order_.clear();
+}
+
+void ShadingSet::findOtherSides() {
+    const MeshView& mesh = asset_->mesh;
+    free_sight_ = freeSight(asset_->model.convention);
+    if (!mesh.two_sided) return;
+    other_side_ = penumbra::otherSides(mesh);
+    for (std::size_t n = 0; n < other_side_.size(); ++n)
+        other_order_.push_back(other_side_[order_.empty() ? n : order_[n]]);
+}
+
+bool isLambert(const MaterialView& material) {
+    return material.lobes.size() == 1 && material.lobes[0].model == BrdfModel::kLambert && material.lobe_error == 0 &&
+           !material.membrane;
+}
+
+bool ShadingSet::hasMaterial(std::size_t material) const {
+    return asset_->transfer ? isLambert(asset_->materials[material]) : !tables_[material].empty();
+}
+
+bool ShadingSet::hasLight(std::size_t light) const { return lights_[light].form() == choice_.light_form; }
+
+void ShadingSet::setParameter(std::size_t material, double value) {
+    const std::optional<ChangingParameter> parameter = changingParameter(asset_->materials[material]);
+    assert(parameter && hasMaterial(material));
+    BrdfLobe& lobe = live_lobes_[material];
+    checkParameter(lobe.model, parameter->index, value, parameter->least, parameter->most);
+    lobe.parameters[parameter->index] = float(value);
+    for (MaterialTables& tables : tables_[material])
+        if (isLive(material))
+            tables.setLobe(lobe);
+        else
+            tables.setStep(value);
+    ++material_version_;
+}
+
+std::span<const BrdfLobe> ShadingSet::lobesOf(std::size_t material) const {
+    return isLive(material) || hasSteps(material) || isMembrane(material) ? std::span(&live_lobes_[material], 1)
+                                                                          : asset_->materials[material].lobes;
+}
+
+void ShadingSet::setMaterial(std::size_t slot, std::size_t material) {
+    assert(slot < slotCount() && hasMaterial(material));
+    material_of_slot_[slot] = std::uint16_t(material);
+    ++material_version_;
+}
+
+void ShadingSet::setMaterial(std::size_t material) {
+    for (std::size_t slot = 0; slot < slotCount(); ++slot) setMaterial(slot, material);
+}
+
+void ShadingSet::setLight(std::size_t light) {
+    assert(light < lights_.size() && hasLight(light));
+    light_ = light;
+    lights_[light].setSuns(suns_on_);
+    setLightRotation(rotation_);
+}
+
+void ShadingSet::setLight(std::size_t light, std::span<const float> sh, double seconds) {
+    assert(light < lights_.size());
+    lights_[light].setCoefficients(sh, seconds);
+    setLight(light);
+}
+
+void ShadingSet::replaceLight(std::size_t light, const LightView& by) {
+    assert(light < lights_.size());
+    lights_[light].setLight(by);
+    setLight(light);
+}
+
+void ShadingSet::setSuns(bool on) {
+    assert(!on || choice_.light_form == LightForm::kRotation);
+    suns_on_ = on;
+    // The first light of an asset may lack the form. setLight() of one that has it follows then.
+    if (hasLight(light_)) setLight(light_);
+}
+
+void ShadingSet::factorLive(std::size_t light, int count, double time_constant) {
+    assert(light < lights_.size());
+    lights_[light].factorLive(count, time_constant);
+}
+
+void ShadingSet::setLightRotation(const Mat3& rotation) {
+    rotation_ = rotation;
+    lights_[light_].setRotation(rotation);
+    if (asset_->model.indirect) bounced_ = makeBouncedLight(asset_->model.indirect->axes, lights_[light_].whole());
+}
+
+void ShadingSet::shade(std::size_t begin, std::size_t end, std::span<const Vec3> positions,
+                       std::span<const Vec3> normals, std::span<const Vec3> tangents, std::span<const float> numbers,
+                       Vec3 eye, std::span<Vec3> radiance, std::span<const float> indirect) const {
+    if (asset_->transfer) return shadeTransfer(begin, end, numbers, radiance);
+    const ModelView& model = asset_->model;
+    assert(indirect.empty() || indirect.size() == radiance.size() * kIndirectStride);
+    assert(begin <= end && end <= radiance.size() && positions.size() == radiance.size() &&
+           normals.size() == radiance.size() && tangents.size() == radiance.size() &&
+           numbers.size() == radiance.size() * std::size_t(model.stride));
+    ShadeInput input{positions.data(),
+                     normals.data(),
+                     tangents.data(),
+                     numbers.data(),
+                     model.stride,
+                     model.convention.size(),
+                     eye,
+                     radiance.data(),
+                     order_.empty() ? nullptr : order_.data()};
+    if (showsBounces() && !indirect.empty()) {
+        input.indirect = indirect.data();
+        input.bounced = bounced_.data();
+        input.ambient = ambient_weights_.data();
+    }
+    input.direct = bounces_ != Bounces::kIndirect;
+    const ShadeLight light = lights_[light_].view();
+    // The range may cover several slots; each gets a call with its own material.
+    for (std::size_t slot = 0; slot < slotCount() && begin < end; ++slot) {
+        const std::size_t stop = std::min(end, first_of_slot_[slot + 1]);
+        if (stop <= begin) continue;
+        if (isMembrane(material_of_slot_[slot]))
+            shadeMembrane(slot, input, begin, stop);
+        else
+            path_.shade(materialView(slot), light, input, begin, stop);
+        begin = stop;
+    }
+}
+
+// L = rho/pi E + tau/pi E of the other side. The table of a membrane is that of a white surface, so that it gives E/pi.
+void ShadingSet::shadeMembrane(std::size_t slot, const ShadeInput& input, std::size_t begin, std::size_t end) const {
+    constexpr std::size_t kPiece = 64;
+    const Membrane& membrane = *asset_->materials[material_of_slot_[slot]].membrane;
+    const ShadeMaterial white = materialView(slot);
+    const ShadeLight light = lights_[light_].view();
+    for (std::size_t first = begin; first < end; first += kPiece) {
+        const std::size_t stop = std::min(end, first + kPiece);
+        std::array<Vec3, kPiece> through;
+        ShadeInput other = input;
+        other.order = other_order_.data();
+        other.packed = through.data();
+        other.packed_first = first;
+        if (membrane.open_back) other.numbers = free_sight_.data(), other.stride = 0;
+        path_.shade(white, light, input, first, stop);
+        path_.shade(white, light, other, first, stop);
+        for (std::size_t n = first; n < stop; ++n) {
+            Vec3& radiance = input.radiance[order_.empty() ? n : order_[n]];
+            radiance = membrane.rho * radiance + membrane.tau * through[n - first];
+        }
+    }
+}
+
+void ShadingSet::shadeTransfer(std::size_t begin, std::size_t end, std::span<const float> numbers,
+                               std::span<Vec3> radiance) const {
+    const auto stride = std::size_t(asset_->model.stride);
+    assert(begin <= end && end <= radiance.size() && numbers.size() == radiance.size() * stride);
+    const std::span<const Vec3> light = lights_[light_].sh();
+    const std::size_t n = std::min(light.size(), asset_->transfer->coefficients());
+    for (std::size_t at = begin; at < end; ++at) {
+        const std::size_t v = order_.empty() ? at : order_[at];
+        Vec3 sum;
+        for (std::size_t c = 0; c < n; ++c) sum += light[c] * numbers[v * stride + c];
+        radiance[v] = sum;
+    }
+    reflect(begin, end, radiance);
+}
+
+void ShadingSet::reflect(std::size_t begin, std::size_t end, std::span<Vec3> light) const {
+    std::size_t slot = 0;
+    for (std::size_t at = begin; at < end; ++at) {
+        while (at >= first_of_slot_[slot + 1]) ++slot;
+        // An asset may give a slot a material that cannot be on; it stays black.
+        const MaterialView& material = asset_->materials[material_of_slot_[slot]];
+        const Vec3 albedo = isLambert(material) ? material.lobes[0].color : Vec3{};
+        Vec3& value = light[order_.empty() ? at : order_[at]];
+        for (int c = 0; c < 3; ++c) value[c] *= albedo[c] * float(std::numbers::inv_pi);
+    }
+}
+
+void ShadingSet::addSuns(std::size_t begin, std::size_t end, std::span<const Vec3> positions,
+                         std::span<const Vec3> normals, std::span<const Vec3> tangents, std::span<const float> visible,
+                         Vec3 eye, std::span<Vec3> radiance) const {
+    assert(begin <= end && end <= radiance.size() && visible.size() == suns().size() * radiance.size());
+    const std::span<const Sun> all = suns();
+    std::size_t slot = 0;
+    for (std::size_t at = begin; at < end; ++at) {
+        while (at >= first_of_slot_[slot + 1]) ++slot;
+        const std::span<const BrdfLobe> lobes = lobesOf(material_of_slot_[slot]);
+        const std::size_t v = order_.empty() ? at : order_[at];
+        const std::optional<Membrane>& membrane = asset_->materials[material_of_slot_[slot]].membrane;
+        for (std::size_t s = 0; s < all.size(); ++s) {
+            // What comes through a membrane falls on its other side.
+            const std::size_t lit = membrane && dot(normals[v], all[s].direction) < 0 ? other_side_[v] : v;
+            if (lit != v) {
+                const float share = membrane->open_back ? 1 : visible[s * radiance.size() + lit];
+                radiance[v] += all[s].irradiance * membrane->tau *
+                               (share * dot(normals[lit], all[s].direction) * std::numbers::inv_pi_v<float>);
+                continue;
+            }
+            const float share = visible[s * radiance.size() + v], cosine = dot(normals[v], all[s].direction);
+            if (!(share > 0 && cosine > 0)) continue;
+            const LobeSurface surface = lobeSurface(positions[v], normals[v], tangents[v], eye);
+            radiance[v] += all[s].irradiance * sunLobes(lobes, surface, all[s].direction, cosine) * (share * cosine);
+        }
+    }
+}
+
+}  // namespace penumbra

@@ -1,0 +1,117 @@
+// The loops that multiply far parts into one another, against farVisibility().
+#include <gtest/gtest.h>
+
+#include "pack/pack_asset.h"
+#include "runtime/evaluate/evaluator.h"
+#include "tests/difference.h"
+#include "tests/synthetic_composition.h"
+
+namespace penumbra {
+namespace {
+
+using synthetic::composedTube;
+
+const synthetic::TubeOptions kTube{
+    .rings = 20, .segments = 9, .joints = 6, .clusters = 4, .components = 5, .inputs = 4};
+
+// Receivers all over the tube and inside its balls.
+struct ScatteredReceivers {
+    std::vector<Vec3> positions, normals, tangents;
+
+    ScatteredReceivers() {
+        synthetic::Noise noise(3);
+        for (std::size_t i = 0; i < 1021; ++i) {
+            const float size = i % 5 == 0 ? 30.0f : 0.4f;
+            positions.push_back(Vec3{noise(), 2 + 2.5f * noise(), noise()} * size);
+            normals.push_back(normalized(Vec3{noise(), noise(), noise()}));
+            if (i < 3) normals.back() = {0, i == 1 ? -1.0f : 0.0f, i == 1 ? 0.0f : 1.0f};
+            tangents.push_back(normalized(cross(normals.back(), Vec3{noise(), noise(), noise()})));
+        }
+    }
+};
+
+struct KernelError {
+    Largest largest, blocked;  // blocked: most of the sphere
+    double rms = 0;
+};
+
+// Compares a path with farVisibility() for receivers that see `parts`, all of which are multiplied in.
+KernelError kernelError(const EvaluatorPath& path, const std::vector<std::uint16_t>& parts) {
+    const Packed packed = packAsset(composedTube(kTube), {}, {}, {.precision = AssetPrecision::kF32}, "{}", 1);
+    const AssetView asset = openAsset(packed.bytes);
+    const FarTables tables = makeFarTables(*asset.model.composition, 5);
+    FarPose pose(tables);
+    pose.set(tables, asset.animation.bonesOf(1));
+    const ScatteredReceivers all;
+    const FarScene scene{tables.tables(), pose.parts.data(), parts.data(), parts.size()};
+    KernelError error;
+    std::vector<float> far(kMostReceivers * kFarNumbers), expected(kFarNumbers);
+    for (std::size_t first = 0; first < all.positions.size(); first += kMostReceivers) {
+        const std::size_t count = std::min(kMostReceivers, all.positions.size() - first);
+        path.far->far(tables.constants(), scene, {},
+                      {&all.positions[first], &all.normals[first], &all.tangents[first], count}, far.data());
+        for (std::size_t i = 0; i < count; ++i) {
+            const std::size_t r = first + i;
+            farVisibility(tables.fields(), pose.posed, parts, {all.positions[r], all.normals[r], all.tangents[r]},
+                          expected);
+            for (std::size_t n = 0; n < kFarNumbers; ++n) {
+                const double off = far[i * kFarNumbers + n] - expected[n];
+                error.largest.add(std::abs(off));
+                error.rms += off * off;
+            }
+            error.blocked.add(1 - expected[0] / std::sqrt(4 * std::numbers::pi));
+        }
+    }
+    error.rms = std::sqrt(error.rms / double(all.positions.size() * kFarNumbers));
+    return error;
+}
+
+// A product of two functions comes back from the directions exactly. Far numbers reach 3.5. Measured: 4e-6.
+TEST(FarKernel, MatchesFarVisibilityForTwoPartsOnEveryPath) {
+    for (const EvaluatorPath& path : evaluatorPaths())
+        for (const std::vector<std::uint16_t>& parts : {std::vector<std::uint16_t>{}, {2}, {2, 4}, {3, 5}}) {
+            const KernelError error = kernelError(path, parts);
+            EXPECT_LT(error.largest, 2e-5) << path.name;
+            EXPECT_TRUE(error.blocked > 0.2 || parts.empty());
+        }
+}
+
+// farVisibility() cuts each product off at order 6, and the directions do not. Measured: rms .0011 and .023 at most.
+TEST(FarKernel, IsCloseToFarVisibilityForManyParts) {
+    for (const EvaluatorPath& path : evaluatorPaths()) {
+        const KernelError error = kernelError(path, {0, 1, 2, 3, 4, 5});
+        EXPECT_LT(error.rms, 0.002) << path.name;
+        EXPECT_LT(error.largest, 0.05) << path.name;
+    }
+}
+
+// Anchors a kilometre apart leave all parts to their receivers, however small these look. Anchors a micrometre apart
+// sum what looks small.
+TEST(FarKernel, AnchorsLeaveOutWhatIsNearerThanTheirSpacings) {
+    const Packed packed = packAsset(composedTube(kTube), {}, {}, {.precision = AssetPrecision::kF32}, "{}", 1);
+    const AssetView asset = openAsset(packed.bytes);
+    const FarTables tables = makeFarTables(*asset.model.composition, 5);
+    FarPose pose(tables);
+    pose.set(tables, asset.animation.bonesOf(1));
+    const ScatteredReceivers all;
+    const std::vector<std::uint16_t> parts{0, 1, 2, 3, 4, 5};
+    const std::size_t stride = anchorStride(parts.size());
+    std::vector<float> values(kMostReceivers * stride);
+    for (const EvaluatorPath& path : evaluatorPaths())
+        for (const float spacing : {1e3f, 1e-6f}) {
+            const FarScene scene{tables.tables(), pose.parts.data(), parts.data(), parts.size(), spacing};
+            path.far->anchors(tables.constants(), scene,
+                              {all.positions.data(), all.normals.data(), all.tangents.data(), kMostReceivers},
+                              values.data());
+            std::size_t summed = 0, near = 0;
+            for (std::size_t r = 0; r < kMostReceivers; ++r) {
+                summed += values[r * stride] != 0;  // NaN, too
+                for (std::size_t p = 0; p < parts.size(); ++p) near += values[r * stride + kAnchorSums + p] == 1;
+            }
+            EXPECT_EQ(summed > 0, spacing < 1) << path.name;
+            EXPECT_EQ(near > kMostReceivers, spacing > 1) << path.name;
+        }
+}
+
+}  // namespace
+}  // namespace penumbra
