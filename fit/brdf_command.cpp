@@ -89,7 +89,7 @@ nlohmann::ordered_json optionsOf(const BrdfCommand& command, const RgbBrdf& brdf
 }
 
 // Slices that still change by kSettled cannot turn an albedo of 1 into more than this.
-constexpr double kMostAlbedo = 1.001;
+constexpr double kMaxAlbedo = 1.001;
 
 std::string rounded(double value, int digits) {
     char text[32];
@@ -99,7 +99,7 @@ std::string rounded(double value, int digits) {
 
 // The budget for paper 000's operators at run time: bytes of M^b and w for a colour channel, with light and visibility
 // of order 4.
-constexpr std::size_t kMostOperatorBytes = 10240;
+constexpr std::size_t kMaxOperatorBytes = 10240;
 
 std::size_t operatorBytes(const BrdfOperators& operators) {
     const Convention a4{BelowHorizon::kOpen, 4};
@@ -112,23 +112,23 @@ void warn(const BrdfReading& reading, const BrdfFile& brdf) {
         return found == reading.figures.end() ? 0 : found->second;
     };
     const auto say = [](const std::string& message) { reportWarning("penumbra-fit", message); };
-    if (brdf.steps && brdf.steps->error > kMostStepError)
+    if (brdf.steps && brdf.steps->error > kMaxStepError)
         say(brdf.name + ": " + std::to_string(brdf.steps->values.size()) + " steps have an error of " +
-            rounded(brdf.steps->error, 4) + ", above " + rounded(kMostStepError, 4) +
+            rounded(brdf.steps->error, 4) + ", above " + rounded(kMaxStepError, 4) +
             ": more --steps or a smaller range help");
     if (const double clamped = count("clamped"); clamped > 0)
         say(brdf.name + ": " + std::to_string(std::size_t(clamped)) + " negative values were set to 0");
     if (const double unmeasured = count("unmeasured"); unmeasured > 0)
         say(brdf.name + ": " + std::to_string(std::size_t(unmeasured)) +
             " cells above the horizon have no measurement and were filled");
-    if (const double albedo = brdf.isLive() ? 0 : brdf.errors.at("albedo_max"); albedo > kMostAlbedo)
+    if (const double albedo = brdf.isLive() ? 0 : brdf.errors.at("albedo_max"); albedo > kMaxAlbedo)
         say(brdf.name + " gains energy: its largest directional albedo is " + rounded(albedo, 3));
     if (brdf.operators.count == 0) return;
     const std::size_t bytes = operatorBytes(brdf.operators),
-                      most = kMostOperatorBytes / (bytes / std::size_t(brdf.operators.count));
-    if (bytes > kMostOperatorBytes)
+                      most = kMaxOperatorBytes / (bytes / std::size_t(brdf.operators.count));
+    if (bytes > kMaxOperatorBytes)
         say(brdf.name + ": " + std::to_string(brdf.operators.count) + " operators are " + std::to_string(bytes) +
-            " bytes a channel, more than " + std::to_string(kMostOperatorBytes) + "; --operators " +
+            " bytes a channel, more than " + std::to_string(kMaxOperatorBytes) + "; --operators " +
             std::to_string(most) + " is the most that fits");
     if (parseOperatorSource(brdf.operators.source) == OperatorSource::kLiteral)
         say(brdf.name + ": operators from \"literal\" are for comparisons only: penumbra-pack refuses them");

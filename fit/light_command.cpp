@@ -229,7 +229,7 @@ void describeWindow(const WindowReport& window, const HotPixel& hot, const char*
             100 * window.irradiance_change);
     else if (window.least_after < -kWorstRinging)
         return;  // warnOfRinging() has said so
-    else if (window.least_after < -kMostRinging)
+    else if (window.least_after < -kMaxRinging)
         std::printf("%s: no window; rings down to %.1f%% of the mean, --window always would take that away\n", name,
                     100 * window.least_after);
     else

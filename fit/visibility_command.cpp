@@ -62,7 +62,7 @@ void define(CLI::App& app, VisibilityCommand& command) {
         }()))
         ->capture_default_str();
     command.lobes_option = app.add_option("--lobes", command.lobes, "zonal lobes of a vertex, of --model zh-lobes")
-                               ->check(CLI::Range(1, kMostLobes))
+                               ->check(CLI::Range(1, kMaxVisibilityLobes))
                                ->capture_default_str();
     app.add_option("--fields", command.fields,
                    "X.fields.h5 of `penumbra-bake fields`, for --model composed: of the character and of occluders");

@@ -11,14 +11,14 @@ namespace penumbra {
 double PackingSums::relative() const { return signal > 0 ? std::sqrt(difference / signal) : 0; }
 
 std::vector<std::size_t> packingFrames(const AssetView& asset) {
-    constexpr std::size_t kMost = 100;  // of a composed model
+    constexpr std::size_t kMax = 100;  // of a composed model
     std::vector<std::size_t> frames;
     for (const ClipView& clip : asset.animation.clips)
         for (std::size_t f = clip.first_frame; f < clip.first_frame + std::size_t(clip.frame_count); ++f)
             if (!clip.held_out) frames.push_back(f);
-    if (!asset.model.composition || frames.size() <= kMost) return frames;
-    for (std::size_t i = 0; i < kMost; ++i) frames[i] = frames[i * frames.size() / kMost];
-    frames.resize(kMost);
+    if (!asset.model.composition || frames.size() <= kMax) return frames;
+    for (std::size_t i = 0; i < kMax; ++i) frames[i] = frames[i * frames.size() / kMax];
+    frames.resize(kMax);
     return frames;
 }
 

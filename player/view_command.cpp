@@ -22,9 +22,9 @@ struct ViewCommand {
 std::pair<int, int> parseWindowSize(const std::string& text) {
     int width = 0, height = 0;
     parseSize(text, width, height);
-    if (width < kLeastWidth || width > kMostWidth || height < kLeastHeight || height > kMostHeight)
-        throw UsageError("--size must be from " + std::to_string(kLeastWidth) + "x" + std::to_string(kLeastHeight) +
-                         " to " + std::to_string(kMostWidth) + "x" + std::to_string(kMostHeight) + ", not " + text);
+    if (width < kMinWidth || width > kMaxWidth || height < kMinHeight || height > kMaxHeight)
+        throw UsageError("--size must be from " + std::to_string(kMinWidth) + "x" + std::to_string(kMinHeight) +
+                         " to " + std::to_string(kMaxWidth) + "x" + std::to_string(kMaxHeight) + ", not " + text);
     return {width, height};
 }
 

@@ -51,8 +51,8 @@ void jacobiRotate(Mat4d& k, Mat4d& v, int p, int q) {
 std::array<double, 4> largestEigenvector(Mat4d k) {
     Mat4d v{};
     for (int i = 0; i < 4; ++i) v[i][i] = 1;
-    constexpr int kMostSweeps = 16;  // 4 to 6 sweeps reach machine precision
-    for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
+    constexpr int kMaxSweeps = 16;  // 4 to 6 sweeps reach machine precision
+    for (int sweep = 0; sweep < kMaxSweeps; ++sweep) {
         double off = 0, total = 0;
         for (int p = 0; p < 4; ++p)
             for (int q = 0; q < 4; ++q) (p == q ? total : off) += k[p][q] * k[p][q];

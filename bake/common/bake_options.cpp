@@ -11,7 +11,7 @@ namespace penumbra {
 namespace {
 
 std::string findProblem(const TransferOptions& options) {
-    if (options.bounces < 0 || options.bounces > kMostBounces)
+    if (options.bounces < 0 || options.bounces > kMaxBounces)
         return outOfRange("--bounces", "0..16 reflections", options.bounces);
     if (options.bounces == 0 && (options.albedo.any() || options.transmission.any()))
         return "--albedo and --transmission go with --bounces";
@@ -35,9 +35,9 @@ std::string findProblem(const BakeOptions& options) {
         return outOfRange("--bias", "1e-7..0.1 diagonals of the rest pose", options.bias);
     if (options.ground_y && !(std::isfinite(*options.ground_y) && options.ground))
         return outOfRange("--ground", "a height in metres", *options.ground_y);
-    if (options.local && (options.local->steps < 1 || options.local->steps > kMostLocalSteps))
+    if (options.local && (options.local->steps < 1 || options.local->steps > kMaxLocalSteps))
         return outOfRange("--local-steps", "1..8 bones with a part", options.local->steps);
-    if (options.local && (options.local->order < kLeastLocalOrder || options.local->order > kMostLocalOrder))
+    if (options.local && (options.local->order < kMinLocalOrder || options.local->order > kMaxLocalOrder))
         return outOfRange("--local-order", "5..6 bands", options.local->order);
     if (options.transfer && options.local) return "--local goes with --quantity visibility";
     return options.transfer ? findProblem(*options.transfer) : "";

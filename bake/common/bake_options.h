@@ -23,7 +23,7 @@ struct ColorChoice {
 
 // The bake of diffuse transfer in place of visibility.
 struct TransferOptions {
-    int bounces = 0;                   // 0..kMostBounces
+    int bounces = 0;                   // 0..kMaxBounces
     ColorChoice albedo, transmission;  // only with bounces
 };
 

@@ -105,7 +105,7 @@ std::vector<PartField> placeFields(std::span<const PartMesh> meshes, double cell
         sum += share.back();
     }
     // 2. As many as fit.
-    constexpr double kLeastCells = 2, kStep = 0.99;
+    constexpr double kMinCells = 2, kStep = 0.99;
     for (;; cells *= kStep) {
         std::vector<PartField> parts;
         std::size_t bytes = 0;
@@ -114,7 +114,7 @@ std::vector<PartField> placeFields(std::span<const PartMesh> meshes, double cell
             parts.push_back(placeField(meshes[p], cells * std::cbrt(of_mean)));
             bytes += parts.back().pointCount() * kFieldNumbers + parts.back().boxes[0].pointCount();
         }
-        if (bytes <= most_bytes || cells < kLeastCells) return parts;
+        if (bytes <= most_bytes || cells < kMinCells) return parts;
     }
 }
 

@@ -11,7 +11,7 @@
 namespace penumbra {
 
 constexpr double kSlides = 0.15, kHangs = 0.02;  // of the rest diagonal
-constexpr std::size_t kMostFrames = 256, kMostTransforms = 1000000;
+constexpr std::size_t kMaxFrames = 256, kMaxTransforms = 1000000;
 
 namespace {
 
@@ -40,7 +40,7 @@ Movement movementOf(const Rig& rig, std::span<const RigFrame> frames, int thread
     const std::size_t joints = rig.skin.jointCount();
     Movement out;
     out.joints = joints;
-    out.frames = std::min({frames.size(), kMostFrames, std::max<std::size_t>(2, kMostTransforms / joints)});
+    out.frames = std::min({frames.size(), kMaxFrames, std::max<std::size_t>(2, kMaxTransforms / joints)});
     out.origin.resize(out.frames * joints);
     out.to_rest.resize(out.frames * joints);
     parallelFor(out.frames, threads, [&](std::size_t f) {

@@ -32,7 +32,7 @@ namespace {
 constexpr std::size_t kFramesPerTask = 256;
 // Distances are in rest diagonals. Features are floats and resolve about 1e-7 of one, so nearer poses count as equal.
 constexpr double kSamePose = 1e-6;
-constexpr std::size_t kMostMedians = 23170;  // 2 GiB of float distances
+constexpr std::size_t kMaxMedians = 23170;  // 2 GiB of float distances
 
 double squaredDistance(std::span<const float> a, std::span<const float> b) {
     double sum = 0;
@@ -162,8 +162,8 @@ struct Candidate {
 
 ChosenPoses chooseRepresentative(const PoseFeatures& features, std::size_t count, int threads) {
     assert(features.frames > 0 && count > 0);
-    if (features.frames > kMostMedians)
-        throw UsageError(std::to_string(features.frames) + " frames are more than the " + std::to_string(kMostMedians) +
+    if (features.frames > kMaxMedians)
+        throw UsageError(std::to_string(features.frames) + " frames are more than the " + std::to_string(kMaxMedians) +
                          " of --method representative; use a lower --fps or --frames, or farthest");
     // 1. The first frame is the median of all.
     Medians medians(features, threads);

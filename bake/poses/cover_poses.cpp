@@ -20,9 +20,9 @@ constexpr int kSteps = 2;
 constexpr double kPositionWidth = 0.12;  // rest diagonals
 constexpr double kRotationWidth = 0.8;   // radians
 constexpr std::size_t kPairNumbers = 12;
-constexpr std::size_t kLeastPool = 2000, kPoolOfEach = 8;
+constexpr std::size_t kMinPool = 2000, kPoolOfEach = 8;
 constexpr std::size_t kPosesPerTask = 64;
-constexpr double kMostFeatureBytes = double(std::size_t(2) << 30);
+constexpr double kMaxFeatureBytes = double(std::size_t(2) << 30);
 
 namespace {
 
@@ -99,7 +99,7 @@ LocalFeatures localFeatures(const Rig& rig, std::span<const float> numbers, int 
     out.starts = {0};
     for (const std::vector<std::size_t>& others : near)
         out.starts.push_back(out.starts.back() + kPairNumbers * others.size());
-    if (double(poses) * double(out.width()) * sizeof(float) > kMostFeatureBytes)
+    if (double(poses) * double(out.width()) * sizeof(float) > kMaxFeatureBytes)
         throw UsageError(std::to_string(poses) +
                          " poses are too many to compare (more than 2 GiB of features); use a lower --cover or --fps");
     out.values.resize(poses * out.width());
@@ -201,7 +201,7 @@ CoveringPoses coverPoses(const MixSource& source, std::span<const float> covered
                          int threads) {
     // The pool has other poses than mixPoses() gives for the same seed, which may be among the covered ones.
     const std::vector<float> numbers =
-        mixPoses(source, std::max(kLeastPool, kPoolOfEach * count), nextRandom(seed), threads);
+        mixPoses(source, std::max(kMinPool, kPoolOfEach * count), nextRandom(seed), threads);
     const std::size_t width = source.rig.nodes.size() * kNodeNumbers, pool_size = numbers.size() / width;
     const LocalFeatures pool = localFeatures(source.rig, numbers, threads);
     LocalGaps gaps(pool, threads);

@@ -11,8 +11,8 @@
 
 namespace penumbra {
 
-constexpr double kMostShear = 1e-3;  // of the largest entry of the linear part
-constexpr double kMostMixedBytes = double(std::size_t(2) << 30);
+constexpr double kMaxShear = 1e-3;  // of the largest entry of the linear part
+constexpr double kMaxMixedBytes = double(std::size_t(2) << 30);
 
 std::vector<LimbChoice> chooseLimbs(const MixSource& source, std::uint64_t seed, std::size_t index) {
     std::uint64_t state = seed * 0x9e3779b97f4a7c15u + index;
@@ -67,7 +67,7 @@ bool fits(const Decomposition& parts, const Matrix& matrix) {
         if (i % 4 < 3) largest = std::max(largest, std::abs(matrix[i]));
         worst = std::max(worst, std::abs(again[i] - matrix[i]));
     }
-    return worst <= kMostShear * largest;
+    return worst <= kMaxShear * largest;
 }
 
 // Returns the transform of the node of joint j with which `above` is the transform of the joint times its inverse bind
@@ -127,7 +127,7 @@ std::vector<NodePose> mixPose(const MixSource& source, std::span<const LimbChoic
 
 std::vector<float> mixPoses(const MixSource& source, std::size_t count, std::uint64_t seed, int threads) {
     const std::size_t width = source.rig.nodes.size() * kNodeNumbers;
-    if (double(count) * double(width) * sizeof(float) > kMostMixedBytes)
+    if (double(count) * double(width) * sizeof(float) > kMaxMixedBytes)
         throw UsageError(std::to_string(count) + " mixed poses of " + std::to_string(source.rig.nodes.size()) +
                          " nodes are too many (more than 2 GiB); use a lower --mix or --cover");
     std::vector<float> out(count * width);

@@ -12,7 +12,7 @@ namespace penumbra {
 
 constexpr double kNearness = 0.02;  // rest diagonals squared
 constexpr std::size_t kNeighbours = 24;
-constexpr double kMaxBytes = double(std::size_t(2) << 30);
+constexpr double kMaxFeatureBytes = double(std::size_t(2) << 30);
 
 MovingBones movingBones(const Rig& rig) {
     std::vector<double> weight(rig.skin.jointCount());
@@ -104,7 +104,7 @@ PoseFeatures poseFeatures(const Rig& rig, std::span<const RigFrame> frames, int 
     const MovingBones bones = movingBones(rig);
     const std::vector<Pair> pairs = choosePairs(bones, meanSquaredDistances(rig, bones, frames, threads));
     PoseFeatures out{frames.size(), 3 * pairs.size(), {}};
-    if (double(out.frames) * double(out.width) * sizeof(float) > kMaxBytes)
+    if (double(out.frames) * double(out.width) * sizeof(float) > kMaxFeatureBytes)
         throw UsageError(std::to_string(out.frames) +
                          " frames are too many to compare (more than 2 GiB of features); " +
                          "use a lower --fps or --frames");

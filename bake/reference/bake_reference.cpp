@@ -21,7 +21,7 @@ std::string findProblem(const ReferenceOptions& options) {
         return outside("--samples", "4..1048576 shadow rays a pixel", options.samples);
     if (options.camera_rays < 1 || options.camera_rays > 64)
         return outside("--aa", "1..64 camera rays a pixel", options.camera_rays);
-    if (options.bounces < 0 || options.bounces > kMostBounces)
+    if (options.bounces < 0 || options.bounces > kMaxBounces)
         return outside("--bounces", "0..16 reflections", options.bounces);
     return "";
 }

@@ -28,7 +28,7 @@ struct ReferenceOptions {
     int width = 512, height = 512;        // pixels, each 1..16384
     int samples = 256;                    // shadow rays a pixel, 4..2^20, shared by its camera rays
     int camera_rays = 4;                  // a pixel, 1..64
-    int bounces = 0;                      // how often the mesh reflects light, 0..kMostBounces
+    int bounces = 0;                      // how often the mesh reflects light, 0..kMaxBounces
     std::optional<Vec3> background = {};  // linear; unset = transparent
     double bias =
         1e-4;  // distance from the surface to the start of a shadow ray, in diagonals of ReferenceFrame::scale

@@ -70,14 +70,14 @@ RayStart startOfShadowRays(const ReferenceScene& scene, const Corners& corners, 
 }  // namespace
 
 SurfacePoint surfacePoint(const ReferenceScene& scene, const Corners& corners, Vec3d to_eye) {
-    constexpr double kLeastSteps = 4;  // of floats as large as the triangle's corners: what rounding may move a ray by
+    constexpr double kMinSteps = 4;  // of floats as large as the triangle's corners: what rounding may move a ray by
     double bias = scene.bias;
     const auto& [corner, weight] = corners;
     Vec3d p[3], n[3], point, normal;
     for (std::size_t k = 0; k < 3; ++k) {
         p[k] = toDouble(scene.positions[corner[k]]);
         for (int axis = 0; axis < 3; ++axis)
-            bias = std::max(bias, kLeastSteps * double(std::numeric_limits<float>::epsilon()) * std::abs(p[k][axis]));
+            bias = std::max(bias, kMinSteps * double(std::numeric_limits<float>::epsilon()) * std::abs(p[k][axis]));
         n[k] = toDouble(scene.input.frame.normals[corner[k]]);
         point += p[k] * weight[k];
         normal += n[k] * weight[k];

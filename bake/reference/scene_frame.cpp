@@ -140,12 +140,12 @@ private:
     // Copies of a periodic field on all sides, as far as horizons are looked for: to the longer side. They join the
     // field and one another by squares from the last line to the next first one.
     void addCopies(const SceneGround& ground, const GroundHeights& heights) {
-        constexpr std::size_t kMostPoints = std::size_t(1) << 25;
+        constexpr std::size_t kMaxPoints = std::size_t(1) << 25;
         const HeightGrid& grid = heights.field().grid();
         const int longer = std::max(grid.rows, grid.columns), up = (longer + grid.rows - 1) / grid.rows,
                   left = (longer + grid.columns - 1) / grid.columns;
         const HeightGrid all{(2 * up + 1) * grid.rows, (2 * left + 1) * grid.columns};
-        if (all.size() > kMostPoints)
+        if (all.size() > kMaxPoints)
             throw Unsupported(ground.heights->source.at + "/border: the copies of a periodic ground have " +
                               std::to_string(all.size()) + " points, more than can be ray-traced");
         const auto first = std::uint32_t(out_.frame.positions.size());

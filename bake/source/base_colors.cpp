@@ -27,7 +27,7 @@ namespace penumbra {
 
 namespace {
 
-constexpr int kLeastPieces = 4, kMostPieces = 64;  // along an edge of a triangle whose colour varies
+constexpr int kMinPieces = 4, kMaxPieces = 64;  // along an edge of a triangle whose colour varies
 
 // A part of the rig with its picture.
 struct Surface {
@@ -89,7 +89,7 @@ int piecesOf(const Surface& surface, const Triangle& triangle) {
         longest = std::max(
             {longest, std::abs(b[0] - a[0]) * surface.picture->width, std::abs(b[1] - a[1]) * surface.picture->height});
     }
-    return std::clamp(int(std::min(std::ceil(longest), 1e6)), kLeastPieces, kMostPieces);
+    return std::clamp(int(std::min(std::ceil(longest), 1e6)), kMinPieces, kMaxPieces);
 }
 
 // Calls visit(barycentric coordinates) at the middle of each of n^2 equal pieces of a triangle.

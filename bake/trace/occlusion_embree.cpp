@@ -265,12 +265,12 @@ void passFar(const RTCFilterFunctionNArguments* arguments) {
 // Returns how far local triangles may lie along each lane of a packet: up to where the ray leaves the last box of a
 // local part, and 0 where it meets none of these boxes.
 LaneWeights localReach(Vec3 origin, const DirectionPacket& directions, const LocalTriangles& local) {
-    constexpr float kLeast = 1e-20f;   // no division by 0
+    constexpr float kMin = 1e-20f;     // no division by 0
     constexpr float kPadding = 1e-5f;  // in diagonals of the model; rounding in a hit is a hundredth of that
     LaneWeights reach;
     DirectionPacket inverse;
     const auto invert = [](const std::array<float, kLanes>& from, std::array<float, kLanes>& to) {
-        for (std::size_t k = 0; k < kLanes; ++k) to[k] = 1 / (std::abs(from[k]) < kLeast ? kLeast : from[k]);
+        for (std::size_t k = 0; k < kLanes; ++k) to[k] = 1 / (std::abs(from[k]) < kMin ? kMin : from[k]);
     };
     invert(directions.x, inverse.x);
     invert(directions.y, inverse.y);

@@ -59,13 +59,13 @@ float wayOutBackwards(const OcclusionScene& scene, const Blockers& blockers, con
 }  // namespace
 
 RayStart startOverSheet(const OcclusionScene& scene, const Blockers& blockers, const StartOfSurface& at) {
-    constexpr int kMostSurfaces = 64;
+    constexpr int kMaxSurfaces = 64;
     // Rule 1 needs to see twice the bias, because a surface at that distance halves to the bias. Rule 2 needs to see
     // kSunkIn.
     const float reach = std::max(2 * at.bias, kSunkIn);
     // `base` is where the way out of the solids has come to. `from` is where the search goes on.
     float base = 0, from = -kTouching;
-    for (int i = 0; i < kMostSurfaces; ++i) {
+    for (int i = 0; i < kMaxSurfaces; ++i) {
         const auto met = nextSurface(scene, blockers, at, at.direction, from, base + reach);
         if (!met) break;
         // The back of a solid that is not the point's own: beyond this surface the search ray is outside of that

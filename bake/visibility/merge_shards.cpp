@@ -36,7 +36,7 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kBakeTool = "penumbra-bake visibility";
-constexpr std::size_t kMostListed = 12;  // of each kind of problem in a message; the report lists them all
+constexpr std::size_t kMaxListed = 12;  // of each kind of problem in a message; the report lists them all
 
 // Holds what has to be known of a shard while the others are read.
 struct Shard {
@@ -178,7 +178,7 @@ public:
     void add(const std::string& note, const ClipFrame& frame) { frames_[note].push_back(frame); }
     std::vector<std::string> lines() const {
         std::vector<std::string> out;
-        for (const auto& [note, frames] : frames_) out.push_back(rangesText(frames, kMostListed) + " " + note);
+        for (const auto& [note, frames] : frames_) out.push_back(rangesText(frames, kMaxListed) + " " + note);
         return out;
     }
 
@@ -309,13 +309,13 @@ std::string MergeProblems::sentence() const {
     const auto add = [&](const char* what, const std::string& items) {
         if (!items.empty()) text += (text.empty() ? "" : "; ") + std::string(what) + items;
     };
-    add("cannot be read: ", joinedUpTo(kMostListed, unreadable));
-    add("cannot be used: ", joinedUpTo(kMostListed, unusable));
-    add("not supported: ", joinedUpTo(kMostListed, unsupported));
-    add("not of one bake: ", joinedUpTo(kMostListed, different));
-    add("missing frames: ", rangesText(missing, kMostListed));
-    add("frames there twice: ", joinedUpTo(kMostListed, twice));
-    add("frames beyond the whole: ", joinedUpTo(kMostListed, beyond));
+    add("cannot be read: ", joinedUpTo(kMaxListed, unreadable));
+    add("cannot be used: ", joinedUpTo(kMaxListed, unusable));
+    add("not supported: ", joinedUpTo(kMaxListed, unsupported));
+    add("not of one bake: ", joinedUpTo(kMaxListed, different));
+    add("missing frames: ", rangesText(missing, kMaxListed));
+    add("frames there twice: ", joinedUpTo(kMaxListed, twice));
+    add("frames beyond the whole: ", joinedUpTo(kMaxListed, beyond));
     return text;
 }
 

@@ -29,7 +29,7 @@ namespace {
 constexpr int kSamples = 8000;      // points on the surface: 500 a sphere where there are 15
 constexpr std::size_t kPoses = 24;  // training frames, evenly spaced
 constexpr int kViews = 24;
-constexpr float kLeastRadius = 1e-4f;  // in diagonals of the rest positions: a group may be a single point
+constexpr float kMinRadius = 1e-4f;  // in diagonals of the rest positions: a group may be a single point
 
 // --- Groups ---------------------------------------------------------------------------------------------------------
 
@@ -217,8 +217,8 @@ GroupedBlockers groupByArea(const Model& model, const SurfaceSamples& samples, c
 const char* nameOf(BlockerMethod method) { return method == BlockerMethod::kArea ? "area" : "paper"; }
 
 std::string findProblem(const BlockerOptions& options) {
-    if (options.spheres < 1 || options.spheres > int(kMostBlockers))
-        return "--spheres must be 1.." + std::to_string(kMostBlockers) + ", not " + std::to_string(options.spheres);
+    if (options.spheres < 1 || options.spheres > int(kMaxBlockers))
+        return "--spheres must be 1.." + std::to_string(kMaxBlockers) + ", not " + std::to_string(options.spheres);
     if (options.refine && options.method == BlockerMethod::kPaper)
         return "--refine is of no use to --method paper, whose spheres hold their vertices";
     return "";
@@ -251,7 +251,7 @@ BlockerFit fitBlockers(const Model& model, const BlockerOptions& options, int th
     BlockerFit fit;
     GroupedBlockers grouped = paper ? boundVertices(samples, options.spheres, options.seed)
                                     : groupByArea(model, samples, poses, options, fit);
-    const float least = kLeastRadius * float(boxDiagonal(model.mesh.rest_positions));
+    const float least = kMinRadius * float(boxDiagonal(model.mesh.rest_positions));
     for (CasterSphere& sphere : grouped.blockers.spheres) sphere.radius = std::max(sphere.radius, least);
     fit.rigid_share = rigidShare(samples, grouped);
     fit.blockers = std::move(grouped.blockers);

@@ -17,7 +17,7 @@ enum class BlockerMethod {
 const char* nameOf(BlockerMethod method);  // "area", "paper"
 
 struct BlockerOptions {
-    int spheres = 15;  // 1..kMostBlockers
+    int spheres = 15;  // 1..kMaxBlockers
     BlockerMethod method = BlockerMethod::kArea;
     std::uint64_t seed = 1;
     bool refine = false;  // refineRadii() after the one factor; of kArea

@@ -9,7 +9,7 @@ namespace penumbra {
 
 namespace {
 
-constexpr int kMostRounds = 100;
+constexpr int kMaxRounds = 100;
 
 double squaredDistance(Vec3d a, Vec3d b) { return dot(a - b, a - b); }
 
@@ -81,7 +81,7 @@ std::vector<Vec3d> farPoints(std::span<const Vec3d> points, int count, std::mt19
 PointGroups improveGroups(std::span<const Vec3d> points, std::vector<Vec3d> centers) {
     assert(!points.empty() && !centers.empty());
     PointGroups groups{std::move(centers), std::vector<std::uint32_t>(points.size(), UINT32_MAX)};
-    for (int round = 0; round < kMostRounds && assignPoints(points, groups); ++round) moveCenters(points, groups);
+    for (int round = 0; round < kMaxRounds && assignPoints(points, groups); ++round) moveCenters(points, groups);
     dropEmptyGroups(groups);
     return groups;
 }

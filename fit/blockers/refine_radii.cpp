@@ -23,8 +23,8 @@ namespace {
 constexpr double kMargin = 0.1;       // of a silhouette's extent
 constexpr double kDifference = 0.01;  // of a log radius, for derivatives
 constexpr double kPull = 0.05;        // of a log radius towards 0, as a share of the mesh's rms band
-constexpr int kMostSteps = 12;
-constexpr double kLeastGain = 1e-4;  // of the squares; a smaller one ends the search
+constexpr int kMaxRadiusSteps = 12;
+constexpr double kMinGain = 1e-4;  // of the squares; a smaller one ends the search
 
 class BandFit {
 public:
@@ -119,7 +119,7 @@ RadiusRefinement refineRadii(std::span<const Triangle> triangles, const Silhouet
     Eigen::MatrixXd matrix, right, found;
     RadiusRefinement out{fit.error(residuals), fit.error(residuals)};
     double squares = squaresOf(residuals), damping = 1e-3;
-    for (bool better = true; better && out.steps < kMostSteps;) {
+    for (bool better = true; better && out.steps < kMaxRadiusSteps;) {
         // 1. Linearise.
         normalEquations(fit, logs, residuals, matrix, right);
         // 2. Step, with more damping until the squares get fewer.
@@ -132,7 +132,7 @@ RadiusRefinement refineRadii(std::span<const Triangle> triangles, const Silhouet
             const std::vector<double> moved = fit.evaluate(step);
             const double error = fit.error(moved);
             if (!(squaresOf(moved) < squares) || error > out.after) continue;
-            better = squaresOf(moved) < squares * (1 - kLeastGain);
+            better = squaresOf(moved) < squares * (1 - kMinGain);
             logs = step;
             residuals = moved;
             squares = squaresOf(moved);

@@ -28,7 +28,7 @@ namespace penumbra {
 
 namespace {
 
-constexpr std::size_t kMostPoints = 2000;  // number of triangles that climb in the mean-shift
+constexpr std::size_t kMaxPoints = 2000;  // number of triangles that climb in the mean-shift
 
 // A set of triangles and the moments of their motions (triangle_motion.h).
 struct Piece {
@@ -89,7 +89,7 @@ std::vector<std::array<std::uint32_t, 2>> neighbourTriangles(std::span<const Tri
 // Returns the mode of each triangle.
 std::vector<std::uint32_t> modesOf(const MatrixF& motions, int threads) {
     // 1. A sample of the triangles finds the modes.
-    const std::vector<std::size_t> sample = evenlySpread(motions.rows, kMostPoints);
+    const std::vector<std::size_t> sample = evenlySpread(motions.rows, kMaxPoints);
     MatrixF points(sample.size(), motions.columns);
     for (std::size_t r = 0; r < sample.size(); ++r)
         std::copy_n(motions.row(sample[r]).begin(), motions.columns, points.row(r).begin());
@@ -290,7 +290,7 @@ void cutLarge(std::vector<Piece>& pieces, const DeformingFrames& mesh, const Mat
     };
     for (std::size_t p = 0; p < pieces.size(); ++p)
         if (pieces[p].count() > most) large.push_back(p);
-    while (pieces.size() < kMostAutoParts && !large.empty()) {
+    while (pieces.size() < kMaxAutoParts && !large.empty()) {
         const auto largest = std::max_element(large.begin(), large.end(), smaller);
         const std::size_t p = *largest;
         large.erase(largest);
@@ -349,7 +349,7 @@ RigidParts findRigidParts(const DeformingFrames& mesh, std::size_t count, int th
         makeGraph(connectedPieces(motions, modesOf(motions, threads), pairs), pairs, mesh.triangles.size());
     joinTiny(graph, mesh.triangles.size() / 200);
     // Steps 3 and 4: merge, then cut.
-    std::vector<Piece> pieces = mergedDownTo(std::move(graph), count ? count : kMostAutoParts);
+    std::vector<Piece> pieces = mergedDownTo(std::move(graph), count ? count : kMaxAutoParts);
     if (count)
         cutUpTo(pieces, count, mesh, motions);
     else

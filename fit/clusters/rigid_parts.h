@@ -28,7 +28,7 @@ struct RigidParts {
 constexpr double kPartBandwidth = 0.15;
 // When `count` is 0, a mesh that bends everywhere is cut into parts of at most this many vertices, but not into more
 // parts than this. More parts describe the shape better and cost time and bytes.
-constexpr std::size_t kAutoPartVertices = 80, kMostAutoParts = 64;
+constexpr std::size_t kAutoPartVertices = 80, kMaxAutoParts = 64;
 
 // Finds the parts. `count` is the number asked for; 0 lets the function choose. It works in steps.
 //

@@ -10,7 +10,7 @@ namespace penumbra {
 
 namespace {
 
-constexpr std::size_t kMostFrames = 32, kMostDimensions = 16, kMostRows = 2000;
+constexpr std::size_t kMaxFrames = 32, kMaxDimensions = 16, kMaxRows = 2000;
 constexpr double kVarianceKept = 0.99;
 
 // Returns a matrix whose columns are two edges and the unit normal.
@@ -55,8 +55,8 @@ std::vector<std::size_t> evenlySpread(std::size_t count, std::size_t most) {
 MatrixF triangleMotions(const DeformingFrames& mesh, int threads) {
     // 1. Write the rotations of a sample of triangles in a sample of frames.
     std::vector<std::size_t> frames;
-    for (std::size_t i : evenlySpread(mesh.frames.size(), kMostFrames)) frames.push_back(mesh.frames[i]);
-    const std::vector<std::size_t> sample = evenlySpread(mesh.triangles.size(), kMostRows);
+    for (std::size_t i : evenlySpread(mesh.frames.size(), kMaxFrames)) frames.push_back(mesh.frames[i]);
+    const std::vector<std::size_t> sample = evenlySpread(mesh.triangles.size(), kMaxRows);
     MatrixF rows(sample.size(), 9 * frames.size());
     parallelFor(sample.size(), threads,
                 [&](std::size_t r) { writeRotations(mesh, frames, mesh.triangles[sample[r]], rows.row(r)); });
@@ -68,7 +68,7 @@ MatrixF triangleMotions(const DeformingFrames& mesh, int threads) {
         for (std::size_t c = 0; c < rows.columns; ++c) rows(r, c) -= float(mean[c]);
     const Pca pca = principalComponents(rows);
     const std::size_t size =
-        pca.energies.empty() ? 1 : std::min(componentsFor(pca, kVarianceKept), std::min(kMostDimensions, rows.columns));
+        pca.energies.empty() ? 1 : std::min(componentsFor(pca, kVarianceKept), std::min(kMaxDimensions, rows.columns));
     const MatrixF basis = basisOf(pca, rows, size);
 
     // 3. Project the rotations of every triangle on that basis.

@@ -69,7 +69,7 @@ Figure jointFigure(const Comparison& comparison) {
         add(labelOf(fit.options.model, fit.options.features), styleOf(fit.options.model, fit.options.features),
             fit.turn_ambient);
     for (const VectorFit& fit : comparison.vectors)  // the lower degrees are the linear and the quadratic model
-        if (fit.degree == kMostDegree && fit.prior) add(labelOf(fit), styleOf(fit), fit.turn_ambient);
+        if (fit.degree == kMaxDegree && fit.prior) add(labelOf(fit), styleOf(fit), fit.turn_ambient);
     Figure figure{"joint", "One vertex as one joint turns", "Paper 000, figure 6", "", "", {plot}, table};
     figure.finding = "The angle of " + sweep.joint_name + " alone explains " + percent(sweep.explained) +
                      " of the variance of E at vertex " + std::to_string(sweep.vertex) +

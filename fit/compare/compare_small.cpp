@@ -25,7 +25,7 @@ Plot vectorPlot(const Comparison& comparison, const std::string& id, const std::
             std::string name = std::string(nameOf(features)) + (prior ? ", prior" : ", no prior");
             std::replace(name.begin(), name.end(), '-', ' ');
             Series series{name, {prior ? 0 : 1, features != FeatureKind::kRelativeBones}, {}, {}};
-            for (int degree = 1; degree <= kMostDegree; ++degree) {
+            for (int degree = 1; degree <= kMaxDegree; ++degree) {
                 const VectorFit* fit = findVector(comparison, features, degree, prior);
                 if (!fit) continue;
                 series.x.push_back(degree);

@@ -29,7 +29,7 @@ namespace penumbra {
 
 namespace {
 
-constexpr std::size_t kMostCubicInputs = 21;  // 1,771 products of three
+constexpr std::size_t kMaxCubicInputs = 21;  // 1,771 products of three
 constexpr std::size_t kPriors = 2;
 
 // What all fits of one kind of features share.
@@ -46,9 +46,9 @@ struct VectorJob {
 // The errors and the sizes of one cluster's fits; fit 2 (degree - 1) has the prior, the next one none.
 struct ClusterVectors {
     std::vector<double> variance;  // [F] |truth - training mean|^2
-    std::array<std::vector<double>, kMostDegree * kPriors> squared;
-    std::array<double, kMostDegree> units{};
-    std::array<std::vector<double>, kMostDegree * kPriors> turn_ambient;
+    std::array<std::vector<double>, kMaxDegree * kPriors> squared;
+    std::array<double, kMaxDegree> units{};
+    std::array<std::vector<double>, kMaxDegree * kPriors> turn_ambient;
     std::size_t inputs = 0, components = 0, raw_features = 0, numbers = 0;
 };
 
@@ -179,7 +179,7 @@ ClusterVectors fitCluster(const VectorJob& job, std::size_t cluster, const Matri
     out.numbers = numbers.columns;
     const auto here = job.sweep ? std::find(vertices.begin(), vertices.end(), job.sweep->vertex) : vertices.end();
     // 3. Fit each degree twice.
-    for (int degree = 1; degree <= kMostDegree; ++degree) {
+    for (int degree = 1; degree <= kMaxDegree; ++degree) {
         throwIfInterrupted();
         const double scale = degree == 1 ? 1 : expansionScale(inputs.pca, train.size());
         const Matrix units = polynomialInputs(reducedInputs(ranges, scale, raw), degree);
@@ -282,7 +282,7 @@ Matrix polynomialInputs(const Matrix& inputs, int degree) {
     if (degree == 1) return inputs;
     const Matrix lower = quadraticInputs(inputs);
     if (degree == 2) return lower;
-    const std::size_t m = std::min(inputs.columns, kMostCubicInputs);
+    const std::size_t m = std::min(inputs.columns, kMaxCubicInputs);
     Matrix out(inputs.rows, lower.columns + m * (m + 1) * (m + 2) / 6);
     for (std::size_t r = 0; r < inputs.rows; ++r) {
         std::copy_n(lower.row(r).data(), lower.columns, out.row(r).data());
@@ -310,7 +310,7 @@ std::vector<VectorFit> fitFeatureVectors(const CompareInput& input, const Compar
         job.sweep = sweep;
         const std::vector<ClusterVectors> clusters = fitClusters(
             job, options, [&](double share) { progress((double(i) + share) / double(options.features.size())); });
-        for (int degree = 1; degree <= kMostDegree; ++degree)
+        for (int degree = 1; degree <= kMaxDegree; ++degree)
             for (std::size_t prior = 0; prior < kPriors; ++prior)
                 fits.push_back(combined(job, clusters, degree, prior));
     }

@@ -21,7 +21,7 @@ struct VectorFit {
     std::vector<double> turn_ambient;  // E along the joint sweep; empty when there is none
 };
 
-constexpr int kMostDegree = 3;
+constexpr int kMaxDegree = 3;
 const char* nameOfDegree(int degree);  // linear, quadratic or cubic
 
 // Fits every degree on all features of the options at the reference, with and without the prior. `sweep` may be null.

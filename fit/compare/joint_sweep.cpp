@@ -11,10 +11,10 @@ namespace penumbra {
 
 namespace {
 
-constexpr std::size_t kMostVertices = 1500, kBins = 8, kCurvePoints = 61;
-constexpr double kLeastTurn = 0.02;  // standard deviation in radians; joints that move less are left out
+constexpr std::size_t kMaxVertices = 1500, kBins = 8, kCurvePoints = 61;
+constexpr double kMinTurn = 0.02;  // standard deviation in radians; joints that move less are left out
 
-// E of up to kMostVertices vertices, evenly spread over their indices.
+// E of up to kMaxVertices vertices, evenly spread over their indices.
 struct AmbientTable {
     std::vector<std::uint32_t> vertices;
     Matrix ambient;  // [F, vertices]
@@ -23,7 +23,7 @@ struct AmbientTable {
 AmbientTable readAmbient(const CompareInput& input, const CompareCharacter& character, const CompareOptions& options) {
     AmbientTable table;
     const std::size_t count = input.reader.header().mesh.vertexCount();
-    const std::size_t stride = (count + kMostVertices - 1) / kMostVertices;
+    const std::size_t stride = (count + kMaxVertices - 1) / kMaxVertices;
     for (std::size_t v = 0; v < count; v += stride) table.vertices.push_back(std::uint32_t(v));
     ClusterNumbersRequest request;
     request.convention = options.referenceConvention();
@@ -98,7 +98,7 @@ Choice choosePair(const CompareInput& input, const CompareCharacter& character, 
         if (skin.parents[j] < 0) continue;
         const Vec3d axis = principalTurn(rotations, joints, j, train);
         for (std::size_t i = 0; i < train.size(); ++i) angles[i] = dot(axis, rotations[train[i] * joints + j]);
-        if (deviation(angles) < kLeastTurn) continue;
+        if (deviation(angles) < kMinTurn) continue;
         const std::vector<std::size_t> bins = binsOf(angles);
         for (std::size_t c = 0; c < table.vertices.size(); ++c) {
             for (std::size_t i = 0; i < train.size(); ++i) values[i] = table.ambient(train[i], c);

@@ -77,7 +77,7 @@ Rings ringsAround(const EnvironmentMap& map, int x, int y) {
 }  // namespace
 
 HotPixel findHotPixel(const EnvironmentMap& map) {
-    constexpr double kShare = 0.05, kAlone = 0.1, kMostPixels = 6, kSharp = 0.002;
+    constexpr double kShare = 0.05, kAlone = 0.1, kMaxPixels = 6, kSharp = 0.002;
     // 1. Find the pixel with the most flux, and the flux of the whole picture.
     HotPixel brightest;
     double whole = 0, most = 0;
@@ -94,7 +94,7 @@ HotPixel findHotPixel(const EnvironmentMap& map) {
     if (most >= kShare * whole && rings.largest[1] < kAlone) {
         brightest.share = most / whole;
     } else if (rings.flux >= kShare * whole && rings.largest[kEdge] < kSharp &&
-               std::accumulate(rings.sum.begin(), rings.sum.end() - 1, 0.0) <= kMostPixels) {
+               std::accumulate(rings.sum.begin(), rings.sum.end() - 1, 0.0) <= kMaxPixels) {
         brightest.share = rings.flux / whole;
         brightest.alone = false;
     }

@@ -105,7 +105,7 @@ std::vector<double> windowed(std::span<const double> sh, std::span<const double>
     return out;
 }
 
-// Returns the window that changes irradiance least while ringing stays within kMostRinging. There are two families,
+// Returns the window that changes irradiance least while ringing stays within kMaxRinging. There are two families,
 // each with a parameter from 0 (no window) to 1 (suits any light; a lambda of 1000 leaves 0.02% of band 1). Sloan's
 // family is better against a little ringing, the other against much.
 std::vector<double> leastWindow(int order, std::span<const double> sh) {
@@ -119,7 +119,7 @@ std::vector<double> leastWindow(int order, std::span<const double> sh) {
         double low = 0, high = 1;
         while (high - low > 1e-4) {
             const double middle = (low + high) / 2;
-            (leastRadiance(order, windowed(sh, family(middle))) < -kMostRinging ? low : high) = middle;
+            (leastRadiance(order, windowed(sh, family(middle))) < -kMaxRinging ? low : high) = middle;
         }
         // 2. Keep the family that changes irradiance less.
         const double change = irradianceDifference(order, windowed(sh, family(high)), sh);
@@ -136,7 +136,7 @@ WindowReport windowLight(int order, const WindowChoice& choice, std::span<double
     report.weights.assign(std::size_t(order), 1.0);
     report.least_before = report.least_after = leastRadiance(order, sh);
     if (choice.mode == WindowChoice::Mode::kLambda) report.weights = sloanWindow(order, choice.lambda);
-    if (choice.mode == WindowChoice::Mode::kAlways && report.least_before < -kMostRinging)
+    if (choice.mode == WindowChoice::Mode::kAlways && report.least_before < -kMaxRinging)
         report.weights = leastWindow(order, sh);
     if (!report.any()) return report;
     applyWindow(report.weights, sh);

@@ -20,7 +20,7 @@ WindowChoice parseWindow(const std::string& text);
 // result is right to 1e-6.
 double leastRadiance(int order, std::span<const double> sh);
 
-constexpr double kMostRinging = 0.01;  // as a part of the mean
+constexpr double kMaxRinging = 0.01;  // as a part of the mean
 struct WindowReport {
     std::vector<double> weights;  // [order]; all are 1 when there is no window
     // `irradiance_change` is relative and over all normals.
@@ -29,7 +29,7 @@ struct WindowReport {
     bool any() const { return weights.size() > 1 && weights[1] < 1; }
 };
 // Windows `sh` [order^2, 3]. kAlways takes the least of Sloan's windows and the least of 1 - s (1 - sharpestWindow), 0
-// < s <= 1, that leave leastRadiance() >= -kMostRinging, and of these two the one that changes irradiance less. kAuto
+// < s <= 1, that leave leastRadiance() >= -kMaxRinging, and of these two the one that changes irradiance less. kAuto
 // means kNone here; windowFit() (fit_light.h) decides when it means kAlways.
 WindowReport windowLight(int order, const WindowChoice& choice, std::span<double> sh);
 

@@ -9,7 +9,7 @@
 namespace penumbra {
 
 struct LobeFitOptions {
-    int lobes = 2;     // of a vertex, 1..kMostLobes
+    int lobes = 2;     // of a vertex, 1..kMaxVisibilityLobes
     int order = 4;     // SH bands of convention B, 2..kMaxOrder
     int clusters = 0;  // of the tangents; 0: as many as FitOptions takes
     double input_variance = kLobeInputVariance;

@@ -97,7 +97,7 @@ LobeMaps fitLobeMaps(const LobeProblem& problem, const MatrixF& visibility, cons
 
 void evaluateLobes(int order, std::span<const Vec3> axes, std::span<const float> weights,
                    std::span<const double> inputs, std::span<double> out) {
-    std::array<double, std::size_t(kMostLobes) * (2 + kMaxOrder)> buffer;
+    std::array<double, std::size_t(kMaxVisibilityLobes) * (2 + kMaxOrder)> buffer;
     const std::span<double> numbers = std::span(buffer).first(axes.size() * (2 + std::size_t(order)));
     applyPoseMap(weights, inputs, numbers);
     lobesToVisibility(order, axes, numbers, out);

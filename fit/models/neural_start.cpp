@@ -20,7 +20,7 @@ namespace {
 
 // The least distance between two frames, as a part of the inputs' length. Nearer frames show one pose (the two ends of
 // a loop). A neuron between them would be so steep that the search could never move it again.
-constexpr double kLeastDistance = 1e-3;
+constexpr double kMinDistance = 1e-3;
 constexpr std::size_t kCandidatesPerNeuron = 16;   // random pairs of which one is drawn
 constexpr double kSteepness = 1.0986122886681098;  // 2 atanh(1/2)
 
@@ -50,7 +50,7 @@ TanhNet startNet(const Matrix& inputs, const Matrix& outputs, std::size_t neuron
     const auto frame = [&] { return std::size_t(uniform(random) * double(inputs.rows)); };
     for (std::size_t n = 0; n < neurons; ++n) {
         const InputRange range = net.rangeOf(n);
-        const double least = kLeastDistance * lengthOf(inputs, range);
+        const double least = kMinDistance * lengthOf(inputs, range);
         const auto seen = [&](std::size_t f) { return inputs.row(f).subspan(range.first, range.count); };
         // 1. Draw pairs of frames and note how steeply the outputs change between the two.
         PairOfFrames candidates[kCandidatesPerNeuron];

@@ -14,7 +14,7 @@ namespace penumbra {
 
 namespace {
 
-constexpr double kLeastGroupWeight = 0.003;  // as a part of the largest group weight
+constexpr double kMinGroupWeight = 0.003;  // as a part of the largest group weight
 
 // Keeps an input within its range over training frames, widened at both ends.
 float clampedInput(float x, float least, float most) {
@@ -110,7 +110,7 @@ void setGroups(const RegressionProblem& problem, ClusterModel& model) {
     const double largest = *std::max_element(all.begin(), all.end());
     std::vector<double> x(size);
     for (std::size_t g = 0; g < all.size(); ++g) {
-        if (all[g] <= 0 || all[g] < kLeastGroupWeight * largest) continue;
+        if (all[g] <= 0 || all[g] < kMinGroupWeight * largest) continue;
         std::vector<double> least(size, INFINITY), most(size, -INFINITY);
         for (std::size_t r : problem.train) {
             readGroup(problem.recipe, problem.place, g, problem.raw.row(r), x);

@@ -40,7 +40,7 @@ namespace {
 constexpr std::size_t kCentresPerGroup = 48;
 // The groups of a deforming mesh share this many centres, because such a mesh has more parts than a character has
 // bones. Training takes time in proportion to the square of the number of centres.
-constexpr std::size_t kDeformingCentres = 1024, kLeastCentresPerGroup = 12;
+constexpr std::size_t kDeformingCentres = 1024, kMinCentresPerGroup = 12;
 constexpr std::size_t kUnitCounts[] = {16, 32, 48, 64, 96, 128};
 constexpr double kLambdas[] = {3e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1, 1.0};
 constexpr double kSelectionLambda = 1e-3;
@@ -53,7 +53,7 @@ constexpr double kWorthLessPrior = 0.005;
 // Without prior: the prior as a part of the units' largest energy. Less lets rounding grow where there are more units
 // than frames.
 constexpr double kNoAdditivePrior = 1e-10;
-constexpr float kLeastIdleWeight = 0.05f;  // as a part of the largest group weight
+constexpr float kMinIdleWeight = 0.05f;  // as a part of the largest group weight
 
 struct Candidates {
     std::vector<std::size_t> group;  // index into the model's groups
@@ -104,7 +104,7 @@ Candidates makeCandidates(const RegressionProblem& problem, const ClusterModel& 
     // 1. Decide how many centres a group may have.
     const std::size_t centres_per_group =
         problem.recipe.deforming ? std::clamp(kDeformingCentres / std::max<std::size_t>(model.groups.size(), 1),
-                                              kLeastCentresPerGroup, kCentresPerGroup)
+                                              kMinCentresPerGroup, kCentresPerGroup)
                                  : kCentresPerGroup;
     std::vector<Eigen::VectorXd> columns;
     std::vector<double> centres;
@@ -312,7 +312,7 @@ void store(const Candidates& all, const std::vector<Eigen::Index>& units, const 
 // stay: they still count in the distance from the training poses ("out of range").
 void dropIdleGroups(ClusterModel& model) {
     const std::size_t size = model.groups.empty() ? 0 : model.group_min.size() / model.groups.size();
-    const float least = kLeastIdleWeight * *std::max_element(model.group_weight.begin(), model.group_weight.end());
+    const float least = kMinIdleWeight * *std::max_element(model.group_weight.begin(), model.group_weight.end());
     std::vector<bool> used(model.groups.size());
     for (std::uint32_t g : model.unit_group) used[g] = true;
     std::vector<std::uint32_t> place(model.groups.size());

@@ -13,11 +13,11 @@ namespace penumbra {
 namespace {
 
 // Exponents of alpha as a multiple of sqrt(frames), the singular value of an input with a root mean square of 1.
-constexpr double kLeastQuadraticExponent = -3, kMostQuadraticExponent = 1.5, kQuadraticExponentStep = 0.25;
+constexpr double kMinQuadraticExponent = -3, kMaxQuadraticExponent = 1.5, kQuadraticExponentStep = 0.25;
 
 std::vector<double> alphaGrid(std::size_t frames) {
     std::vector<double> alphas;
-    for (double e = kLeastQuadraticExponent; e <= kMostQuadraticExponent; e += kQuadraticExponentStep)
+    for (double e = kMinQuadraticExponent; e <= kMaxQuadraticExponent; e += kQuadraticExponentStep)
         alphas.push_back(std::pow(10.0, e) * std::sqrt(double(frames)));
     return alphas;
 }

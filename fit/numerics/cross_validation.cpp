@@ -24,7 +24,7 @@ std::vector<Block> makeBlocks(const FrameList& list, std::span<const std::size_t
         blocks.back().end = i + 1;
     }
     // 2. Cut the longest block in half until there are enough.
-    while (blocks.size() < std::min(kLeastFolds, frames.size())) {
+    while (blocks.size() < std::min(kMinFolds, frames.size())) {
         const auto longest =
             std::max_element(blocks.begin(), blocks.end(), [](Block a, Block b) { return a.size() < b.size(); });
         const Block whole = *longest;
@@ -109,7 +109,7 @@ std::vector<double> foldErrors(const Matrix& features, const Matrix& outputs, co
 std::vector<int> makeFolds(const FrameList& list, std::span<const std::size_t> frames) {
     const std::vector<Block> blocks = makeBlocks(list, frames);
     // Deal the blocks out to folds, the longest first.
-    std::vector<std::size_t> order(blocks.size()), size(std::min(blocks.size(), kMostFolds));
+    std::vector<std::size_t> order(blocks.size()), size(std::min(blocks.size(), kMaxFolds));
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return blocks[a].size() > blocks[b].size(); });
     std::vector<int> folds(frames.size());

@@ -10,7 +10,7 @@
 
 namespace penumbra {
 
-constexpr std::size_t kLeastFolds = 4, kMostFolds = 8;
+constexpr std::size_t kMinFolds = 4, kMaxFolds = 8;
 
 // Returns the fold of each training frame, [frames.size()]. Neighbouring frames are nearly equal, so folds are made of
 // blocks. Each clip is a block; while there are fewer than 4 blocks, the longest is cut in half. When there are more

@@ -28,11 +28,11 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Rows = EigenRows<float>;
 
-constexpr std::size_t kLeastExtra = 20, kExtraShare = 5;  // columns beside those asked for: 20, or a fifth of them
-constexpr int kMostPasses = 12;
-constexpr double kConverged = 1e-5;     // of the total energy
-constexpr double kLeastEnergy = 1e-10;  // of the total energy; floats do not resolve smaller components
-constexpr Index kTile = 64;             // columns or rows that one task multiplies; fixed, so results are too
+constexpr std::size_t kMinExtra = 20, kExtraShare = 5;  // columns beside those asked for: 20, or a fifth of them
+constexpr int kMaxPasses = 12;
+constexpr double kConverged = 1e-5;   // of the total energy
+constexpr double kMinEnergy = 1e-10;  // of the total energy; floats do not resolve smaller components
+constexpr Index kTile = 64;           // columns or rows that one task multiplies; fixed, so results are too
 
 // Numbers in [-1, 1) that depend on the place alone, so that every machine starts alike (splitmix64).
 float randomAt(std::uint64_t row, std::uint64_t column) {
@@ -143,7 +143,7 @@ LeadingSpace leadingOf(const Rows& q, const EigenPairs& pairs, std::size_t count
 LeadingSpace leadingSpace(const ColumnBlocks& matrix, std::size_t count, int threads) {
     const std::size_t rank = std::min(matrix.rows, matrix.columns);
     count = std::min(count, rank);
-    const std::size_t width = std::min(rank, count + std::max(kLeastExtra, count / kExtraShare));
+    const std::size_t width = std::min(rank, count + std::max(kMinExtra, count / kExtraShare));
     double total = 0, before = -1;
     // 1. A random combination of columns.
     Rows image = randomImage(matrix, Index(width), threads, total);
@@ -154,7 +154,7 @@ LeadingSpace leadingSpace(const ColumnBlocks& matrix, std::size_t count, int thr
         const EigenPairs pairs = symmetricEigenPairs(pass.gram);
         const double captured = pairs.values.tail(Index(count)).sum();
         // 3. Stop when another product gains nothing more, else go on with the product.
-        if (width == rank || passes == kMostPasses || captured - before <= kConverged * total)
+        if (width == rank || passes == kMaxPasses || captured - before <= kConverged * total)
             return leadingOf(q, pairs, count, total);
         before = captured;
         image = std::move(pass.image);
@@ -169,8 +169,7 @@ LeadingComponents componentsIn(const LeadingSpace& space, const ColumnBlocks& ma
     const Rows u = asEigen(space.u);
     Eigen::RowVectorXf inverse(static_cast<Index>(k));
     for (std::size_t i = 0; i < k; ++i)
-        inverse[Index(i)] =
-            space.energies[i] > kLeastEnergy * space.total ? float(1 / std::sqrt(space.energies[i])) : 0;
+        inverse[Index(i)] = space.energies[i] > kMinEnergy * space.total ? float(1 / std::sqrt(space.energies[i])) : 0;
     auto scores = asEigen(out.scores);
     for (std::size_t b = 0; b < matrix.count; ++b) {
         throwIfInterrupted();

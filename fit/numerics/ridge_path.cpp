@@ -25,7 +25,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kLeastAlphaExponent = -5, kMostAlphaExponent = 1.5, kAlphaExponentStep = 0.25;
+constexpr double kMinAlphaExponent = -5, kMaxAlphaExponent = 1.5, kAlphaExponentStep = 0.25;
 
 VectorXd sigmaOf(const RidgeSvd& path) {
     return Eigen::Map<const VectorXd>(path.sigma.data(), Index(path.sigma.size()));
@@ -128,7 +128,7 @@ RidgeSvd makeRidgeSvd(const Matrix& inputs, std::size_t most) {
 
 std::vector<double> alphaGrid(double largest_singular_value) {
     std::vector<double> alphas;
-    for (double e = kLeastAlphaExponent; e <= kMostAlphaExponent; e += kAlphaExponentStep)
+    for (double e = kMinAlphaExponent; e <= kMaxAlphaExponent; e += kAlphaExponentStep)
         alphas.push_back(std::pow(10.0, e) * std::max(largest_singular_value, 1e-12));
     return alphas;
 }

@@ -26,7 +26,7 @@ using Eigen::MatrixXd;
 
 constexpr Index kDirect = 128;       // up to this many rows or columns the whole decomposition is cheaper
 constexpr Index kExtra = 32;         // vectors of the space beside those asked for
-constexpr int kMostPasses = 100;     // no BRDF needed more than 9
+constexpr int kMaxPasses = 100;      // no BRDF needed more than 9
 constexpr double kResidual = 1e-11;  // as a part of the largest singular value
 
 // Copies the first `count` triples. The entry of largest magnitude of each u is made positive.
@@ -74,7 +74,7 @@ TruncatedSvd truncatedSvd(const Matrix& a, std::size_t count) {
         const Eigen::VectorXd sigma = svd.sigma.head(k);
         // 2. Stop when the triples are accurate, else go on with the image of the space under a^T a.
         const double residual = (image.leftCols(k) - v * sigma.asDiagonal()).colwise().norm().maxCoeff();
-        if (residual <= kResidual * sigma[0] || pass == kMostPasses) return stored(svd.u, sigma, v, count);
+        if (residual <= kResidual * sigma[0] || pass == kMaxPasses) return stored(svd.u, sigma, v, count);
         space = orthonormalColumns(image);
     }
 }

@@ -58,7 +58,7 @@ BrdfSteps fitSteps(const BrdfRange& range, const SliceOrders& orders, int most_s
         return std::ranges::max_element(between, {}, [](const Interval& of) { return of.error; }) - between.begin();
     };
     // 2. Cut the worst interval in its middle.
-    while (int(steps.size()) < most_steps && between[std::size_t(worst())].error > kMostStepError) {
+    while (int(steps.size()) < most_steps && between[std::size_t(worst())].error > kMaxStepError) {
         const std::ptrdiff_t cut = worst();
         steps.insert(steps.begin() + cut + 1, std::move(between[std::size_t(cut)].middle));
         const auto at = steps.begin() + cut;

@@ -92,7 +92,7 @@ struct LobeWidth {
 
 // Probes the lobe at doubling distances.
 LobeWidth lobeWidth(const RgbBrdf& brdf, Vec3d view) {
-    constexpr double kLeast = 1e-4, kMost = 0.1;
+    constexpr double kMin = 1e-4, kMax = 0.1;
     const double t_o = std::sqrt(view.z), mirror = std::atan2(-view.y, -view.x);
     const auto value = [&](double t, double azimuth) {
         const double z = t * t, r = std::sqrt(std::max(0.0, 1 - z * z));
@@ -100,18 +100,18 @@ LobeWidth lobeWidth(const RgbBrdf& brdf, Vec3d view) {
         return f.x + f.y + f.z;
     };
     const double half = value(t_o, mirror) / 2;
-    if (half <= 0) return {kMost, kMost};
-    LobeWidth width{kLeast, kLeast};
+    if (half <= 0) return {kMax, kMax};
+    LobeWidth width{kMin, kMin};
     const auto wideInT = [&](double d) {
         return (t_o + d >= 1 || value(t_o + d, mirror) > half) && (t_o - d <= 0 || value(t_o - d, mirror) > half);
     };
-    while (width.t < kMost && wideInT(width.t)) width.t *= 2;
+    while (width.t < kMax && wideInT(width.t)) width.t *= 2;
     const auto wideInAzimuth = [&](double d) {
         const double angle = 2 * view.z * d;
         return angle > std::numbers::pi || (value(t_o, mirror + angle) > half && value(t_o, mirror - angle) > half);
     };
-    while (width.azimuth < kMost && wideInAzimuth(width.azimuth)) width.azimuth *= 2;
-    return {std::min(width.t, kMost), std::min(width.azimuth, kMost)};
+    while (width.azimuth < kMax && wideInAzimuth(width.azimuth)) width.azimuth *= 2;
+    return {std::min(width.t, kMax), std::min(width.azimuth, kMax)};
 }
 
 // The substitution x = scale sinh(b u) takes Gauss-Legendre nodes u on (0, 1) to (0, range), and makes them dense at 0.
@@ -264,7 +264,7 @@ SliceTable tabulateSlices(const RgbBrdf& brdf, int slice_order, int incident_n_z
 
 SliceTable refinedSlices(const RgbBrdf& brdf, int slice_order, int threads) {
     constexpr int kCoarsest = 32, kFinest = 512;  // heights, and azimuths
-    constexpr double kMostEvaluations = 4e7;      // in one refinement: takes some seconds
+    constexpr double kMaxEvaluations = 4e7;       // in one refinement: takes some seconds
     // With these views, C of any model here is within 5e-5 of that with 64 heights.
     const int view_n_z = brdf.symmetry == BrdfSymmetry::kIsotropic ? 32 : 16;
     SliceTable table = makeTable(slice_order, view_n_z);
@@ -282,7 +282,7 @@ SliceTable refinedSlices(const RgbBrdf& brdf, int slice_order, int threads) {
     double settled_change = 0, open_change = total;
     // 2. Double the grid of the views that still change, until the sum of all changes is small.
     for (int n = 2 * kCoarsest; n <= kFinest && !views.empty(); n *= 2) {
-        if (double(views.size()) * n * n > kMostEvaluations) break;
+        if (double(views.size()) * n * n > kMaxEvaluations) break;
         const std::vector<double> change = integrateAll(n);
         std::vector<std::size_t> open;
         open_change = 0;

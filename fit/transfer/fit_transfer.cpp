@@ -35,7 +35,7 @@ namespace {
 using Eigen::Index;
 using Rows = EigenRows<float>;
 
-constexpr float kLeastRange = 1e-5f;  // radians; an angle that changes by less is constant
+constexpr float kMinRange = 1e-5f;  // radians; an angle that changes by less is constant
 
 struct TransferSplit {
     std::vector<std::size_t> train, held_out;
@@ -67,7 +67,7 @@ Matrix readAngles(const VisibilityReader& reader, const std::string& file, const
     for (std::size_t i = 0; i < train.size(); ++i)
         std::copy_n(model.pose.begin() + std::ptrdiff_t(train[i] * numbers), numbers, poses.row(i).begin());
     for (std::size_t c = 0; c < numbers; ++c)
-        if (asEigen(poses).col(Index(c)).maxCoeff() - asEigen(poses).col(Index(c)).minCoeff() > kLeastRange)
+        if (asEigen(poses).col(Index(c)).maxCoeff() - asEigen(poses).col(Index(c)).minCoeff() > kMinRange)
             model.angles.push_back(std::uint32_t(c));
     if (model.angles.empty())
         throw InvalidInput(file + ": /frames/pose: all joint angles are constant over the " +

@@ -54,8 +54,8 @@ namespace {
 
 // Vertices of one part, skinned, as many as the kernel takes at once.
 struct FarBatch {
-    std::array<Vec3, kMostReceivers> positions, normals, tangents;
-    std::array<std::uint32_t, kMostReceivers> vertex;
+    std::array<Vec3, kMaxReceivers> positions, normals, tangents;
+    std::array<std::uint32_t, kMaxReceivers> vertex;
     std::size_t count = 0;
 };
 
@@ -85,12 +85,12 @@ void farFactors(const FarTables& tables, const VertexSet& set, const PosedVertic
     for (const PosedPart& part : posed) parts.push_back(farPart(part));
     std::vector<Mat3> rotations(bones.size());
     std::vector<bool> known(bones.size());
-    std::array<float, kMostReceivers * kFarNumbers> far;
+    std::array<float, kMaxReceivers * kFarNumbers> far;
     for (std::size_t next = 0; next < set.order.size();) {
         // 1. The next vertices of one part.
         const std::uint16_t part = set.part[set.order[next]];
         FarBatch batch;
-        for (; next < set.order.size() && batch.count < kMostReceivers && set.part[set.order[next]] == part; ++next) {
+        for (; next < set.order.size() && batch.count < kMaxReceivers && set.part[set.order[next]] == part; ++next) {
             const std::uint32_t v = set.order[next];
             const std::size_t joint = set.joint[v], i = batch.count++;
             if (!known[joint]) rotations[joint] = nearestRotation(bones[joint].linear());

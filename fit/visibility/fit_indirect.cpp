@@ -102,8 +102,9 @@ struct FrameEnergy {
 
 // Returns the principal axes of the colours of the indirect transfer over some frames, the largest first.
 ColorAxes colorAxes(const VisibilityReader& reader, std::span<const std::size_t> train) {
-    constexpr std::size_t kMostFrames = 16;
-    const std::size_t n2 = reader.header().coefficientCount(), step = (train.size() + kMostFrames - 1) / kMostFrames;
+    constexpr std::size_t kMaxSampledFrames = 16;
+    const std::size_t n2 = reader.header().coefficientCount(),
+                      step = (train.size() + kMaxSampledFrames - 1) / kMaxSampledFrames;
     std::array<double, 9> scatter{}, vectors{};
     for (std::size_t i = 0; i < train.size(); i += step) {
         const std::vector<float> t = reader.readFrame(train[i]).indirect;

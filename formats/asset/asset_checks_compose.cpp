@@ -112,7 +112,7 @@ BlockersView blockersOf(const fbs::Asset& stored, const Field& file, std::size_t
     const Field at = file / "blocker_spheres";
     BlockersView blockers;
     blockers.spheres = spanOf<CasterSphere>(stored.blocker_spheres(), at);
-    checkRange(at, std::int64_t(blockers.spheres.size()), 0, std::int64_t(kMostBlockers));
+    checkRange(at, std::int64_t(blockers.spheres.size()), 0, std::int64_t(kMaxBlockers));
     for (std::size_t s = 0; s < blockers.spheres.size(); ++s) {
         const CasterSphere& sphere = blockers.spheres[s];
         for (int i = 0; i < 3; ++i)

@@ -260,7 +260,7 @@ struct LightView {
 // Spheres that cast in the place of the character: sphere s moves with bone joints[s] (movedBy(),
 // sh/cast/caster_sphere.h).
 struct BlockersView {
-    std::span<const CasterSphere> spheres;  // [S], none or 1..kMostBlockers
+    std::span<const CasterSphere> spheres;  // [S], none or 1..kMaxBlockers
     std::span<const std::uint16_t> joints;  // [S], < J
     std::size_t byteCount() const { return spheres.size_bytes() + joints.size_bytes(); }
 };

@@ -20,7 +20,7 @@ static_assert(std::endian::native == std::endian::little);
 constexpr std::size_t kThetaH = 90, kThetaD = 90, kPhiD = 180;
 constexpr std::size_t kCells = kThetaH * kThetaD * kPhiD, kHeader = 3 * sizeof(std::int32_t);
 constexpr std::array<double, 3> kScale = {1.0 / 1500, 1.15 / 1500, 1.66 / 1500};  // as in the database's own reader
-constexpr double kMostReflectance = 1e6;  // 1/sr: more than any measurement; keeps floats and sums finite
+constexpr double kMaxReflectance = 1e6;  // 1/sr: more than any measurement; keeps floats and sums finite
 
 // Returns the three dimensions that a file begins with.
 std::array<std::int32_t, 3> dimensionsOf(std::string_view bytes) {
@@ -53,7 +53,7 @@ void checkSize(std::string_view bytes, const std::string& name) {
 double valueAt(std::string_view bytes, const std::string& name, std::size_t channel, std::size_t cell) {
     double value = 0;
     std::memcpy(&value, bytes.data() + kHeader + (channel * kCells + cell) * sizeof value, sizeof value);
-    if (!std::isfinite(value) || value * kScale[channel] > kMostReflectance)
+    if (!std::isfinite(value) || value * kScale[channel] > kMaxReflectance)
         throw InvalidInput(name + ": channel " + "RGB"[channel] + " of cell theta_h " +
                            std::to_string(cell / (kThetaD * kPhiD)) + ", theta_d " +
                            std::to_string(cell / kPhiD % kThetaD) + ", phi_d " + std::to_string(cell % kPhiD) +

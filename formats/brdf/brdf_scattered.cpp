@@ -16,8 +16,8 @@
 
 namespace penumbra {
 
-constexpr std::size_t kMostSamples = 100000;
-constexpr double kMostSpectralRadiance = 1e6;  // 1/sr
+constexpr std::size_t kMaxSamples = 100000;
+constexpr double kMaxSpectralRadiance = 1e6;  // 1/sr
 
 namespace {
 struct Sample {
@@ -66,12 +66,12 @@ std::vector<BrdfSample> readSamples(NumberScanner& scanner, const std::vector<Ve
     double &clamped = figures["clamped"], &outside = figures["outside_rec709"];
     std::vector<BrdfSample> samples;
     while (!scanner.atEnd()) {
-        if (samples.size() == kMostSamples) scanner.fail("more than 100000 samples");
+        if (samples.size() == kMaxSamples) scanner.fail("more than 100000 samples");
         const Vec3d wi = readDirection(scanner, "i"), wo = readDirection(scanner, "o");
         Vec3d rgb;
         for (Vec3d weight : weights) {
             const double value = scanner.number("a spectral value");
-            if (value > kMostSpectralRadiance) scanner.fail("a spectral value is larger than any measurement");
+            if (value > kMaxSpectralRadiance) scanner.fail("a spectral value is larger than any measurement");
             clamped += value < 0;
             rgb += weight * std::max(0.0, value);
         }

@@ -15,21 +15,21 @@ namespace penumbra {
 
 namespace {
 
-constexpr std::uintmax_t kMostBytes = std::uintmax_t(1) << 30;
+constexpr std::uintmax_t kMaxBytes = std::uintmax_t(1) << 30;
 
 std::string readText(const std::filesystem::path& path) {
     checkReadable(path);
     std::error_code error;
     std::ifstream in(path, std::ios::binary);
     if (!in) throw IoError(path.string() + ": cannot read: " + std::strerror(errno));
-    if (const auto size = std::filesystem::file_size(path, error); !error && size > kMostBytes)
+    if (const auto size = std::filesystem::file_size(path, error); !error && size > kMaxBytes)
         throw InvalidInput(path.string() + ": larger than any BRDF (1 GiB)");
     std::string text;
     std::string buffer(1 << 20, '\0');
     do {
         in.read(buffer.data(), std::ptrdiff_t(buffer.size()));
         text.append(buffer, 0, std::size_t(in.gcount()));
-        if (text.size() > kMostBytes) throw InvalidInput(path.string() + ": larger than any BRDF (1 GiB)");
+        if (text.size() > kMaxBytes) throw InvalidInput(path.string() + ": larger than any BRDF (1 GiB)");
     } while (in);
     if (in.bad()) throw IoError(path.string() + ": cannot read");
     return text;

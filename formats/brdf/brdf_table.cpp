@@ -11,9 +11,9 @@
 namespace penumbra {
 
 constexpr std::string_view kMagic = "penumbra-brdf-table";
-constexpr int kMostSteps = 1024;
-constexpr std::size_t kMostCells = std::size_t(1) << 24;
-constexpr double kPi = std::numbers::pi, kMostTableRadiance = 1e6;  // 1/sr
+constexpr int kMaxSteps = 1024;
+constexpr std::size_t kMaxCells = std::size_t(1) << 24;
+constexpr double kPi = std::numbers::pi, kMaxTableRadiance = 1e6;  // 1/sr
 
 bool looksLikeBrdfTable(std::string_view text) { return text.starts_with(kMagic); }
 
@@ -101,7 +101,7 @@ Vec3d evalTable(const BrdfTable& table, Vec3d wi, Vec3d wo) {
 
 int readSteps(NumberScanner& scanner, const std::string& key, int least) {
     if (scanner.word() != key) scanner.fail("expected '" + key + "' and its number of steps");
-    return scanner.integer(key, least, kMostSteps);
+    return scanner.integer(key, least, kMaxSteps);
 }
 
 Axis thetaAxis(int n) { return {n, kPi / 2 * 0.5 / n, kPi / 2 / n, false}; }
@@ -139,7 +139,7 @@ BrdfReading decodeBrdfTable(std::string_view text, const std::string& name) {
     BrdfTable table = readHeader(scanner);
     std::size_t cells = 1;
     for (const Axis& axis : table.axes) cells *= std::size_t(axis.count);
-    if (cells > kMostCells) scanner.fail("more than 16777216 cells");
+    if (cells > kMaxCells) scanner.fail("more than 16777216 cells");
     if (cells * 6 > text.size()) scanner.fail("is too short for its " + std::to_string(cells) + " cells");  // "0 0 0\n"
     table.values.resize(cells);
     for (std::size_t cell = 0; cell < cells; ++cell)
@@ -147,7 +147,7 @@ BrdfReading decodeBrdfTable(std::string_view text, const std::string& name) {
             const auto where = [&] { return std::string("channel ") + "RGB"[c] + " of cell " + std::to_string(cell); };
             const double value = scanner.number("a value");
             if (value < 0) scanner.fail(where() + " is negative");
-            if (value > kMostTableRadiance) scanner.fail(where() + " is above 1e6");
+            if (value > kMaxTableRadiance) scanner.fail(where() + " is above 1e6");
             table.values[cell][c] = float(value);
         }
     if (!scanner.atEnd()) scanner.fail("has more values than its " + std::to_string(cells) + " cells");

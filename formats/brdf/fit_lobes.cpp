@@ -23,7 +23,7 @@ namespace {
 
 constexpr int kWidths = 24, kChannels = 3;
 constexpr std::array<double, 5> kF0 = {0.02, 0.04, 0.1, 0.3, 1};
-constexpr std::size_t kMostSamplesRead = 4096;
+constexpr std::size_t kMaxSamplesRead = 4096;
 
 // Candidate 0 is Lambert's model.
 std::vector<BrdfLobe> candidateLobes() {
@@ -94,7 +94,7 @@ double medianOf(const std::vector<BrdfSample>& samples, int channel) {
 
 Fitting prepared(std::span<const BrdfSample> samples) {
     Fitting fitting;
-    const std::size_t step = (samples.size() + kMostSamplesRead - 1) / kMostSamplesRead;
+    const std::size_t step = (samples.size() + kMaxSamplesRead - 1) / kMaxSamplesRead;
     for (std::size_t s = 0; s < samples.size(); s += step) fitting.samples.push_back(samples[s]);
     for (int c = 0; c < kChannels; ++c) fitting.floor[c] = std::max(0.1 * medianOf(fitting.samples, c), 1e-6);
     fitting.candidates = candidateLobes();

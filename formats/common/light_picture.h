@@ -8,7 +8,7 @@ constexpr int kMaxLightPicture = 4096;  // pixels across
 // The largest radiance of a light, and the largest number that is stored of one: an SH coefficient is at most sqrt(4
 // pi) times the radiance, an irradiance 4 pi times. Floats end at 3.4e38. What lies between is for the sums of shading,
 // over coefficients, lobes and suns; the first of these sums to overflow does so at coefficients of 1e38.
-constexpr double kMostRadiance = 1e30, kMostLightNumber = 1e33;
+constexpr double kMaxRadiance = 1e30, kMaxLightNumber = 1e33;
 
 // A light as a lat-long picture without its suns.
 struct LightPicture {

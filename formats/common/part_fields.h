@@ -8,7 +8,7 @@
 
 namespace penumbra {
 
-constexpr std::size_t kMostOccluders = 32;  // beside the parts of a character
+constexpr std::size_t kMaxOccluders = 32;  // beside the parts of a character
 
 struct PartFields {
     std::vector<PartField> parts;                     // [P]

@@ -66,7 +66,7 @@ std::vector<std::uint16_t> mergeSmall(const Skin& skin, std::vector<Owned>& owne
             const bool smaller = smallest == owned.size() || owned[j].radius() < owned[smallest].radius();
             if (ancestor(j) >= 0 && smaller) smallest = j;
         }
-        if (parts <= kMostParts || smallest == owned.size()) break;
+        if (parts <= kMaxParts || smallest == owned.size()) break;
         merge(smallest, ancestor(smallest));
     }
     std::vector<std::uint16_t> joint_of_joint(skin.parents.size(), kNoPart);
@@ -121,7 +121,7 @@ PartTable makePartTable(const Mesh& mesh, const Skin& skin) {
     for (std::size_t v = 0; v < owner.size() && mesh.triangles.empty(); ++v)
         owned[owner[v]].add({mesh.rest_positions[v], mesh.rest_positions[v]});
     std::vector<std::uint16_t> joint_of_joint =
-        mergeSmall(skin, owned, kLeastPartRadius * boxDiagonal(mesh.rest_positions));
+        mergeSmall(skin, owned, kMinPartRadius * boxDiagonal(mesh.rest_positions));
 
     PartTable table;
     std::vector<bool> has_part(skin.jointCount());

@@ -10,9 +10,9 @@
 namespace penumbra {
 
 // More parts than these are merged, the smallest first, so that the fields of a character stay small.
-constexpr std::size_t kMostParts = 32;
+constexpr std::size_t kMaxParts = 32;
 // A part whose box at rest has a half diagonal below this share of the whole mesh's diagonal merges into its parent.
-constexpr double kLeastPartRadius = 0.02;
+constexpr double kMinPartRadius = 0.02;
 
 // A vertex belongs to the joint that moves it most, a triangle to the joint that owns two of its corners (or to that of
 // its first corner). A joint that owns no triangle, or too little, has the part of its nearest ancestor with a part.

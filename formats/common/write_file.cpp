@@ -109,11 +109,11 @@ namespace {
 
 // Returns the file that a chain of symbolic links leads to, which need not exist.
 fs::path followLinks(fs::path path) {
-    constexpr int kMostLinks = 40;  // as Linux has it
+    constexpr int kMaxLinks = 40;  // as Linux has it
     const fs::path given = path;
     std::error_code error;
     for (int i = 0; fs::is_symlink(path, error); ++i) {
-        if (i == kMostLinks) throw failed("cannot write", given, ELOOP);
+        if (i == kMaxLinks) throw failed("cannot write", given, ELOOP);
         const fs::path next = fs::read_symlink(path, error);
         if (error) throw failed("cannot read the link", path, error.value());
         path = path.parent_path() / next;

@@ -15,8 +15,8 @@ namespace penumbra {
 
 namespace {
 
-constexpr std::uint64_t kMostFileBytes = std::uint64_t(1) << 30;
-constexpr std::uint64_t kMostFrames = 100000;
+constexpr std::uint64_t kMaxFileBytes = std::uint64_t(1) << 30;
+constexpr std::uint64_t kMaxFrames = 100000;
 
 struct Numbers {
     int rows = 0, columns = 0;
@@ -31,14 +31,14 @@ std::string extensionOf(const std::filesystem::path& path) {
 
 std::vector<std::byte> wholeFile(const std::filesystem::path& path) {
     const RandomBytes bytes = openBytes(path);
-    if (bytes.size > kMostFileBytes) throw InvalidInput(path.string() + ": is larger than 1 GiB");
+    if (bytes.size > kMaxFileBytes) throw InvalidInput(path.string() + ": is larger than 1 GiB");
     return readBytes(bytes, 0, std::size_t(bytes.size));
 }
 
 Numbers numbersOfPicture(const std::filesystem::path& path, const std::string& channel) {
     const std::vector<std::byte> bytes = wholeFile(path);
     if (looksLikePng(bytes)) {
-        const GrayImage image = decodeGrayPng(bytes, path.string(), kMostHeightSide);
+        const GrayImage image = decodeGrayPng(bytes, path.string(), kMaxHeightSide);
         return {image.height, image.width, {image.numbers.begin(), image.numbers.end()}};
     }
     if (!looksLikeExr(bytes))
@@ -51,11 +51,11 @@ Numbers numbersOfPicture(const std::filesystem::path& path, const std::string& c
 // One array of a sequence of files.
 Numbers numbersOfNumpy(const std::filesystem::path& path) {
     const NumpyArray array = openNumpy(openBytes(path), path.string());
-    if (array.shape.size() != 2 || array.shape[0] < 1 || array.shape[1] < 1 || array.shape[0] > kMostHeightSide ||
-        array.shape[1] > kMostHeightSide)
+    if (array.shape.size() != 2 || array.shape[0] < 1 || array.shape[1] < 1 || array.shape[0] > kMaxHeightSide ||
+        array.shape[1] > kMaxHeightSide)
         throw InvalidInput(array.what + ": " + describe(array) + " is not [rows, columns] of 1 to 65536");
     const std::uint64_t count = array.shape[0] * array.shape[1];
-    if (count > kMostHeightTexels) throw InvalidInput(array.what + ": has more than 2^26 numbers");
+    if (count > kMaxHeightTexels) throw InvalidInput(array.what + ": has more than 2^26 numbers");
     return {int(array.shape[0]), int(array.shape[1]), readNumbers(array, 0, std::size_t(count))};
 }
 
@@ -137,7 +137,7 @@ void HeightSequence::openFiles() {
                                " is not [rows, columns] or [frames, rows, "
                                "columns]");
         for (const std::uint64_t side : shape)
-            if (side < 1 || side > kMostFrames)
+            if (side < 1 || side > kMaxFrames)
                 throw InvalidInput(array_->what + ": " + describe(*array_) + " has an axis of length " +
                                    std::to_string(side));
         frames_ = shape.size() == 3 ? std::size_t(shape[0]) : 1;
@@ -178,7 +178,7 @@ void HeightSequence::readFrame(std::size_t frame, std::span<float> heights) cons
             if (!source_.fill) throw InvalidInput(where() + ": has no height; \"fill\" gives one");
             height = *source_.fill;
         }
-        if (!(std::abs(height) <= double(kMostElevation)))
+        if (!(std::abs(height) <= double(kMaxElevation)))
             throw InvalidInput(where() + ": the height is " + std::to_string(height) + " m, more than 1e7");
         heights[i] = float(height);
     }
@@ -197,8 +197,7 @@ void HeightSequence::read(double seconds, std::span<float> heights) const {
         analyticHeights(analytic_, grid_, seconds, first, end, heights);
         for (float& z : heights.subspan(std::size_t(first) * columns, std::size_t(end - first) * columns)) {
             z = float(source_.offset + source_.scale * double(z));
-            if (!(std::abs(z) <= kMostElevation))
-                throw InvalidInput(source_.at + "/analytic: a height is beyond 1e7 m");
+            if (!(std::abs(z) <= kMaxElevation)) throw InvalidInput(source_.at + "/analytic: a height is beyond 1e7 m");
         }
     });
 }

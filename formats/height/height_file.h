@@ -26,7 +26,7 @@ public:
     bool moves() const { return frames_ > 1 || !analytic_.empty(); }
     // The nearest frame of a sequence, which starts anew at its end; the heights of a closed form themselves. Writes
     // metres, [rows, columns]. Throws as the constructor does, also where a height is no number or beyond
-    // kMostElevation.
+    // kMaxElevation.
     void read(double seconds, std::span<float> heights) const;
 
 private:

@@ -15,7 +15,7 @@ namespace penumbra {
 
 namespace {
 
-constexpr std::uint64_t kMostHeaderBytes = 1 << 16;
+constexpr std::uint64_t kMaxHeaderBytes = 1 << 16;
 
 std::string upper(std::string text) {
     std::ranges::transform(text, text.begin(), [](unsigned char c) { return char(std::toupper(c)); });
@@ -42,8 +42,8 @@ void apply(const std::string& key, const std::string& value, const std::string& 
     const auto require = [&](bool holds) {
         if (!holds) throw Unsupported(where + ": " + key + " is " + value.substr(0, 40) + ", which is not read");
     };
-    if (key == "NROWS") header.rows = wholeOf(value, where, 1, kMostHeightSide);
-    if (key == "NCOLS") header.columns = wholeOf(value, where, 1, kMostHeightSide);
+    if (key == "NROWS") header.rows = wholeOf(value, where, 1, kMaxHeightSide);
+    if (key == "NCOLS") header.columns = wholeOf(value, where, 1, kMaxHeightSide);
     if (key == "NBITS") require(value == "16");
     if (key == "NBANDS") require(value == "1");
     if (key == "LAYOUT") require(upper(value) == "BIL");
@@ -74,7 +74,7 @@ RawHeader parseRawHeader(const std::string& text, const std::string& name) {
     }
     for (const auto& [field, count] : {std::pair{"NROWS", header.rows}, {"NCOLS", header.columns}})
         if (count == 0) throw InvalidInput(name + ": has no " + field);
-    if (std::size_t(header.rows) * std::size_t(header.columns) > kMostHeightTexels)
+    if (std::size_t(header.rows) * std::size_t(header.columns) > kMaxHeightTexels)
         throw InvalidInput(name + ": NROWS times NCOLS is more than 2^26");
     return header;
 }
@@ -83,7 +83,7 @@ RawHeights readRawHeights(const std::filesystem::path& path) {
     std::filesystem::path header_path = path;
     header_path.replace_extension(".hdr");
     const RandomBytes header_bytes = openBytes(header_path);
-    if (header_bytes.size > kMostHeaderBytes) throw InvalidInput(header_path.string() + ": is no header of 64 KiB");
+    if (header_bytes.size > kMaxHeaderBytes) throw InvalidInput(header_path.string() + ": is no header of 64 KiB");
     const std::vector<std::byte> text = readBytes(header_bytes, 0, std::size_t(header_bytes.size));
     const RawHeader header =
         parseRawHeader({reinterpret_cast<const char*>(text.data()), text.size()}, header_path.string());

@@ -246,10 +246,10 @@ void checkRadiance(const EnvironmentMap& map, const std::string& name) {
         const Vec3 pixel = map.image.pixels[at];
         const float most = std::max({pixel.x, pixel.y, pixel.z});
         const int x = int(at % std::size_t(map.image.width)), y = int(at / std::size_t(map.image.width));
-        if (most <= float(kMostRadiance) || mapSteradians(map.shape(), x + 0.5, y + 0.5) == 0) continue;
+        if (most <= float(kMaxRadiance) || mapSteradians(map.shape(), x + 0.5, y + 0.5) == 0) continue;
         char numbers[80];
         std::snprintf(numbers, sizeof numbers, "%.3g in pixel (%d, %d); at most %.0e is allowed", double(most), x, y,
-                      kMostRadiance);
+                      kMaxRadiance);
         throw InvalidInput(name + ": a radiance of " + numbers);
     }
 }

@@ -37,7 +37,7 @@ struct EnvironmentMap {
 
 // Makes a map. `layout` is one of the names above, or "" to go by the shape: 2:1 is lat-long; 3:4 and 4:3 are crosses
 // where everything off the faces has one colour; a square may be an angular map or a ball and must be named. `name`
-// starts messages. Throws InvalidInput for another shape, for a radiance above kMostRadiance, and for negative radiance
+// starts messages. Throws InvalidInput for another shape, for a radiance above kMaxRadiance, and for negative radiance
 // that is no ringing of compression (negative_radiance.h).
 EnvironmentMap makeEnvironmentMap(Image image, std::string_view layout, const std::string& name);
 EnvironmentMap readEnvironmentMap(const std::filesystem::path& path, std::string_view layout);

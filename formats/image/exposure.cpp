@@ -37,7 +37,7 @@ float automaticExposure(const Image& image) {
     const auto chosen = lit.begin() + std::ptrdiff_t(rank) - 1;
     std::nth_element(lit.begin(), chosen, lit.end());
     // The quotient may overflow, and the bound then holds.
-    return roundedToFourDigits(std::clamp(kExposedValue / *chosen, kLeastExposure, kMostExposure));
+    return roundedToFourDigits(std::clamp(kExposedValue / *chosen, kMinExposure, kMaxExposure));
 }
 
 Image overBackground(const Image& image, float exposure, Vec3 background) {

@@ -10,7 +10,7 @@ namespace penumbra {
 constexpr double kExposedPercentile = 90;
 constexpr float kExposedValue = 0.6f;  // linear
 // Bounds of every automatic exposure.
-constexpr float kLeastExposure = 1e-6f, kMostExposure = 1e6f;
+constexpr float kMinExposure = 1e-6f, kMaxExposure = 1e6f;
 
 // Returns the automatic exposure of a picture without a background. It counts the pixels that are covered by half or
 // more and whose luminance (Rec.709) is finite and above 0: black pixels stay black at any exposure. Where there are

@@ -81,7 +81,7 @@ std::vector<SunD> takeSuns(LightParts& parts, int most) {
         for (auto it = parts.directional.begin(); it != parts.directional.end(); ++it)
             if (brighter({it->direction, it->irradiance, 0})) directional = it;
         for (auto it = parts.discs.begin(); it != parts.discs.end(); ++it)
-            if (it->angle <= kMostSunRadius * kDegree &&
+            if (it->angle <= kMaxSunRadius * kDegree &&
                 brighter({it->direction, it->solidAngle() * it->radiance, it->angle}))
                 disc = it, directional = parts.directional.end();
         if (!(luminance(best.irradiance) > 0)) break;

@@ -40,9 +40,9 @@ constexpr int kFactorOrder = 6;
 // Suns of a picture. kHandOver takes the direction of a sun from the brightest pixels and its irradiance from SH. A sun
 // of 15 degrees counts whole, one of 25 or more is none, and between them a part stays in the remainder.
 LightSuns factorLight(const EnvironmentMap& map, const LightFactorChoice& choice, int threads);
-// Suns of analytic lights. kHandOver takes the brightest directional lights, suns and discs of up to kMostSunRadius as
+// Suns of analytic lights. kHandOver takes the brightest directional lights, suns and discs of up to kMaxSunRadius as
 // they are described. All of a disc's flux goes to its sun.
-constexpr double kMostSunRadius = 10;  // degrees
+constexpr double kMaxSunRadius = 10;  // degrees
 LightSuns factorLight(std::span<const AnalyticLight> lights, const LightFactorChoice& choice);
 
 }  // namespace penumbra

@@ -74,10 +74,10 @@ namespace {
 void checkWindow(const Imf::Header& header, const std::string& name) {
     if (header.displayWindow() != header.dataWindow())
         throw Unsupported(name + ": the data window differs from the display window (a cropped or overscan picture)");
-    constexpr int kMostChannels = 256;  // bounds the decoder's buffers, which hold every channel
+    constexpr int kMaxChannels = 256;  // bounds the decoder's buffers, which hold every channel
     int count = 0;
     for (auto channel = header.channels().begin(); channel != header.channels().end(); ++channel) ++count;
-    if (count > kMostChannels) throw Unsupported(name + ": more than 256 channels");
+    if (count > kMaxChannels) throw Unsupported(name + ": more than 256 channels");
 }
 
 void checkChannel(const Imf::Header& header, const std::string& needed, const std::string& name) {

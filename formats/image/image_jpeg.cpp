@@ -14,7 +14,7 @@ namespace penumbra {
 namespace {
 
 // A block of 8 x 8 pixels takes at least one bit in some scan, so a byte holds at most 512 pixels.
-constexpr std::uint64_t kMostPixelsOfJpegByte = 512;
+constexpr std::uint64_t kMaxPixelsOfJpegByte = 512;
 
 struct JpegReader {
     jpeg_error_mgr errors;  // comes first: the library's callbacks know only this
@@ -83,7 +83,7 @@ TexturePicture decodeJpeg(std::span<const std::byte> bytes, const std::string& n
     };
     run(readHeader);
     TexturePicture picture;
-    checkTextureSize(reader.jpeg.image_width, reader.jpeg.image_height, bytes.size() * kMostPixelsOfJpegByte, name);
+    checkTextureSize(reader.jpeg.image_width, reader.jpeg.image_height, bytes.size() * kMaxPixelsOfJpegByte, name);
     picture.width = int(reader.jpeg.image_width);
     picture.height = int(reader.jpeg.image_height);
     picture.rgb.resize(std::size_t(picture.width) * std::size_t(picture.height) * 3);

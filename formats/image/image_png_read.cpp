@@ -14,7 +14,7 @@ namespace penumbra {
 namespace {
 
 // deflate makes at most 1032 bytes of one, and the smallest pixel is a bit.
-constexpr std::uint64_t kMostPixelsOfPngByte = 1032 * 8;
+constexpr std::uint64_t kMaxPixelsOfPngByte = 1032 * 8;
 
 struct PngReader {
     png_structp png = nullptr;
@@ -89,7 +89,7 @@ TexturePicture decodePng(std::span<const std::byte> bytes, const std::string& na
     TexturePicture picture;
     const png_uint_32 width = png_get_image_width(reader.png, reader.info);
     const png_uint_32 height = png_get_image_height(reader.png, reader.info);
-    checkTextureSize(width, height, bytes.size() * kMostPixelsOfPngByte, name);
+    checkTextureSize(width, height, bytes.size() * kMaxPixelsOfPngByte, name);
     picture.width = int(width);
     picture.height = int(height);
     picture.rgb.resize(std::size_t(width) * std::size_t(height) * 3);

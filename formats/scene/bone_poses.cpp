@@ -9,8 +9,8 @@ namespace penumbra {
 
 namespace {
 
-constexpr std::size_t kMostPoses = 1000000, kMostJoints = 65535;
-constexpr double kFarthestBone = 1e6, kMostRadians = 1e3;
+constexpr std::size_t kMaxPoses = 1000000, kMaxJoints = 65535;
+constexpr double kFarthestBone = 1e6, kMaxRadians = 1e3;
 
 BonePose readBonePose(const JsonNode& node, std::size_t joints) {
     node.requireKeys({"clip", "time", "bones", "rotations"});
@@ -27,7 +27,7 @@ BonePose readBonePose(const JsonNode& node, std::size_t joints) {
         std::copy(numbers.begin(), numbers.end(), out.bones.emplace_back().m.begin());
     }
     for (const JsonNode& row : rows("rotations")) {
-        const std::vector<float> numbers = row.numbers(3, -kMostRadians, kMostRadians);
+        const std::vector<float> numbers = row.numbers(3, -kMaxRadians, kMaxRadians);
         out.rotations.insert(out.rotations.end(), numbers.begin(), numbers.end());
     }
     return out;
@@ -79,9 +79,9 @@ BonePoses parseBonePoses(const std::string& text, const std::string& name) {
     root.requireVersion(kBonePosesFormat);  // before the keys, which another version may not share
     root.requireKeys({"format", "version", "joints", "poses"});
     BonePoses out;
-    for (const JsonNode& joint : root.required("joints").items(kMostJoints)) out.joint_names.push_back(joint.text());
+    for (const JsonNode& joint : root.required("joints").items(kMaxJoints)) out.joint_names.push_back(joint.text());
     if (out.joint_names.empty()) root.at("joints").fail("is empty");
-    for (const JsonNode& pose : root.required("poses").items(kMostPoses))
+    for (const JsonNode& pose : root.required("poses").items(kMaxPoses))
         out.poses.push_back(readBonePose(pose, out.joint_names.size()));
     if (out.poses.empty()) root.at("poses").fail("is empty");
     return out;

@@ -13,7 +13,7 @@ namespace penumbra {
 namespace {
 
 using Json = nlohmann::json;
-constexpr std::uintmax_t kMostBytes = 64 << 20;
+constexpr std::uintmax_t kMaxBytes = 64 << 20;
 
 // Keys of a file go to the terminal.
 std::string printableKey(std::string key) {
@@ -178,9 +178,9 @@ std::string readJsonText(const std::filesystem::path& path) {
     std::error_code problem;
     const std::uintmax_t size = std::filesystem::file_size(path, problem);
     if (problem) throw IoError(path.string() + ": " + problem.message());
-    if (size > kMostBytes)
+    if (size > kMaxBytes)
         throw InvalidInput(path.string() + ": has " + std::to_string(size) + " bytes; at most " +
-                           std::to_string(kMostBytes));
+                           std::to_string(kMaxBytes));
     std::ifstream file(path, std::ios::binary);
     std::string text((std::istreambuf_iterator<char>(file)), {});
     if (!file) throw IoError(path.string() + ": cannot be read");

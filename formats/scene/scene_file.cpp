@@ -85,15 +85,15 @@ void readSource(const JsonNode& node, const std::filesystem::path& folder, Heigh
         if (node.at("file").text().empty()) node.at("file").fail("is empty");
         source.file = folder / node.at("file").text();
     }
-    if (node.has("rows")) source.rows = node.at("rows").whole(1, kMostHeightSide);
-    if (node.has("columns")) source.columns = node.at("columns").whole(1, kMostHeightSide);
+    if (node.has("rows")) source.rows = node.at("rows").whole(1, kMaxHeightSide);
+    if (node.has("columns")) source.columns = node.at("columns").whole(1, kMaxHeightSide);
     if (node.has("array")) source.array = node.at("array").text();
     if (node.has("cell") && node.at("cell").isArray()) node.at("cell").fail("is one number; \"cells\" takes two");
     if (node.has("cell"))
-        source.cell_rows = source.cell_columns = node.at("cell").number(double(kLeastCell), double(kMostCell));
+        source.cell_rows = source.cell_columns = node.at("cell").number(double(kMinCell), double(kMaxCell));
     if (node.has("cells")) {  // along x and z, as the vectors of a scene
         if (node.has("cell")) node.at("cells").fail("stands beside a \"cell\"; one or the other");
-        const std::vector<float> cells = node.at("cells").numbers(2, double(kLeastCell), double(kMostCell));
+        const std::vector<float> cells = node.at("cells").numbers(2, double(kMinCell), double(kMaxCell));
         source.cell_columns = double(cells[0]);
         source.cell_rows = double(cells[1]);
     }
@@ -101,14 +101,14 @@ void readSource(const JsonNode& node, const std::filesystem::path& folder, Heigh
     if (node.has("offset")) source.offset = node.at("offset").number(-1e9, 1e9);
     if (node.has("border")) source.border = readBorder(node.at("border"));
     if (node.has("no_data")) source.no_data = node.at("no_data").number(-1e30, 1e30);
-    if (node.has("fill")) source.fill = node.at("fill").number(-double(kMostElevation), double(kMostElevation));
+    if (node.has("fill")) source.fill = node.at("fill").number(-double(kMaxElevation), double(kMaxElevation));
     if (node.has("fps")) source.fps = node.at("fps").number(1e-3, 1e4);
 }
 
 // A tolerance, or whether there is one.
 double readRefine(const JsonNode& node) {
     if (node.isFlag()) return node.flag() ? double(kHeightTolerance) : 0;
-    return node.number(1e-3, double(kMostHeightTolerance));
+    return node.number(1e-3, double(kMaxHeightTolerance));
 }
 
 SceneHeights readHeights(const JsonNode& node, const std::filesystem::path& folder) {
@@ -130,7 +130,7 @@ SceneGround readGround(const JsonNode& node, const std::filesystem::path& folder
     if (node.has("height")) out.height = node.at("height").number(-kFar, kFar);
     if (node.has("centre")) out.centre = node.at("centre").vector(-kFar, kFar);
     if (node.has("size")) out.size = node.at("size").number(1e-3, kFar);
-    if (node.has("resolution")) out.resolution = node.at("resolution").whole(2, kMostGroundResolution);
+    if (node.has("resolution")) out.resolution = node.at("resolution").whole(2, kMaxGroundResolution);
     if (node.has("albedo")) out.albedo = node.at("albedo").vector(0, 1);
     if (node.has("heights")) out.heights = readHeights(node.at("heights"), folder);
     for (const char* key : {"size", "resolution"})
@@ -196,10 +196,10 @@ SceneDescription parseScene(const std::string& text, const std::string& name, co
     SceneDescription scene;
     scene.at = name;
     if (root.has("characters"))
-        for (const JsonNode& node : root.at("characters").items(kMostSceneCharacters))
+        for (const JsonNode& node : root.at("characters").items(kMaxSceneCharacters))
             scene.characters.push_back(readCharacter(node, folder, true));
     if (root.has("props"))
-        for (const JsonNode& node : root.at("props").items(kMostSceneCharacters))
+        for (const JsonNode& node : root.at("props").items(kMaxSceneCharacters))
             scene.props.push_back(readCharacter(node, folder, false));
     if (scene.characters.empty()) root.fail("has no characters");
     if (root.has("ground")) scene.ground = readGround(root.at("ground"), folder);

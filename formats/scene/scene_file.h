@@ -14,8 +14,8 @@
 namespace penumbra {
 
 constexpr FileFormat kSceneFormat{"penumbra.scene", 1};
-constexpr std::size_t kMostSceneCharacters = 10000;
-constexpr int kMostGroundResolution = 2048;
+constexpr std::size_t kMaxSceneCharacters = 10000;
+constexpr int kMaxGroundResolution = 2048;
 
 // What a character casts by: what its asset has, which is fields before spheres, or one of these, or nothing.
 enum class SceneCasts { kWhatItHas, kFields, kSpheres, kNothing };

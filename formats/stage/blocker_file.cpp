@@ -90,9 +90,9 @@ SphereBlockers readSpheres(const Hdf5Reader& in, std::size_t joints) {
     std::vector<hsize_t> shape{0};
     const std::vector<std::int64_t> joint = readIntegers(in, "/blockers/joint", shape, 0, std::int64_t(joints) - 1);
     const std::size_t count = joint.size();
-    if (count == 0 || count > kMostBlockers)
+    if (count == 0 || count > kMaxBlockers)
         throw InvalidInput(in.name + ": /blockers/joint: " + std::to_string(count) + " spheres; 1.." +
-                           std::to_string(kMostBlockers) + " are possible");
+                           std::to_string(kMaxBlockers) + " are possible");
     blockers.joints.assign(joint.begin(), joint.end());
     const std::vector<Vec3> centers = readVectors(in, "/blockers/center", count);
     const std::vector<float> radii = readExactly(in, "/blockers/radius", {count});

@@ -73,7 +73,7 @@ void readSkinOfFields(const Hdf5Reader& in, FieldFile& file) {
     checkUnique(in, "/skin/joint_names", file.joint_names);
     std::vector<hsize_t> shape{joints};
     const std::vector<std::int64_t> parts =
-        readIntegers(in, "/skin/part_of_joint", shape, 0, std::int64_t(kMostParts) - 1);
+        readIntegers(in, "/skin/part_of_joint", shape, 0, std::int64_t(kMaxParts) - 1);
     file.part_of_joint.assign(parts.begin(), parts.end());
 }
 
@@ -81,8 +81,8 @@ void readPlace(const Hdf5Reader& in, FieldFile& file) {
     const std::size_t parts = file.fields.parts.size();
     if (exists(in, "/shard")) {
         FieldShard shard;
-        shard.part_count = std::size_t(readIntegerAttribute(in, "/shard", "part_count", 1, kMostParts));
-        shard.first_part = std::size_t(readIntegerAttribute(in, "/shard", "first_part", 0, kMostParts));
+        shard.part_count = std::size_t(readIntegerAttribute(in, "/shard", "part_count", 1, kMaxParts));
+        shard.first_part = std::size_t(readIntegerAttribute(in, "/shard", "first_part", 0, kMaxParts));
         if (shard.first_part + parts > shard.part_count)
             throw InvalidInput(in.name + ": /shard attribute first_part: the parts end beyond part_count");
         file.shard = shard;

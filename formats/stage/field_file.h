@@ -14,7 +14,7 @@
 namespace penumbra {
 
 constexpr FileFormat kFieldsFormat{"penumbra.fields", 1};
-constexpr std::int32_t kMostFieldPoints = 1024;  // along one axis of a box
+constexpr std::int32_t kMaxFieldPoints = 1024;  // along one axis of a box
 
 // Where the parts of a shard belong: they are the parts first_part, first_part + 1, ... of part_count.
 struct FieldShard {

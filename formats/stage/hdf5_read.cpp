@@ -213,12 +213,12 @@ Hdf5Dataset openNumbers(const Hdf5Reader& in, const std::string& path, std::vect
 
 void cacheOneFrame(const Hdf5Reader& in, const std::string& path, Hdf5Dataset& dataset) {
     if (dataset.chunk.empty() || dataset.count() == 0) return;
-    constexpr std::size_t kMostBytes = std::size_t(256) << 20;
+    constexpr std::size_t kMaxNumberBytes = std::size_t(256) << 20;
     std::size_t bytes = dataset.half ? 2 : 4;
     for (std::size_t axis = 0; axis < dataset.shape.size(); ++axis) {
         const hsize_t chunk = dataset.chunk[axis];
         const hsize_t entries = axis == 0 ? chunk : (dataset.shape[axis] + chunk - 1) / chunk * chunk;
-        if (entries > kMostBytes / bytes) return;
+        if (entries > kMaxNumberBytes / bytes) return;
         bytes *= entries;
     }
     const Hdf5Handle access(H5Pcreate(H5P_DATASET_ACCESS), H5Pclose, dataset.label);

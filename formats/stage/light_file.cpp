@@ -69,10 +69,10 @@ double readError(const Hdf5Reader& in, const std::string& object, const std::str
 
 void requireLightNumbers(const Hdf5Reader& in, const char* dataset, std::span<const double> values) {
     for (const double value : values)
-        if (std::abs(value) > kMostLightNumber) {
+        if (std::abs(value) > kMaxLightNumber) {
             char numbers[80];
             std::snprintf(numbers, sizeof numbers, "holds %.3g; at most %.0e is allowed of a light", value,
-                          kMostLightNumber);
+                          kMaxLightNumber);
             throw InvalidInput(in.name + ": " + dataset + ": " + numbers);
         }
 }

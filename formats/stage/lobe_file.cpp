@@ -71,9 +71,9 @@ void readAxes(const Hdf5Reader& in, LobeModel& model) {
     std::vector<hsize_t> shape{model.mesh.vertexCount(), 0, 3};
     const std::vector<float> axes = readFloats(in, "/lobes/axes", shape);
     model.lobes = shape[1];
-    if (model.lobes < 1 || model.lobes > std::size_t(kMostLobes))
+    if (model.lobes < 1 || model.lobes > std::size_t(kMaxVisibilityLobes))
         throw InvalidInput(in.name + ": /lobes/axes: " + std::to_string(model.lobes) + " lobes, not 1.." +
-                           std::to_string(kMostLobes));
+                           std::to_string(kMaxVisibilityLobes));
     model.axes.resize(axes.size() / 3);
     std::copy(axes.begin(), axes.end(), floatsOf(model.axes).begin());
     for (const Vec3 axis : model.axes)

@@ -13,7 +13,7 @@
 namespace penumbra {
 
 constexpr FileFormat kLobesFormat{"penumbra.lobes", 1};
-constexpr int kMostLobes = 3;  // three jointly fitted lobes have as many numbers as SH of order 4
+constexpr int kMaxVisibilityLobes = 3;  // three jointly fitted lobes have as many numbers as SH of order 4
 
 // Visibility is that of convention B in the local frames of the vertices. The principal components of the joint angles
 // a, x = pose_basis (a - pose_mean), give the numbers of the lobes of a vertex, y = (x, 1) weights. Lobe c has 2 +

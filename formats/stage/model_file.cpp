@@ -325,7 +325,7 @@ void readComposition(const Hdf5Reader& in, Model& model) {
 void readIndirect(const Hdf5Reader& in, Model& model) {
     if (!exists(in, "/indirect")) return;
     IndirectModel indirect;
-    indirect.bounces = int(readIntegerAttribute(in, "/indirect", "bounces", 1, kMostBounces));
+    indirect.bounces = int(readIntegerAttribute(in, "/indirect", "bounces", 1, kMaxBounces));
     indirect.train_share = readNumberAttribute(in, "/indirect", "train_share");
     indirect.holdout_share = hasAttribute(in, "/indirect", "holdout_share")
                                  ? readNumberAttribute(in, "/indirect", "holdout_share")

@@ -88,9 +88,9 @@ namespace {
 
 // Larger lengths would overflow when a lookup squares them.
 void checkLengths(const Hdf5Reader& in, const std::string& dataset, std::span<const float> values, std::size_t parts) {
-    constexpr float kMostLength = 1e15f;
+    constexpr float kMaxLength = 1e15f;
     for (std::size_t i = 0; i < values.size(); ++i)
-        if (std::abs(values[i]) > kMostLength)
+        if (std::abs(values[i]) > kMaxLength)
             refuse(in, dataset, i / (values.size() / parts), "is farther than 1e15 from the origin");
 }
 
@@ -101,7 +101,7 @@ std::vector<FieldBox> readBoxes(const Hdf5Reader& in, std::size_t parts) {
     checkLengths(in, "/parts/box_low", low, parts);
     checkLengths(in, "/parts/box_high", high, parts);
     std::vector<hsize_t> shape{parts, kBoxes, 3};
-    const std::vector<std::int64_t> size = readIntegers(in, "/parts/box_size", shape, 2, kMostFieldPoints);
+    const std::vector<std::int64_t> size = readIntegers(in, "/parts/box_size", shape, 2, kMaxFieldPoints);
     std::vector<FieldBox> boxes(count);
     for (std::size_t i = 0; i < 3 * count; ++i) {
         FieldBox& box = boxes[i / 3];
@@ -126,9 +126,9 @@ std::vector<PartField> readParts(const Hdf5Reader& in, const PartJoints& joints)
     std::vector<hsize_t> shape{0};
     const std::vector<std::int64_t> joint = readIntegers(in, "/parts/joint", shape, 0, kStillJoint);
     const std::size_t count = shape[0];
-    if (count == 0 || count > kMostParts + kMostOccluders)
+    if (count == 0 || count > kMaxParts + kMaxOccluders)
         throw InvalidInput(in.name + ": /parts/joint: " + std::to_string(count) + " parts, not 1 to " +
-                           std::to_string(kMostParts + kMostOccluders));
+                           std::to_string(kMaxParts + kMaxOccluders));
     const std::vector<Vec3> centre = readVectors(in, "/parts/centre", count);
     const std::vector<float> radius = readExactly(in, "/parts/radius", {count});
     checkLengths(in, "/parts/centre", floatsOf(centre), count);

@@ -25,13 +25,13 @@ constexpr FileFormat kVisibilityFormat{"penumbra.visibility", 1};
 // vertex' part (formats/common/part_table.h). Without a skin all triangles of the mesh are local. The ground and
 // occluders never are.
 struct LocalMoments {
-    int order = 5;  // SH bands, kLeastLocalOrder..kMostLocalOrder
-    int steps = 2;  // 1..kMostLocalSteps
+    int order = 5;  // SH bands, kMinLocalOrder..kMaxLocalOrder
+    int steps = 2;  // 1..kMaxLocalSteps
 
     std::size_t coefficientCount() const { return std::size_t(order) * std::size_t(order); }
     bool operator==(const LocalMoments&) const = default;
 };
-constexpr int kLeastLocalOrder = 5, kMostLocalOrder = 6, kMostLocalSteps = 8;
+constexpr int kMinLocalOrder = 5, kMaxLocalOrder = 6, kMaxLocalSteps = 8;
 
 // What a file holds of each vertex and frame: V is the visibility of a direction s, N the normal.
 constexpr const char* kHemisphereVisibility = "hemisphere_visibility";  // integral over s.N >= 0 of V y_i
@@ -39,7 +39,7 @@ constexpr const char* kMirroredVisibility = "mirrored_visibility";      // of pr
 // t0_i, the integral over s.N >= 0 of V cos y_i, and with bounces the indirect transfer ("Light that
 // bounces" in docs/formulas.md).
 constexpr const char* kDiffuseTransfer = "diffuse_transfer";
-constexpr int kMostBounces = 16;
+constexpr int kMaxBounces = 16;
 
 // What a surface does with the light that reaches it, in linear RGB: it reflects `albedo` and lets `transmission`
 // through to its other side, both diffusely. Only two-sided meshes transmit.
@@ -58,7 +58,7 @@ struct VisibilityHeader {
     std::string quantity = kHemisphereVisibility;
     int rays = 0;  // directions above the horizon
     std::uint64_t seed = 0;
-    int bounces = 0;                    // of diffuse transfer: how often light is reflected, 0..kMostBounces; else 0
+    int bounces = 0;                    // of diffuse transfer: how often light is reflected, 0..kMaxBounces; else 0
     SurfaceColors colors;               // of diffuse transfer with bounces, else empty
     std::optional<LocalMoments> local;  // set when the file has local moments
     std::optional<float> ground_y;      // height of the ground plane that blocked rays, if there was one

@@ -104,8 +104,8 @@ std::vector<std::string> readInputNames(const Hdf5Reader& in) {
 
 LocalMoments readLocalMoments(const Hdf5Reader& in) {
     LocalMoments local;
-    local.steps = int(readIntegerAttribute(in, kLocal, "steps", 1, kMostLocalSteps));
-    local.order = int(readIntegerAttribute(in, kLocal, "order", kLeastLocalOrder, kMostLocalOrder));
+    local.steps = int(readIntegerAttribute(in, kLocal, "steps", 1, kMaxLocalSteps));
+    local.order = int(readIntegerAttribute(in, kLocal, "order", kMinLocalOrder, kMaxLocalOrder));
     return local;
 }
 
@@ -160,8 +160,8 @@ VisibilityHeader readVisibilityHeader(const Hdf5Reader& in) {
         throw Unsupported(in.name + ": attribute frame: \"" + frame + "\", not \"model\"");
     header.rays = int(readIntegerAttribute(in, "/", "rays", 0, INT32_MAX));
     header.seed = std::uint64_t(readIntegerAttribute(in, "/", "seed", 0, INT64_MAX));
-    header.bounces = int(
-        readIntegerAttribute(in, "/", "bounces", 0, header.quantity == kDiffuseTransfer ? kMostBounces : INT32_MAX));
+    header.bounces =
+        int(readIntegerAttribute(in, "/", "bounces", 0, header.quantity == kDiffuseTransfer ? kMaxBounces : INT32_MAX));
     if (hasAttribute(in, "/", "ground_y")) header.ground_y = float(readNumberAttribute(in, "/", "ground_y"));
     header.mesh = readMesh(in);
     const std::size_t vertices = header.mesh.vertexCount();

@@ -34,8 +34,7 @@ SceneDescription copiesOf(const SceneDescription& scene, int count) {
     }
     SceneGround& ground = out.ground.emplace(scene.ground.value_or(SceneGround()));
     const double size = ground.size + kCopySpacing * double(columns - 1);
-    ground.resolution =
-        int(std::min<double>(kMostGroundResolution, std::round(ground.resolution * size / ground.size)));
+    ground.resolution = int(std::min<double>(kMaxGroundResolution, std::round(ground.resolution * size / ground.size)));
     ground.size = size;
     ground.centre = {};
     return out;
@@ -114,13 +113,13 @@ double meanReached(const PosedScene& scene, const SceneFrames& frames) {
 }
 
 AnchorError anchorError(const PosedScene& scene, const SceneFrames& frames, int threads) {
-    constexpr std::size_t kMostMembers = 4;
+    constexpr std::size_t kMaxMembers = 4;
     std::array<float, kFarNumbers> weights;
     ambientWeights(Convention{BelowHorizon::kMirrored, kFieldOrder}, weights);
     AnchorError error;
     std::vector<float> anchored, each;
     std::size_t count = 0;
-    for (std::size_t m = 0; m < std::min(kMostMembers, frames.members().size()); ++m) {
+    for (std::size_t m = 0; m < std::min(kMaxMembers, frames.members().size()); ++m) {
         const FrameVertices& vertices = frames.members()[m];
         const CastReceivers receivers{vertices.positions, vertices.normals, vertices.tangents};
         const CasterChoice others{.except = scene.members()[m]->caster};

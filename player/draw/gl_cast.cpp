@@ -94,7 +94,7 @@ void GlCast::uploadFields(std::span<const GlCaster> casters) {
         if (!is_new) continue;
         const CompositionView& composition = *caster.evaluator->asset().model.composition;
         const std::size_t first = words.size(), count = fieldBlockWords(composition);
-        if (first + count > kMostFieldWords) throw Unsupported("the fields of the scene are too many for a GPU");
+        if (first + count > kMaxFieldWords) throw Unsupported("the fields of the scene are too many for a GPU");
         words.resize(first + count);
         writeFieldBlock(tables, composition, std::uint32_t(first), std::span(words).subspan(first));
     }

@@ -70,7 +70,7 @@ std::string sunDefine(const char* name, int value) {
 }  // namespace
 
 std::string sunGlsl() {
-    return sunDefine("MAX_SUNS", kMaxSunMaps) + sunDefine("MOST_MAPS", kMaxSunMaps * kMostNestedMaps) +
+    return sunDefine("MAX_SUNS", kMaxSunMaps) + sunDefine("MOST_MAPS", kMaxSunMaps * kMaxNestedMaps) +
            sunDefine("BIAS", kSunBias) + sunDefine("SLOPE_BIAS", kSunSlopeBias) +
            sunDefine("LEAST_COSINE", kSunLeastCosine) + sunDefine("BOX", kSunBox) + sunDefine("CELLS", kSunCells) +
            sunDefine("SEARCH_CELLS", kSunSearchCells) + sunDefine("PASSES", kSunPasses) +

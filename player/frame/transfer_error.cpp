@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kPaperOrder = 6;
 constexpr std::size_t kErrorPiece = 256;  // vertices of a task
-constexpr std::size_t kMostNumbers = coefficientCount(kMaxOrder);
+constexpr std::size_t kMaxNumbers = coefficientCount(kMaxOrder);
 
 int orderFor(const AssetView& asset, const AssetView& truth) {
     return asset.transfer ? asset.transfer->order : std::min(kPaperOrder, truth.truth.order - 1);
@@ -30,7 +30,7 @@ TransferError::TransferError(const AssetView& asset, const AssetView& truth)
 float TransferError::ofTransfer(const Shot& shot, std::span<const float> truth, std::size_t vertex,
                                 const FrameVertices& vertices) const {
     const auto n = std::size_t(coefficientCount(order_)), first = vertex * std::size_t(shot.asset->model.stride);
-    std::array<double, kMostNumbers> difference;
+    std::array<double, kMaxNumbers> difference;
     for (std::size_t c = 0; c < n; ++c) difference[c] = double(vertices.numbers[first + c]) - truth[first + c];
     const std::span<const double> d = std::span(difference).first(n);
     return float(norm_.squared(d, d, vertices.normals[vertex])[0]);
@@ -40,7 +40,7 @@ float TransferError::ofVisibility(const Shot& shot, std::size_t vertex, const Fr
     const ModelView& model = shot.asset->model;
     const auto n = std::size_t(coefficientCount(order_)), m = std::size_t(coefficientCount(model.convention.order));
     const auto size = std::size_t(model.convention.size()), stored = std::size_t(coefficientCount(order_ + 1));
-    std::array<float, kMostNumbers> moments, local, truth, coefficients;
+    std::array<float, kMaxNumbers> moments, local, truth, coefficients;
     // 1. The truth, in the local frame. Its transfer follows from its moments exactly.
     readTruth(*shot.truth, shot.truth_frame, shot.asset->mesh.shading_point[vertex],
               std::span(moments).first(std::size_t(coefficientCount(shot.truth->truth.order))));
@@ -51,7 +51,7 @@ float TransferError::ofVisibility(const Shot& shot, std::size_t vertex, const Fr
     // 2. The model's visibility, times the cosine.
     toCoefficients(model.convention, std::span(vertices.numbers).subspan(vertex * std::size_t(model.stride), size),
                    std::span(coefficients).first(m));
-    std::array<double, kMostNumbers> difference;
+    std::array<double, kMaxNumbers> difference;
     for (std::size_t i = 0; i < n; ++i) {
         double sum = 0;
         for (std::size_t j = 0; j < m; ++j) sum += transfer_of_[i * m + j] * coefficients[j];

@@ -168,8 +168,8 @@ GlObject makeComputeProgram(const std::string& source) {
 }
 
 void dispatchItems(std::size_t count, std::size_t group) {
-    constexpr std::size_t kMostGroups = 32768;
-    const std::size_t groups = (count + group - 1) / group, rows = (groups + kMostGroups - 1) / kMostGroups;
+    constexpr std::size_t kMaxDispatch = 32768;
+    const std::size_t groups = (count + group - 1) / group, rows = (groups + kMaxDispatch - 1) / kMaxDispatch;
     if (groups > 0) gl::DispatchCompute(GLuint((groups + rows - 1) / rows), GLuint(rows), 1);
 }
 

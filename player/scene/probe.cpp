@@ -135,8 +135,8 @@ private:
 
 // The points of one piece of work.
 struct ProbeBatch {
-    std::array<Vec3, kMostReceivers> positions, normals, tangents;
-    std::array<float, kMostReceivers * kFarNumbers> mirrored;
+    std::array<Vec3, kMaxReceivers> positions, normals, tangents;
+    std::array<float, kMaxReceivers * kFarNumbers> mirrored;
     std::size_t count = 0;
 
     explicit ProbeBatch(std::span<const ProbePoint> points) : count(points.size()) {
@@ -151,7 +151,7 @@ struct ProbeBatch {
     }
     // What a ground with heights hides as well.
     void shadow(const SceneField& field) {
-        std::array<float, kMostReceivers * kFarNumbers> others;
+        std::array<float, kMaxReceivers * kFarNumbers> others;
         field.visibleFrom(receivers(), others);
         fastestFarPath().compose(productConstants(kFieldOrder), others.data(), nullptr, count, kFarNumbers,
                                  mirrored.data());
@@ -214,8 +214,8 @@ std::vector<ProbeValue> probe(const PosedScene& scene, std::span<const ProbePoin
     const std::span<const ProbePoint> points = moved;
     const Integrals integrals(scene, suns);
     std::vector<ProbeValue> values(points.size());
-    parallelFor((points.size() + kMostReceivers - 1) / kMostReceivers, threads, [&](std::size_t piece) {
-        const std::size_t first = piece * kMostReceivers, count = std::min(kMostReceivers, points.size() - first);
+    parallelFor((points.size() + kMaxReceivers - 1) / kMaxReceivers, threads, [&](std::size_t piece) {
+        const std::size_t first = piece * kMaxReceivers, count = std::min(kMaxReceivers, points.size() - first);
         ProbeBatch batch(points.subspan(first, count));
         const std::span<ProbeValue> out = std::span(values).subspan(first, count);
         if (scene.castWay().mode == CastMode::kProduct) {

@@ -16,7 +16,7 @@ namespace {
 
 // rms of the corners' a - b - c + d, up to which a fan about the middle may show a smooth block. The fan is a 16th of
 // it off at most.
-constexpr float kMostTwist = 0.012f;
+constexpr float kMaxTwist = 0.012f;
 
 // Draws smooth blocks with fewer triangles.
 class Fans {
@@ -52,7 +52,7 @@ private:
             bc[n] = b[n] + c[n];
         }
         return block.high[0] - block.low[0] > 1 && block.high[1] - block.low[1] > 1 &&
-               castRowsApart(ad, bc) <= kMostTwist;
+               castRowsApart(ad, bc) <= kMaxTwist;
     }
 
     void addSquares(const CastBlock& block) {

@@ -9,9 +9,9 @@
 // The layout has a vertex and the spacing for each anchor, then for each vertex its 4 anchors and their weights.
 layout(std430, binding = 5) readonly buffer CastLayout { uint cast_layout[]; };
 
-const uint kSpheresAt = 36u, kCountAt = 61u, kNearAt = 62u, kMostNear = ANCHOR_WORDS - kNearAt, kTooMany = 0xffffffffu;
+const uint kSpheresAt = 36u, kCountAt = 61u, kNearAt = 62u, kMaxNear = ANCHOR_WORDS - kNearAt, kTooMany = 0xffffffffu;
 const uint kIndexBits = 17u, kIndexMask = (1u << kIndexBits) - 1u;
-const float kMostWeight = 32767.0;
+const float kMaxWeight = 32767.0;
 
 uniform uint vertex_count, anchor_count;
 
@@ -26,7 +26,7 @@ float castNearness(vec4 sphere, vec3 position, float spacing) {
 
 void castList(uint at, int index, float near, inout uint found) {
     if (near <= 0.0) return;
-    if (found < kMostNear) cast_anchors[at + kNearAt + found] = uint(index) | uint(near * kMostWeight + 0.5) << kIndexBits;
+    if (found < kMaxNear) cast_anchors[at + kNearAt + found] = uint(index) | uint(near * kMaxWeight + 0.5) << kIndexBits;
     ++found;
 }
 
@@ -61,7 +61,7 @@ void castAnchor(vec3 position, vec3 normal, float spacing, ivec4 own, uint at) {
     }
     for (uint j = 0u; j < 25u; ++j) cast_anchors[at + kSpheresAt + j] = floatBitsToUint(logarithm[j]);
 #endif
-    cast_anchors[at + kCountAt] = found > kMostNear ? kTooMany : found;
+    cast_anchors[at + kCountAt] = found > kMaxNear ? kTooMany : found;
 }
 #else
 layout(std430, binding = 6) readonly buffer CastAnchors { uint cast_anchors[]; };
@@ -111,7 +111,7 @@ bool castNext(inout CastWalk walk, ivec2 own, int end, out int index, out float 
         if (walk.at[k] >= walk.end[k]) continue;
         uint word = cast_anchors[walk.at[k]];
         if ((word & kIndexMask) != first) continue;
-        share += walk.weight[k] * float(word >> kIndexBits) / kMostWeight;
+        share += walk.weight[k] * float(word >> kIndexBits) / kMaxWeight;
         ++walk.at[k];
     }
     share = clamp(share, 0.0, 1.0);

@@ -145,7 +145,7 @@ void brush(ViewState& state, const ViewContents& contents, bool) {
 template <bool kMore>
 void otherBrush(ViewState& state, const ViewContents&, bool strength) {
     double& size = strength ? state.brush.strength : state.brush.radius;
-    size = std::clamp(kMore ? size * 1.25 : size / 1.25, kLeastBrush, kMostBrush);
+    size = std::clamp(kMore ? size * 1.25 : size / 1.25, kMinBrush, kMaxBrush);
 }
 void quit(ViewState& state, const ViewContents&, bool) { state.quit = true; }
 void screenshot(ViewState& state, const ViewContents&, bool shift) {

@@ -36,7 +36,7 @@ OverField overField(const GroundHeights& heights, Vec3d origin, Vec3d way) {
 }  // namespace
 
 std::optional<Vec3d> pointOnField(const GroundHeights& heights, Vec3d origin, Vec3d way) {
-    constexpr int kMostSteps = 8192, kHalvings = 30;
+    constexpr int kMaxStrokeSteps = 8192, kHalvings = 30;
     const HeightGrid& grid = heights.field().grid();
     const OverField over = overField(heights, origin, way);
     if (!(over.first <= over.last)) return std::nullopt;
@@ -47,7 +47,7 @@ std::optional<Vec3d> pointOnField(const GroundHeights& heights, Vec3d origin, Ve
     // Half a point at a time, then halves of the step that goes below the field.
     const double across = std::max(std::abs(way.x) / double(grid.cell_y), std::abs(way.z) / double(grid.cell_x));
     const double step =
-        std::max(across > 0 ? 0.5 / across : over.last - over.first, (over.last - over.first) / kMostSteps);
+        std::max(across > 0 ? 0.5 / across : over.last - over.first, (over.last - over.first) / kMaxStrokeSteps);
     if (above(over.first) < 0) return std::nullopt;
     for (double t = over.first; t <= over.last; t += step) {
         double high = t, low = std::min(t + step, over.last);

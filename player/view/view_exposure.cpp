@@ -20,7 +20,7 @@ bool showsShadedColors(const Scene& scene, const ViewState& state) {
 }
 
 void fixExposure(ViewState& state, float exposure) {
-    state.display.exposure = std::clamp(exposure, kLeastExposure, kMostExposure);
+    state.display.exposure = std::clamp(exposure, kMinExposure, kMaxExposure);
     state.automatic_exposure = false;
 }
 

@@ -67,13 +67,13 @@ ViewSettings parseSettings(const Json& json, std::string& problem) {
     ViewSettings settings;
     FieldReader read(problem);
     if (const Json* window = read.object(json, "window")) {
-        read.number(*window, "width", kLeastWidth, kMostWidth, settings.window.width);
-        read.number(*window, "height", kLeastHeight, kMostHeight, settings.window.height);
+        read.number(*window, "width", kMinWidth, kMaxWidth, settings.window.width);
+        read.number(*window, "height", kMinHeight, kMaxHeight, settings.window.height);
         read.number(*window, "x", -32768, 32767, settings.window.x);  // what X11 has
         read.number(*window, "y", -32768, 32767, settings.window.y);
     }
     std::optional<float> exposure;
-    read.number(json, "exposure", double(kLeastExposure), double(kMostExposure), exposure);
+    read.number(json, "exposure", double(kMinExposure), double(kMaxExposure), exposure);
     settings.automatic_exposure = !exposure;
     if (exposure) settings.display.exposure = *exposure;
     read.number(json, "tone_map", 0, 2, settings.display.tone_map);

@@ -59,7 +59,7 @@ struct GroundBrush {
     bool on = false;
     double radius = 0.5, strength = 0.5;  // metres; metres a second in its middle
 };
-constexpr double kLeastBrush = 0.01, kMostBrush = 1e4;  // of both
+constexpr double kMinBrush = 0.01, kMaxBrush = 1e4;  // of both
 // What it does in a frame, in the scene: strokeHeights() has the shape.
 struct GroundStroke {
     Vec3 at;

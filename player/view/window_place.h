@@ -6,7 +6,7 @@
 namespace penumbra {
 
 // Sizes of a window in units of 1/96 inch. The least leaves the picture 190 x 200 beside the panels.
-constexpr int kLeastWidth = 480, kLeastHeight = 320, kMostWidth = 16384, kMostHeight = 16384;
+constexpr int kMinWidth = 480, kMinHeight = 320, kMaxWidth = 16384, kMaxHeight = 16384;
 
 struct WindowPlace {
     int width = 1280, height = 800;  // units of 1/96 inch

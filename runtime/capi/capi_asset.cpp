@@ -68,7 +68,7 @@ Evaluator AssetData::restPose() const {
 
 namespace {
 
-constexpr std::size_t kMostAssetBytes = std::size_t(1) << 31;  // no FlatBuffers buffer is larger
+constexpr std::size_t kMaxAssetBytes = std::size_t(1) << 31;  // no FlatBuffers buffer is larger
 
 // Finds for every shading point of a deforming mesh its vertex and its first source vertex. The loop over source
 // vertices goes backwards, so that the first one stays.
@@ -203,7 +203,7 @@ penumbra_status penumbra_asset_open_memory(const void* bytes, size_t size, penum
             throw UsageError("ownership is neither PENUMBRA_BORROW nor PENUMBRA_COPY");
         if (ownership == PENUMBRA_BORROW && reinterpret_cast<std::uintptr_t>(bytes) % 16 != 0)
             throw UsageError("bytes to be read in place must begin at a multiple of 16");
-        if (size > kMostAssetBytes)
+        if (size > kMaxAssetBytes)
             throw InvalidInput("asset: " + std::to_string(size) + " bytes are more than an asset can have");
         const auto data = std::make_shared<AssetData>();
         const auto* begin = static_cast<const std::byte*>(bytes);

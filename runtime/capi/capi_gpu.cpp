@@ -35,11 +35,11 @@ const CompositionView& compositionOf(const penumbra_asset& asset) { return *asse
 // Fields can be read at `first_word` of a buffer.
 void requireFields(const penumbra_asset& asset, std::size_t first_word) {
     if (!hasFields(asset)) throw Unsupported(asset.data->view.name + ": has no fields of parts");
-    if (first_word % 4 != 0 || first_word >= kMostFieldWords ||
-        fieldBlockWords(compositionOf(asset)) > kMostFieldWords - first_word)
+    if (first_word % 4 != 0 || first_word >= kMaxFieldWords ||
+        fieldBlockWords(compositionOf(asset)) > kMaxFieldWords - first_word)
         throw UsageError("first_word is " + std::to_string(first_word) +
                          ", it must be a multiple of 4 with room for the fields below " +
-                         std::to_string(kMostFieldWords));
+                         std::to_string(kMaxFieldWords));
 }
 
 }  // namespace

@@ -16,7 +16,7 @@ HeightGrid gridOf(const penumbra_heights_options& options) {
     if (int(options.border) < 0 || int(options.border) > PENUMBRA_BORDER_OPEN)
         throw UsageError("border is no penumbra_height_border");
     for (const auto& [name, side] : {std::pair{"rows", options.rows}, {"columns", options.columns}})
-        if (side > std::size_t(kMostHeightSide)) throw UsageError(std::string(name) + " is more than 65536");
+        if (side > std::size_t(kMaxHeightSide)) throw UsageError(std::string(name) + " is more than 65536");
     constexpr HeightBorder kBorders[] = {HeightBorder::kClamped, HeightBorder::kPeriodic, HeightBorder::kOpen};
     const HeightGrid grid{int(options.rows), int(options.columns), options.cell_z, options.cell_x,
                           kBorders[options.border]};
@@ -26,7 +26,7 @@ HeightGrid gridOf(const penumbra_heights_options& options) {
 
 void requireHeights(std::span<const float> heights) {
     for (std::size_t i = 0; i < heights.size(); ++i)
-        if (!(std::abs(heights[i]) <= kMostElevation))
+        if (!(std::abs(heights[i]) <= kMaxElevation))
             throw UsageError("heights[" + std::to_string(i) + "] is not finite or beyond 1e7");
 }
 
@@ -41,8 +41,8 @@ void requirePoints(const penumbra_heights& field, std::size_t first, std::size_t
 // One row of points, or a part of one.
 void writePoints(const penumbra_heights& field, int row, int first, std::size_t count, const HeightRefined& refined,
                  float* positions, float* normals, float* tangents, float* numbers) {
-    std::array<Vec3, HeightVisibility::kMostPoints> n, t;
-    std::array<float, HeightVisibility::kMostPoints * PENUMBRA_HEIGHTS_STRIDE> own;
+    std::array<Vec3, HeightVisibility::kMaxPoints> n, t;
+    std::array<float, HeightVisibility::kMaxPoints * PENUMBRA_HEIGHTS_STRIDE> own;
     const std::span<Vec3> some_n = std::span(n).first(count), some_t = std::span(t).first(count);
     const HeightGrid& grid = field.field.grid();
     const std::size_t at = std::size_t(row) * std::size_t(grid.columns) + std::size_t(first);
@@ -75,9 +75,9 @@ penumbra_status penumbra_heights_create(const penumbra_heights_options* options,
         requirePointer(field, "field");
         const HeightGrid grid = gridOf(*options);
         requireFinite("corner", {options->corner, 3});
-        const int order = options->order == 0 ? kMostHeightOrder : options->order,
+        const int order = options->order == 0 ? kMaxHeightOrder : options->order,
                   step = options->step == 0 ? 4 : options->step;
-        if (order < kLeastHeightOrder || order > kMostHeightOrder) throw UsageError("order is neither 0, 4 nor 5");
+        if (order < kMinHeightOrder || order > kMaxHeightOrder) throw UsageError("order is neither 0, 4 nor 5");
         if (step < 1 || step > 8 || (step & (step - 1))) throw UsageError("step is none of 0, 1, 2, 4 and 8");
         requireHeights({heights, grid.size()});
         const HeightField made(grid, {heights, grid.size()});
@@ -99,7 +99,7 @@ void penumbra_heights_destroy(penumbra_heights* field) { delete field; }
 penumbra_status penumbra_heights_set_tolerance(penumbra_heights* field, float tolerance, penumbra_error* error) {
     return guarded(error, [&] {
         requirePointer(field, "field");
-        if (!(tolerance >= 0 && tolerance <= kMostHeightTolerance)) throw UsageError("tolerance is not in 0..1");
+        if (!(tolerance >= 0 && tolerance <= kMaxHeightTolerance)) throw UsageError("tolerance is not in 0..1");
         field->visibility.setTolerance(tolerance);
     });
 }
@@ -161,9 +161,9 @@ penumbra_status penumbra_heights_cast(const penumbra_heights* field, const penum
         requirePoints(*field, first, count, positions, normals, tangents);
         requirePointer(numbers, "numbers");
         const std::size_t all = field->field.grid().size();
-        std::array<float, kMostReceivers * kFarNumbers> mirrored;
-        for (std::size_t at = first; at < first + count; at += kMostReceivers) {
-            const std::size_t n = std::min(kMostReceivers, first + count - at);
+        std::array<float, kMaxReceivers * kFarNumbers> mirrored;
+        for (std::size_t at = first; at < first + count; at += kMaxReceivers) {
+            const std::size_t n = std::min(kMaxReceivers, first + count - at);
             const std::span<float> used = std::span(mirrored).first(n * kFarNumbers);
             const CastReceivers some{vectors(positions, all).subspan(at, n), vectors(normals, all).subspan(at, n),
                                      vectors(tangents, all).subspan(at, n)};
@@ -196,10 +196,10 @@ penumbra_status penumbra_heights_shadow_bounced(const penumbra_heights* field, c
         const auto stride = std::size_t(character->asset->view.model.stride);
         const Affine placed = rigidOf(to_scene);
         const Mat3 turn = placed.linear();
-        std::array<Vec3, kMostReceivers> positions, normals, tangents;
-        std::array<float, kMostReceivers * kFarNumbers> mirrored;
-        for (std::size_t at = first_vertex; at < first_vertex + vertex_count; at += kMostReceivers) {
-            const std::size_t n = std::min(kMostReceivers, first_vertex + vertex_count - at);
+        std::array<Vec3, kMaxReceivers> positions, normals, tangents;
+        std::array<float, kMaxReceivers * kFarNumbers> mirrored;
+        for (std::size_t at = first_vertex; at < first_vertex + vertex_count; at += kMaxReceivers) {
+            const std::size_t n = std::min(kMaxReceivers, first_vertex + vertex_count - at);
             evaluator.skin(at, {positions.data(), n}, {normals.data(), n}, {tangents.data(), n});
             for (std::size_t i = 0; i < n; ++i) {
                 positions[i] = placed.point(positions[i]);

@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kTransferOrder = 5;
 constexpr std::size_t kTransferNumbers = kTransferOrder * kTransferOrder;
-constexpr std::size_t kMostCasters = 65535;
+constexpr std::size_t kMaxCasters = 65535;
 
 void requireCaster(const penumbra_scene& scene, std::size_t except) {
     if (except != PENUMBRA_NONE) requireIndex("except", except, scene.evaluators.size());
@@ -23,10 +23,10 @@ void requireCaster(const penumbra_scene& scene, std::size_t except) {
 
 CasterChoice allBut(std::size_t except) { return {.except = except == PENUMBRA_NONE ? kNobody : except}; }
 
-// Up to kMostReceivers points, and what they see.
+// Up to kMaxReceivers points, and what they see.
 struct CastBatch {
-    std::array<Vec3, kMostReceivers> positions, normals, tangents;
-    std::array<float, kMostReceivers * kFarNumbers> mirrored;
+    std::array<Vec3, kMaxReceivers> positions, normals, tangents;
+    std::array<float, kMaxReceivers * kFarNumbers> mirrored;
 
     std::size_t evaluate(const CastShadow& cast, CasterChoice choice, std::size_t count) {
         return cast.evaluate({{positions.data(), count}, {normals.data(), count}, {tangents.data(), count}}, choice,
@@ -76,7 +76,7 @@ penumbra_status penumbra_scene_create(const penumbra_asset* const* assets, size_
     return guarded(error, [&] {
         requirePointer(scene, "scene");
         if (caster_count > 0) requirePointer(assets, "assets");
-        if (caster_count > kMostCasters)  // each has a part or a sphere
+        if (caster_count > kMaxCasters)  // each has a part or a sphere
             throw Unsupported("the casters of a scene have more than 65535 parts or spheres");
         auto made = std::make_unique<penumbra_scene>();
         for (std::size_t i = 0; i < caster_count; ++i) {
@@ -181,8 +181,8 @@ penumbra_status penumbra_scene_probe(const penumbra_scene* scene, size_t except,
         std::array<float, kFarNumbers> weights;
         ambientWeights({BelowHorizon::kMirrored, kFieldOrder}, weights);
         CastBatch batch;
-        for (std::size_t first = 0; first < count; first += kMostReceivers) {
-            const std::size_t n = std::min(kMostReceivers, count - first);
+        for (std::size_t first = 0; first < count; first += kMaxReceivers) {
+            const std::size_t n = std::min(kMaxReceivers, count - first);
             for (std::size_t i = 0; i < n; ++i) {
                 batch.positions[i] = vectors(positions, count)[first + i];
                 batch.normals[i] = vectors(normals, count)[first + i];

@@ -10,7 +10,7 @@ namespace penumbra {
 
 namespace {
 
-constexpr std::size_t kMostAssets = 65535, kMostMaterials = 65535;
+constexpr std::size_t kMaxSlotAssets = 65535, kMaxSlotMaterials = 65535;
 
 ShadingChoice choiceOf(const penumbra_shading_options& options) {
     if (options.reflectance != PENUMBRA_SLICES && options.reflectance != PENUMBRA_OPERATORS)
@@ -105,7 +105,7 @@ penumbra_status penumbra_shading_create(const penumbra_asset* asset, const penum
     return guarded(error, [&] {
         requirePointer(shading, "shading");
         if (more_count > 0) requirePointer(more, "more");
-        if (more_count > kMostAssets) throw Unsupported("there are more than 65535 assets");
+        if (more_count > kMaxSlotAssets) throw Unsupported("there are more than 65535 assets");
         const penumbra_shading_options chosen = options ? *options : penumbra_shading_options{};
         const ShadingChoice choice = choiceOf(chosen);
         auto made = std::make_unique<penumbra_shading>();
@@ -115,7 +115,7 @@ penumbra_status penumbra_shading_create(const penumbra_asset* asset, const penum
         AssetView& view = made->view;
         if (!view.hasCharacter()) throw Unsupported(view.name + ": has no model");
         if (view.materials.empty()) throw Unsupported(view.name + ": there is no material");
-        if (view.materials.size() > kMostMaterials) throw Unsupported("there are more than 65535 materials");
+        if (view.materials.size() > kMaxSlotMaterials) throw Unsupported("there are more than 65535 materials");
         if (view.lights.empty()) throw Unsupported(view.name + ": there is no light");
         view.slot_material.resize(std::max<std::size_t>(1, view.mesh.slots.size()));
         if (view.transfer && choice != ShadingChoice())

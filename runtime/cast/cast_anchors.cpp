@@ -56,12 +56,12 @@ CastReceivers blockOf(const CastReceivers& receivers, std::size_t first, std::si
 // Adds up the parts, as many at a time as the kernel takes.
 void CastShadow::sumFields(const CastRun& run, std::span<const std::uint16_t> parts, std::span<float> values) const {
     const std::size_t wide = anchorStride(parts.size());
-    std::array<float, kMostReceivers * anchorStride(kMostAnchorParts)> some;
-    for (std::size_t part = 0; part < parts.size(); part += kMostAnchorParts) {
-        const std::size_t count = std::min(kMostAnchorParts, parts.size() - part), stride = anchorStride(count);
+    std::array<float, kMaxReceivers * anchorStride(kMaxAnchorParts)> some;
+    for (std::size_t part = 0; part < parts.size(); part += kMaxAnchorParts) {
+        const std::size_t count = std::min(kMaxAnchorParts, parts.size() - part), stride = anchorStride(count);
         const FarScene scene{tables_.data(), posed_.data(), parts.data() + part, count, run.spacing};
-        for (std::size_t first = 0; first < run.anchors.positions.size(); first += kMostReceivers) {
-            const std::size_t n = std::min(kMostReceivers, run.anchors.positions.size() - first);
+        for (std::size_t first = 0; first < run.anchors.positions.size(); first += kMaxReceivers) {
+            const std::size_t n = std::min(kMaxReceivers, run.anchors.positions.size() - first);
             const Vec3* normals = run.anchors.normals.data() + first;
             fastestFarPath().anchors(*constants_, scene, {run.anchors.positions.data() + first, normals, normals, n},
                                      some.data());
@@ -103,12 +103,12 @@ std::size_t CastShadow::evaluateRun(const CastRun& run, CasterChoice choice, std
         near_spheres.clear();
         for (const std::size_t i : spheres.near) near_spheres.push_back(found.spheres[i]);
     }
-    if (std::max(has_fields ? near_parts.size() : 0, has_spheres ? near_spheres.size() : 0) > kMostNearParts)
+    if (std::max(has_fields ? near_parts.size() : 0, has_spheres ? near_spheres.size() : 0) > kMaxNearParts)
         return evaluate(run.vertices, choice, out);
     // 2. The vertices.
-    std::array<float, kMostReceivers * kFarNumbers> by_spheres;
-    for (std::size_t first = 0; first < count; first += kMostReceivers) {
-        const std::size_t n = std::min(kMostReceivers, count - first);
+    std::array<float, kMaxReceivers * kFarNumbers> by_spheres;
+    for (std::size_t first = 0; first < count; first += kMaxReceivers) {
+        const std::size_t n = std::min(kMaxReceivers, count - first);
         const CastReceivers block = blockOf(run.vertices, first, n);
         const std::span<float> rows = out.subspan(first * kFarNumbers, n * kFarNumbers);
         if (has_fields) castFields(block, near_parts, fields.view(run, first), rows);

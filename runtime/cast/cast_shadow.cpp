@@ -196,7 +196,7 @@ void CastShadow::mirrorSpheres(const CastReceivers& receivers, const Found& foun
 
 void CastShadow::castSpheres(const CastReceivers& receivers, const Found& found, std::span<float> rows) const {
     if (found.parts.empty()) return mirrorSpheres(receivers, found, rows);
-    std::array<float, kMostReceivers * kFarNumbers> by_spheres;
+    std::array<float, kMaxReceivers * kFarNumbers> by_spheres;
     const std::span<float> factor = std::span(by_spheres).first(rows.size());
     mirrorSpheres(receivers, found, factor);
     multiplyBySpheres(factor, rows);
@@ -218,8 +218,8 @@ std::size_t CastShadow::evaluate(const CastReceivers& receivers, CasterChoice ch
     assert(out.size() == count * kFarNumbers);
     thread_local Found found;  // keeps its room
     std::size_t seen = 0;
-    for (std::size_t first = 0; first < count; first += kMostReceivers) {
-        const std::size_t n = std::min(kMostReceivers, count - first);
+    for (std::size_t first = 0; first < count; first += kMaxReceivers) {
+        const std::size_t n = std::min(kMaxReceivers, count - first);
         const CastReceivers block{receivers.positions.subspan(first, n), receivers.normals.subspan(first, n),
                                   receivers.tangents.subspan(first, n)};
         findParts(sphereAround(block.positions), choice, found);

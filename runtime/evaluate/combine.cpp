@@ -105,9 +105,9 @@ float packWeights(std::span<const float> weights, std::span<std::uint32_t> pairs
         most = std::max(most, std::abs(w));
         sum += std::abs(w);
     }
-    constexpr float kMostSum = 16e6f;  // times 128 this is below 2^31
+    constexpr float kMaxSum = 16e6f;  // times 128 this is below 2^31
     // The unit is fine enough that the largest weight uses all 16 bits, unless the 32-bit sum could overflow then.
-    const float unit = std::max(most / 32767, sum / kMostSum);
+    const float unit = std::max(most / 32767, sum / kMaxSum);
     const auto rounded = [&](std::size_t k) {
         return k < weights.size() && unit > 0 ? std::uint32_t(std::lrint(weights[k] / unit)) & 0xffffu : 0u;
     };

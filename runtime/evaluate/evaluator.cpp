@@ -292,7 +292,7 @@ namespace {
 
 // Skinned vertices, as many as the kernel takes at once.
 struct FarBatch {
-    std::array<Vec3, kMostReceivers> positions, normals, tangents;
+    std::array<Vec3, kMaxReceivers> positions, normals, tangents;
     std::size_t count = 0;
 
     void add(const Receiver& vertex) {
@@ -315,17 +315,17 @@ void Evaluator::evaluateRun(const FarRun& run, std::size_t cluster, std::span<fl
     FarAnchors anchors;
     anchors.stride = anchorStride(parts.size());
     if (run.anchor_count > 0) anchors.values = anchors_.data() + run.first_value;
-    for (std::size_t first = 0; first < run.anchor_count; first += kMostReceivers) {
+    for (std::size_t first = 0; first < run.anchor_count; first += kMaxReceivers) {
         FarBatch batch;
-        for (std::size_t a = first; a < std::min<std::size_t>(run.anchor_count, first + kMostReceivers); ++a)
+        for (std::size_t a = first; a < std::min<std::size_t>(run.anchor_count, first + kMaxReceivers); ++a)
             batch.add(skinned(layout.anchors[run.first_anchor + a], cluster));
         path_.far->anchors(constants, scene, batch.view(), anchors_.data() + run.first_value + first * anchors.stride);
     }
     // 2. The vertices.
-    std::array<float, kMostReceivers * kFarNumbers> out;
-    for (std::size_t first = run.first; first < run.first + run.count; first += kMostReceivers) {
+    std::array<float, kMaxReceivers * kFarNumbers> out;
+    for (std::size_t first = run.first; first < run.first + run.count; first += kMaxReceivers) {
         FarBatch batch;
-        const std::size_t end = std::min<std::size_t>(run.first + run.count, first + kMostReceivers);
+        const std::size_t end = std::min<std::size_t>(run.first + run.count, first + kMaxReceivers);
         for (std::size_t r = first; r < end; ++r) batch.add(skinned(layout.receivers[r], cluster));
         anchors.anchor = layout.anchor.data() + first * kAnchorsOfReceiver;
         anchors.weight = layout.weight.data() + first * kAnchorsOfReceiver;

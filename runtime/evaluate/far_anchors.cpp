@@ -32,7 +32,7 @@ constexpr std::size_t kVerticesOfCoarseAnchor = 4;
 // A part with no more vertices has no anchors, nor one that sees no more far parts.
 constexpr std::size_t kFewVertices = 64, kFewParts = 3;
 // A larger cluster has no anchors for casts: choosing them takes time that grows with the square of its vertices.
-constexpr std::uint32_t kMostVertices = 50000;
+constexpr std::uint32_t kMaxVertices = 50000;
 // The difference of opposite normals counts as this share of the part's diagonal.
 constexpr float kNormalShare = 0.4f;
 // Of the weights: larger ones spread them more evenly and follow linear functions less.
@@ -266,7 +266,7 @@ FarTables makeFarTables(const CompositionView& composition, int order) {
 
 FarLayout makeFarLayout(const AssetView& asset, const std::vector<std::size_t>& part_counts, FarQuality quality) {
     std::vector<bool> wanted;
-    for (const std::size_t count : part_counts) wanted.push_back(count > kFewParts && count <= kMostAnchorParts);
+    for (const std::size_t count : part_counts) wanted.push_back(count > kFewParts && count <= kMaxAnchorParts);
     return layOut(asset, asset.model.composition->part_of_vertex, part_counts, wanted,
                   kAnchorCount[std::size_t(quality)]);
 }
@@ -278,7 +278,7 @@ FarLayout makeCastLayout(const AssetView& asset) {
     for (std::size_t c = 0; c < clusters; ++c) {
         const ClusterView& cluster = asset.model.clusters[c];
         std::fill_n(cluster_of.begin() + cluster.first_vertex, cluster.vertex_count, std::uint16_t(c));
-        wanted.push_back(cluster.vertex_count <= kMostVertices);
+        wanted.push_back(cluster.vertex_count <= kMaxVertices);
     }
     return layOut(asset, cluster_of, std::vector<std::size_t>(clusters), wanted, kCastAnchorCount);
 }

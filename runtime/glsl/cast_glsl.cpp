@@ -69,7 +69,7 @@ bool penumbra_see_sphere(vec4 sphere, vec3 position, out vec3 direction, out flo
 )";
 
 std::string sightGlsl() {
-    const double half_sine = std::sin(kMostCapAngle / 2);
+    const double half_sine = std::sin(kMaxCapAngle / 2);
     return std::string(kSphereSight) + "    weight = clamp((half_ratio * half_ratio - " +
            glslFloat(double(kSphereFade.least)) + ") * " +
            glslFloat(1 / (double(kSphereFade.full) - double(kSphereFade.least))) + R"(, 0.0, 1.0);

@@ -351,7 +351,7 @@ std::string fieldConstantsGlsl(const FarConstants& constants) {
                        constantGlsl("blocked_full", constants.blocked[1]) + constantGlsl("dark", constants.dark) +
                        constantGlsl("overlap", constants.overlap) + constantGlsl("solid", constants.solid) +
                        "const float penumbra_sphere_scales[4] = float[4](";
-    for (std::size_t i = 0; i < kMostSpheres; ++i)
+    for (std::size_t i = 0; i < kMaxSpheres; ++i)
         text += (i > 0 ? ", " : "") + glslFloat(double(constants.sphere_scales[i]));
     return text + ");\n";
 }

@@ -39,7 +39,7 @@ std::size_t fieldBlockWords(const CompositionView& composition);
 void writeFieldBlock(const FarTables& tables, const CompositionView& composition, std::uint32_t first_word,
                      std::span<std::uint32_t> out);
 // A float that tells where a part's words begin is exact up to here.
-constexpr std::uint32_t kMostFieldWords = 1u << 26;
+constexpr std::uint32_t kMaxFieldWords = 1u << 26;
 
 // A part in a pose: 7 rows of 4 floats. Rows 0..2 take a point of the frame that `placement`, a rotation and a
 // translation, leads to from the model frame, to the part's rest frame. Rows 3..5 are the rotation from the rest frame

@@ -283,7 +283,7 @@ inline void turnIndirect(const LaneFrames& q, const Lanes* n, Lanes* out) {
 // Adds the light that bounces to the radiance of one block, before the colour of the material.
 inline void addBounced(const ShadeMaterial& material, const ShadeInput& in, std::size_t first, std::size_t end,
                        const Block& block, Lanes* radiance) {
-    constexpr float kPi = 3.14159265f, kLeastHidden = 0.01f;  // below it the light fades out
+    constexpr float kPi = 3.14159265f, kMinHidden = 0.01f;  // below it the light fades out
     Lanes n[kIndirectNumbers], turned[kBouncedLight], light[3] = {};
     for (std::size_t lane = 0; lane < kShadeLanes; ++lane) {
         const float* numbers = in.indirect + vertexOf(in, first, end, lane) * kIndirectStride;
@@ -299,7 +299,7 @@ inline void addBounced(const ShadeMaterial& material, const ShadeInput& in, std:
     }
     Lanes hidden = block.v[0] * 0.0f + 1.0f;
     for (int j = 0; j < in.size; ++j) hidden -= in.ambient[j] * block.v[j];
-    raiseTo(kLeastHidden, hidden);
+    raiseTo(kMinHidden, hidden);
     const Lanes scale = 1 / (kPi * hidden);
     for (std::size_t c = 0; c < 3; ++c) {
         raiseTo(0, light[c]);

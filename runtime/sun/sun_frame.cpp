@@ -9,7 +9,7 @@ namespace penumbra {
 namespace {
 
 constexpr double kTexelSteps = 8;       // of the texel's side, an octave
-constexpr double kLeastTexel = 1e-6;    // relative to the coordinates, which are floats
+constexpr double kMinTexel = 1e-6;      // relative to the coordinates, which are floats
 constexpr float kLargestRadius = 1.4f;  // radians; the tangent stays finite
 
 bool isFinite(Vec3d p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
@@ -41,7 +41,7 @@ void includeInBounds(const Mat3d& axes, std::span<const Vec3> points, SunBounds&
 double texelStep(double side, const SunBounds& bounds) {
     double largest = 0;
     for (int i = 0; i < 3; ++i) largest = std::max({largest, std::abs(bounds.low[i]), std::abs(bounds.high[i])});
-    const double least = std::max({side, kLeastTexel * largest, 1e-12});
+    const double least = std::max({side, kMinTexel * largest, 1e-12});
     return std::exp2(std::ceil(kTexelSteps * std::log2(least)) / kTexelSteps);
 }
 

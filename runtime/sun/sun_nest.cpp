@@ -28,7 +28,7 @@ constexpr double kRingFactor = 8;             // sides of a ring and the one bef
 constexpr double kCoarsestShadow = 16;        // texels of a map that members cast in, in those of the finest
 constexpr double kGroupShare = 0.75;          // of a group's map that its members fill
 constexpr double kLargestTriangle = 1 << 20;  // texels; on larger ones floats tell places no better than the bias
-constexpr double kMostUneven = 16;            // sides of the largest group and the smallest that share out the maps
+constexpr double kMaxUneven = 16;             // sides of the largest group and the smallest that share out the maps
 constexpr int kBorderShare = 16;              // of a map's side that is its border, and that it moves by
 
 double sideOf(const SunBounds& box) { return std::max(box.high.x - box.low.x, box.high.y - box.low.y); }
@@ -95,7 +95,7 @@ std::vector<Group> groupsOf(std::span<const SunBounds> boxes) {
         join(groups[0].box, boxes[m]);
     }
     std::vector<Group> taken = groups;
-    while (groups.size() < kMostSunGroups) {
+    while (groups.size() < kMaxSunGroups) {
         const auto largest = std::ranges::max_element(groups, {}, [](const Group& g) { return sideOf(g.box); });
         if (largest->members.size() < 2) break;
         std::array<Group, 2> cut = halves(*largest, boxes);
@@ -104,7 +104,7 @@ std::vector<Group> groupsOf(std::span<const SunBounds> boxes) {
         if (largestSide(groups) <= largestSide(taken) / 2) taken = groups;
     }
     // Where there are more crowds than maps, those that are small keep theirs.
-    return largestSide(groups) > kMostUneven * smallestSide(groups) ? groups : taken;
+    return largestSide(groups) > kMaxUneven * smallestSide(groups) ? groups : taken;
 }
 
 // Fits maps of one sun.
@@ -140,7 +140,7 @@ public:
             fitInner(group.box, texelOf(group), 1, nest.maps.emplace_back());
         }
         double texel = std::max(sideOf(members_) / (kGroupShare * size_), kRingFactor * widest);
-        for (int ring = 0; ring < kMostSunRings && 4 * texel <= whole; ++ring, texel *= kRingFactor) {
+        for (int ring = 0; ring < kMaxSunRings && 4 * texel <= whole; ++ring, texel *= kRingFactor) {
             const double step = texelStep(texel, members_);
             fitInner(members_, step, size_ / kBorderShare, nest.maps.emplace_back());
             if (step > kCoarsestShadow * finest) keepCoarse(nest.maps.back());

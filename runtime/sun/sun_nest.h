@@ -5,9 +5,9 @@
 
 namespace penumbra {
 
-constexpr int kMostSunGroups = 6;  // of members, each with the finest map that it can have
-constexpr int kMostSunRings = 3;   // maps around all members, between these and the whole
-constexpr int kMostNestedMaps = kMostSunGroups + kMostSunRings + 1;
+constexpr int kMaxSunGroups = 6;  // of members, each with the finest map that it can have
+constexpr int kMaxSunRings = 3;   // maps around all members, between these and the whole
+constexpr int kMaxNestedMaps = kMaxSunGroups + kMaxSunRings + 1;
 
 struct NestedSunMap {
     SunFrame frame;

@@ -15,11 +15,11 @@ namespace penumbra {
 
 namespace {
 
-constexpr double kLeastEigenvalue = 0.02;  // of the largest; anything from .005 to .04 gives as good shadows
-constexpr double kFadeFrom = 0.85;         // distance / radius where a sphere begins to hide something
-constexpr double kLeastDistance = 1e-6;    // no axis can be told nearer to the centre
+constexpr double kMinEigenvalue = 0.02;  // of the largest; anything from .005 to .04 gives as good shadows
+constexpr double kFadeFrom = 0.85;       // distance / radius where a sphere begins to hide something
+constexpr double kMinDistance = 1e-6;    // no axis can be told nearer to the centre
 
-double mostHalfSine() { return std::sin(kMostCapAngle / 2); }
+double mostHalfSine() { return std::sin(kMaxCapAngle / 2); }
 
 template <class T>
 T sineOfCapAny(T distance, T radius) {
@@ -69,7 +69,7 @@ double sineOfCap(double distance, double radius) { return sineOfCapAny(distance,
 Cap capOf(const CasterSphereD& sphere, Vec3d position) {
     const Vec3d to_centre = sphere.centre - position;
     const double distance = length(to_centre);
-    if (distance < kLeastDistance || sphere.radius <= 0) return {{0, 0, 1}, 0};
+    if (distance < kMinDistance || sphere.radius <= 0) return {{0, 0, 1}, 0};
     return {to_centre / distance, std::asin(std::min(1.0, sineOfCap(distance, sphere.radius)))};
 }
 
@@ -78,7 +78,7 @@ Cap capOf(const CasterSphereD& sphere, Vec3d position) {
 void capLogZonal(double angle, std::span<double> z) {
     const int order = int(z.size());
     const std::size_t n = z.size();
-    assert(order >= kLeastLogOrder && order <= kMostLogOrder && angle <= kMostCapAngle + 1e-9);
+    assert(order >= kMinLogOrder && order <= kMaxLogOrder && angle <= kMaxCapAngle + 1e-9);
     std::fill(z.begin(), z.end(), 0.0);
     if (angle <= 0) return;
     std::vector<double> cap(n), g(n * n);
@@ -92,7 +92,7 @@ void capLogZonal(double angle, std::span<double> z) {
     for (std::size_t j = 0; j < n; ++j) {
         double along = 0;
         for (std::size_t l = 0; l < n; ++l) along += zonal.vectors[j * n + l] * cap[l];
-        along *= logRatio(std::max(zonal.values[j * n + j], kLeastEigenvalue * largest));
+        along *= logRatio(std::max(zonal.values[j * n + j], kMinEigenvalue * largest));
         for (std::size_t l = 0; l < n; ++l) z[l] += along * zonal.vectors[j * n + l];
     }
 }
@@ -115,7 +115,7 @@ BasicCapLogTable<T> makeCapLogTable(int order) {
 
 template <class T>
 const BasicCapLogTable<T>& cachedCapLogTable(int order) {
-    assert(order >= kLeastLogOrder && order <= kMostLogOrder);
+    assert(order >= kMinLogOrder && order <= kMaxLogOrder);
     switch (order) {
         case 3: {
             static const BasicCapLogTable<T> table = makeCapLogTable<T>(3);
@@ -158,7 +158,7 @@ void netLogOfSpheres(const BasicCapLogTable<T>& table, std::span<const BasicCast
     for (const BasicCasterSphere<T>& sphere : spheres) {
         const BasicVec3<T> to_centre = sphere.centre - position;
         const T distance = std::sqrt(dot(to_centre, to_centre));
-        if (!(distance >= T(kLeastDistance)) || sphere.radius <= 0) continue;
+        if (!(distance >= T(kMinDistance)) || sphere.radius <= 0) continue;
         const T sine = std::min(T(1), sineOfCapAny(distance, sphere.radius));
         if (sine <= 0) continue;
         addCapLog<Order>(table, to_centre * (1 / distance), halfSine(sine) * per_entry, sum);
@@ -196,9 +196,9 @@ void netLog(const CapLogTableD& table, std::span<const CasterSphereD> spheres, V
 
 void netLog(const CapLogTableD& table, std::span<const Cap> caps, std::span<double> out) {
     assert(int(out.size()) == coefficientCount(table.order));
-    std::array<double, coefficientCount(kMostLogOrder)> sum{};
+    std::array<double, coefficientCount(kMaxLogOrder)> sum{};
     for (const Cap& cap : caps) {
-        const double entry = std::sin(std::min(cap.angle, kMostCapAngle) / 2) / mostHalfSine() * (kCapLogEntries - 1);
+        const double entry = std::sin(std::min(cap.angle, kMaxCapAngle) / 2) / mostHalfSine() * (kCapLogEntries - 1);
         switch (table.order) {
             case 3:
                 addCapLog<3>(table, cap.axis, entry, sum.data());

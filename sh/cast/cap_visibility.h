@@ -21,9 +21,9 @@
 
 namespace penumbra {
 
-constexpr int kLeastLogOrder = 3, kMostLogOrder = 6;  // orders of the logarithms
+constexpr int kMinLogOrder = 3, kMaxLogOrder = 6;  // orders of the logarithms
 constexpr std::size_t kCapLogEntries = 512;
-constexpr double kMostCapAngle = 2.8797932657906435;  // 165 degrees: logarithms of larger caps tend to -infinity
+constexpr double kMaxCapAngle = 2.8797932657906435;  // 165 degrees: logarithms of larger caps tend to -infinity
 
 // The directions within `angle` of the unit `axis`.
 struct Cap {
@@ -42,11 +42,11 @@ double sineOfCap(double distance, double radius);
 Cap capOf(const CasterSphereD& sphere, Vec3d position);
 
 // Writes the zonal harmonics of the logarithm of the visibility past a cap around +z. z.size() is the order, 3 to 6.
-// Slow; `angle` in [0, kMostCapAngle].
+// Slow; `angle` in [0, kMaxCapAngle].
 void capLogZonal(double angle, std::span<double> z);
 
 // The logarithms of caps of all sizes, for linear interpolation. Entry e stands for u = sin(angle / 2) = e / 511
-// sin(kMostCapAngle / 2); the logarithm begins with u^2. A row holds sqrt(4pi / (2l+1)) z_l, so that the coefficients
+// sin(kMaxCapAngle / 2); the logarithm begins with u^2. A row holds sqrt(4pi / (2l+1)) z_l, so that the coefficients
 // of a cap around an axis are row[l] y_lm(axis).
 template <class T>
 struct BasicCapLogTable {
@@ -56,7 +56,7 @@ struct BasicCapLogTable {
 using CapLogTable = BasicCapLogTable<float>;
 using CapLogTableD = BasicCapLogTable<double>;
 
-// Makes the table of an order from kLeastLogOrder to kMostLogOrder, in some 20 ms, when it is first asked for.
+// Makes the table of an order from kMinLogOrder to kMaxLogOrder, in some 20 ms, when it is first asked for.
 const CapLogTable& capLogTable(int order);
 const CapLogTableD& capLogTableD(int order);
 
@@ -64,7 +64,7 @@ const CapLogTableD& capLogTableD(int order);
 // coefficientCount(table.order). Allocates nothing.
 void netLog(const CapLogTable& table, std::span<const CasterSphere> spheres, Vec3 position, std::span<float> out);
 void netLog(const CapLogTableD& table, std::span<const CasterSphereD> spheres, Vec3d position, std::span<double> out);
-// Does the same for caps that are given. Angles above kMostCapAngle count as that.
+// Does the same for caps that are given. Angles above kMaxCapAngle count as that.
 void netLog(const CapLogTableD& table, std::span<const Cap> caps, std::span<double> out);
 
 }  // namespace penumbra

@@ -23,9 +23,9 @@ namespace penumbra {
 namespace {
 
 constexpr std::size_t kCastLanes = kFarLanes;
-constexpr float kEntryOfHalfSine = 515.40939f;  // (kCapLogEntries - 1) / sin(kMostCapAngle / 2)
-constexpr int kMostCastSquarings = 8;
-constexpr float kMostNorm = 24;  // of a logarithm; those of one person are below 15
+constexpr float kEntryOfHalfSine = 515.40939f;  // (kCapLogEntries - 1) / sin(kMaxCapAngle / 2)
+constexpr int kMaxCastSquarings = 8;
+constexpr float kMaxNorm = 24;  // of a logarithm; those of one person are below 15
 
 struct CastPosition {
     Lanes x, y, z;
@@ -157,12 +157,12 @@ inline void exponentialLanes(const CastTables& tables, Lanes* v) {
     for (int i = 1; i < n; ++i) norm += v[i] * v[i];
     root(norm);
     // Where a crowd hides all, its logarithm tells by how much more than all.
-    choose(norm > kMostNorm, kMostNorm / norm, scale, scale);
+    choose(norm > kMaxNorm, kMaxNorm / norm, scale, scale);
     for (int i = 0; i < n; ++i) v[i] *= scale;
     norm *= scale;
     scale = kZeros + 1;
     Ints squarings = {};
-    for (int k = 0; k < kMostCastSquarings; ++k) {
+    for (int k = 0; k < kMaxCastSquarings; ++k) {
         const Ints large = norm * scale > 0.5f;
         if (!any(large)) break;
         squarings -= large;
@@ -228,7 +228,7 @@ inline void castLanesOf(const CastTables& tables, const CastScene& scene, float*
         if (scene.normals) gatherFrames({scene.positions, scene.normals, scene.tangents, scene.count}, first, frames);
         Lanes v[40] = {}, row[8];
         CapLanes cap;
-        Lanes weight = kZeros + 1, near[kMostNearParts];
+        Lanes weight = kZeros + 1, near[kMaxNearParts];
         bool seen = scene.anchors.values && takeAnchors(tables, scene, first, frames, v, near);
         for (std::size_t s = 0; s < scene.sphere_count; ++s) {
             if (scene.anchors.values && !any(near[s] > 0)) continue;

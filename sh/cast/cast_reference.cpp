@@ -38,10 +38,10 @@ CastExponential parseCastExponential(std::string_view word) {
         const char* const end = word.data() + word.size();
         const auto [next, problem] = std::from_chars(word.data() + 3, end, series.options.terms);
         if (problem == std::errc() && next == end && series.options.terms >= 1 &&
-            series.options.terms <= kMostSeriesTerms)
+            series.options.terms <= kMaxSeriesTerms)
             return series;
     }
-    throw std::invalid_argument("must be hyb-ps2, hyb-ol, ps-K with K from 1 to " + std::to_string(kMostSeriesTerms) +
+    throw std::invalid_argument("must be hyb-ps2, hyb-ol, ps-K with K from 1 to " + std::to_string(kMaxSeriesTerms) +
                                 ", ol or chain, not " + std::string(word));
 }
 

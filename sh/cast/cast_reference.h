@@ -16,15 +16,15 @@ struct CastExponential {
     bool chain = false;  // productChain() instead of an exponential of logarithms
     bool isDefault() const { return !chain && options.method == ExpMethod::kHybPs2; }
 };
-constexpr int kMostSeriesTerms = 20;  // of "ps-K"
+constexpr int kMaxSeriesTerms = 20;  // of "ps-K"
 
-// Reads "hyb-ps2", "hyb-ol", "ps-K" with K from 1 to kMostSeriesTerms, "ol" or "chain". Throws std::invalid_argument
+// Reads "hyb-ps2", "hyb-ol", "ps-K" with K from 1 to kMaxSeriesTerms, "ol" or "chain". Throws std::invalid_argument
 // with a sentence.
 CastExponential parseCastExponential(std::string_view word);
 std::string nameOf(const CastExponential& exponential);
 
 // Writes the visibility past all `spheres` at `position`, over the whole sphere of directions and in the frame of both;
-// out.size() == coefficientCount(order), `order` from kLeastLogOrder to kMostLogOrder. A sphere that fades is as much
+// out.size() == coefficientCount(order), `order` from kMinLogOrder to kMaxLogOrder. A sphere that fades is as much
 // smaller as it counts less.
 void castReference(const CastExponential& exponential, int order, std::span<const CasterSphere> spheres, Vec3 position,
                    const CastFade& fade, std::span<double> out);

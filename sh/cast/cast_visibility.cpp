@@ -39,7 +39,7 @@ void castMirrored(std::span<const CasterSphere> spheres, const FarAnchors& ancho
                   const CastFade& fade, std::span<float> out, const CastPath& path) {
     const std::size_t count = points.positions.size();
     assert(out.size() == count * kMirroredCast && points.normals.size() == count && points.tangents.size() == count);
-    assert(!anchors.values || spheres.size() <= kMostNearParts);
+    assert(!anchors.values || spheres.size() <= kMaxNearParts);
     path.visibility(tablesOf(kCastOrder),
                     {floatsOf(spheres), spheres.size(), points.positions.data(), count, points.normals.data(),
                      points.tangents.data(), fade.least, fade.full, 0, anchors},

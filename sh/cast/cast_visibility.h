@@ -9,7 +9,7 @@
 namespace penumbra {
 
 // Writes the visibility past all `spheres` at each position, over the whole sphere of directions and in the frame of
-// the spheres: out[r * order^2 + i]. `order` is from kLeastLogOrder to kMostLogOrder. Allocates nothing, but the first
+// the spheres: out[r * order^2 + i]. `order` is from kMinLogOrder to kMaxLogOrder. Allocates nothing, but the first
 // call of an order makes its tables.
 void castVisibility(int order, std::span<const CasterSphere> spheres, std::span<const Vec3> positions,
                     std::span<float> out, const CastPath& path = fastestCastPath());

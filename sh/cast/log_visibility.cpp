@@ -15,10 +15,10 @@ namespace penumbra {
 namespace {
 
 constexpr double kRootOfFourPi = 3.5449077018110318;  // the coefficient of the function 1
-constexpr int kMostSquarings = 8;
+constexpr int kMaxSquarings = 8;
 constexpr double kLinearNorm = 0.25;  // HYB-OL squares what is linear up to here
 constexpr int kCurveCaps = 400;
-constexpr double kLeastCurveAngle = 1e-3, kMostCurveAngle = 1.5;
+constexpr double kMinCurveAngle = 1e-3, kMaxCurveAngle = 1.5;
 
 // One cap has the visibility g = e^(f_0 / sqrt 4pi) g^ and the logarithm f. a is what of g^ is constant, and b is its
 // projection on f^. m = |f^| mostly grows with the cap, and caps where it does not are left out.
@@ -26,7 +26,7 @@ LinearCurves makeLinearCurves(int order) {
     LinearCurves curves{{0}, {1}, {1}};
     std::vector<double> f(std::size_t(order), 0.0), g(f);
     for (int c = 0; c < kCurveCaps; ++c) {
-        const double angle = kLeastCurveAngle + (kMostCurveAngle - kLeastCurveAngle) * c / (kCurveCaps - 1);
+        const double angle = kMinCurveAngle + (kMaxCurveAngle - kMinCurveAngle) * c / (kCurveCaps - 1);
         capLogZonal(angle, f);
         capVisibilityZonal(angle, g);
         const double constant = std::exp(f[0] / kRootOfFourPi);
@@ -58,9 +58,9 @@ LinearForm lookUp(const LinearCurves& curves, double norm) {
 
 template <class T>
 const BasicExpTables<T>& cachedExpTables(int order) {
-    assert(order >= kLeastLogOrder && order <= kMostLogOrder);
-    static std::array<std::once_flag, kMostLogOrder + 1> made;
-    static std::array<BasicExpTables<T>, kMostLogOrder + 1> tables;
+    assert(order >= kMinLogOrder && order <= kMaxLogOrder);
+    static std::array<std::once_flag, kMaxLogOrder + 1> made;
+    static std::array<BasicExpTables<T>, kMaxLogOrder + 1> tables;
     const std::size_t n = std::size_t(order);
     std::call_once(made[n], [&] { tables[n] = {order, &repeatedProduct<T>(order), makeLinearCurves(order)}; });
     return tables[n];
@@ -74,7 +74,7 @@ int ceilLog2(double x) {
 }
 
 template <class T>
-using Coefficients = std::array<T, coefficientCount(kMostLogOrder)>;
+using Coefficients = std::array<T, coefficientCount(kMaxLogOrder)>;
 
 // g = 1 + x + x x / 2 + ... up to the power `last`. x_0 is 0.
 template <class T>
@@ -133,7 +133,7 @@ const ExpTablesD& expTablesD(int order) { return cachedExpTables<double>(order);
 int squaringCount(const ExpOptions& options, double norm) {
     if (options.method == ExpMethod::kPs || options.method == ExpMethod::kOl) return 0;
     const double most = options.method == ExpMethod::kHybOl ? kLinearNorm : options.smooth ? 0.5 : 1;
-    return std::min(kMostSquarings, ceilLog2(norm / most));
+    return std::min(kMaxSquarings, ceilLog2(norm / most));
 }
 
 void expOfLog(const ExpTables& tables, const ExpOptions& options, std::span<const float> log, std::span<float> out) {

@@ -48,7 +48,7 @@ struct BasicExpTables {
 using ExpTables = BasicExpTables<float>;
 using ExpTablesD = BasicExpTables<double>;
 
-// Made once for each order from kLeastLogOrder to kMostLogOrder, and kept.
+// Made once for each order from kMinLogOrder to kMaxLogOrder, and kept.
 const ExpTables& expTables(int order);
 const ExpTablesD& expTablesD(int order);
 

@@ -27,9 +27,9 @@ BasicRepeatedProduct<T> makeRepeatedProduct(int order) {
 
 template <class T>
 const BasicRepeatedProduct<T>& repeatedProduct(int order) {
-    assert(order >= 1 && order <= kMostRepeatedOrder);
-    static std::array<std::once_flag, kMostRepeatedOrder + 1> made;
-    static std::array<BasicRepeatedProduct<T>, kMostRepeatedOrder + 1> products;
+    assert(order >= 1 && order <= kMaxRepeatedOrder);
+    static std::array<std::once_flag, kMaxRepeatedOrder + 1> made;
+    static std::array<BasicRepeatedProduct<T>, kMaxRepeatedOrder + 1> products;
     const std::size_t n = std::size_t(order);
     std::call_once(made[n], [&] { products[n] = makeRepeatedProduct<T>(order); });
     return products[n];

@@ -13,8 +13,8 @@
 
 namespace penumbra {
 
-constexpr int kMostRepeatedOrder = 6;
-constexpr int kMostProductPairs = coefficientCount(kMostRepeatedOrder) * (coefficientCount(kMostRepeatedOrder) + 1) / 2;
+constexpr int kMaxRepeatedOrder = 6;
+constexpr int kMaxProductPairs = coefficientCount(kMaxRepeatedOrder) * (coefficientCount(kMaxRepeatedOrder) + 1) / 2;
 
 template <class T>
 struct BasicRepeatedProduct {
@@ -24,10 +24,10 @@ struct BasicRepeatedProduct {
     };
     int order = 0;
     std::vector<Term> terms;
-    std::array<std::uint16_t, coefficientCount(kMostRepeatedOrder) + 1> first{};  // [order^2 + 1] of output i
+    std::array<std::uint16_t, coefficientCount(kMaxRepeatedOrder) + 1> first{};  // [order^2 + 1] of output i
 };
 
-// Made once for each order up to kMostRepeatedOrder, and kept.
+// Made once for each order up to kMaxRepeatedOrder, and kept.
 template <class T>
 const BasicRepeatedProduct<T>& repeatedProduct(int order);
 
@@ -47,7 +47,7 @@ inline void sumPairs(const BasicRepeatedProduct<T>& product, const T* pairs, T* 
 template <class T>
 inline void multiply(const BasicRepeatedProduct<T>& product, const T* a, const T* b, T* out) {
     const int n = coefficientCount(product.order);
-    T pairs[kMostProductPairs];
+    T pairs[kMaxProductPairs];
     T* next = pairs;
     for (int j = 0; j < n; ++j) {
         *next++ = a[j] * b[j];
@@ -60,7 +60,7 @@ inline void multiply(const BasicRepeatedProduct<T>& product, const T* a, const T
 template <class T>
 inline void square(const BasicRepeatedProduct<T>& product, const T* a, T* out) {
     const int n = coefficientCount(product.order);
-    T pairs[kMostProductPairs];
+    T pairs[kMaxProductPairs];
     T* next = pairs;
     for (int j = 0; j < n; ++j) {
         const T twice = 2 * a[j];

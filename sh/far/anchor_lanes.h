@@ -18,9 +18,9 @@ inline void nearness(const Lanes* way, float radius, float spacing, Lanes& near)
 // step]. There are whole vectors of parts.
 inline void interpolate(const FarAnchors& anchors, std::size_t count, std::size_t first, Lanes* sums, Lanes* near,
                         std::size_t step) {
-    constexpr std::size_t kMostColumns = anchorStride(kMostNearParts) / 8;
+    constexpr std::size_t kMaxColumns = anchorStride(kMaxNearParts) / 8;
     const std::size_t columns = anchors.stride / 8;
-    Lanes rows[kFarLanes][kMostColumns];
+    Lanes rows[kFarLanes][kMaxColumns];
     for (std::size_t lane = 0; lane < kFarLanes; ++lane) {
         const std::size_t r = first + lane < count ? first + lane : count - 1;
         const std::uint16_t* anchor = anchors.anchor + r * kAnchorsOfReceiver;
@@ -39,10 +39,10 @@ inline void interpolate(const FarAnchors& anchors, std::size_t count, std::size_
         }
     }
     const float* numbers = (const float*)rows;
-    for (std::size_t i = 0; i < kAnchorSums / 8; ++i) transpose(numbers + 8 * i, 8 * kMostColumns, sums + 8 * i);
+    for (std::size_t i = 0; i < kAnchorSums / 8; ++i) transpose(numbers + 8 * i, 8 * kMaxColumns, sums + 8 * i);
     for (std::size_t i = kAnchorSums / 8; i < columns; ++i) {
         Lanes parts[8];
-        transpose(numbers + 8 * i, 8 * kMostColumns, parts);
+        transpose(numbers + 8 * i, 8 * kMaxColumns, parts);
         for (std::size_t p = 0; p < 8; ++p) {
             clamp(parts[p], kZeros, kZeros + 1);
             near[(8 * i - kAnchorSums + p) * step] = parts[p];

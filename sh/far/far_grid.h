@@ -7,7 +7,7 @@ namespace penumbra {
 namespace {
 
 inline void product(const FarProduct& table, const Lanes* a, const Lanes* b, Lanes* out) {
-    Lanes pair[kMostPairs];
+    Lanes pair[kMaxPairs];
     for (std::size_t n = 0; n < table.pairs; ++n) {
         const int j = table.j[n], k = table.k[n];
         pair[n] = a[j] * b[k];

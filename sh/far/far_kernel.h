@@ -10,8 +10,8 @@
 namespace penumbra {
 
 constexpr std::size_t kFarLanes = 8;
-constexpr int kMostSpheres = 4;             // of a field
-constexpr std::size_t kMostReceivers = 64;  // of a call
+constexpr int kMaxSpheres = 4;             // of a field
+constexpr std::size_t kMaxReceivers = 64;  // of a call
 
 // A box of a field: cell coordinate = (p - low) * per_cell, clamped to [0, cells].
 struct FarBox {
@@ -52,7 +52,7 @@ struct FarGrid {
 };
 // Products of mirrored functions of any order. Pair n is a_j b_k + a_k b_j, or a_j b_j where j = k; a product's number
 // i is the sum of value times pair over row i. Rows have multiples of 4 terms.
-constexpr std::size_t kMostPairs = 576;
+constexpr std::size_t kMaxPairs = 576;
 struct FarProduct {
     const std::uint8_t *j, *k;
     std::size_t pairs;
@@ -63,9 +63,9 @@ struct FarConstants {
     float quarter_turn[286];  // blocks of R(X(90)), band after band
     float mirror[21][6];      // [even][l]: what mirrorAtHorizon() takes from the odd coefficient (l, m) of the same m
     FarGrid grid;
-    FarProduct compose;                 // of the local visibility and a far one; only of orders above 6
-    int order;                          // of the local visibility
-    float sphere_scales[kMostSpheres];  // kFieldSphereScales
+    FarProduct compose;                // of the local visibility and a far one; only of orders above 6
+    int order;                         // of the local visibility
+    float sphere_scales[kMaxSpheres];  // kFieldSphereScales
     // Anchors sum parts that block up to near[0] of the sphere; receivers multiply those above near[1] in one by one.
     // Between the two both have a share. The sum takes what blocks most 1 + depth times.
     float near[2], depth;
@@ -78,7 +78,7 @@ struct FarConstants {
 };
 
 struct FarReceivers {
-    const Vec3 *positions, *normals, *tangents;  // [count], count <= kMostReceivers
+    const Vec3 *positions, *normals, *tangents;  // [count], count <= kMaxReceivers
     std::size_t count;
 };
 
@@ -93,21 +93,21 @@ struct FarScene {
 
 // What anchors know, for the receivers around them. An anchor has `stride` floats: the sum [36] over the parts that
 // block little, 4 zeros, then how near each part is (0..1, as `near` above tells by what it blocks).
-constexpr std::size_t kAnchorSums = 40, kMostAnchorParts = 32, kAnchorsOfReceiver = 4;
-constexpr std::size_t kMostNearParts = 128;  // of a call of FarPath::far() with anchors
+constexpr std::size_t kAnchorSums = 40, kMaxAnchorParts = 32, kAnchorsOfReceiver = 4;
+constexpr std::size_t kMaxNearParts = 128;  // of a call of FarPath::far() with anchors
 // Anchors leave out what stands nearer than the first number of their spacings, and take whole what stands farther than
 // the second: what they see changes too much from one to the next.
 constexpr float kNearSpacings[2] = {4, 8};
 constexpr std::size_t anchorStride(std::size_t part_count) { return kAnchorSums + (part_count + 7) / 8 * 8; }
 struct FarAnchors {
     const float* values = nullptr;          // [anchors, stride]; null: receivers find out for themselves
-    std::size_t stride = 0;                 // anchorStride(part_count), part_count <= kMostNearParts
+    std::size_t stride = 0;                 // anchorStride(part_count), part_count <= kMaxNearParts
     const std::uint16_t* anchor = nullptr;  // [receivers, kAnchorsOfReceiver]
     const float* weight = nullptr;          // [receivers, kAnchorsOfReceiver], rows sum to 1
 };
 
 struct FarPath {
-    // Writes the values of anchors at `receivers`. It does not read their tangents. part_count <= kMostAnchorParts.
+    // Writes the values of anchors at `receivers`. It does not read their tangents. part_count <= kMaxAnchorParts.
     void (*anchors)(const FarConstants& constants, const FarScene& scene, const FarReceivers& receivers,
                     float* values) = nullptr;
     // Writes far[r * 21 + i] of every receiver.

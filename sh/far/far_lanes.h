@@ -131,7 +131,7 @@ inline void anchorLanes(const FarConstants& constants, const FarScene& scene, co
     for (std::size_t first = 0; first < receivers.count; first += kFarLanes) {
         Seen seen;
         begin(receivers, first, seen);
-        Lanes nears[kMostAnchorParts];
+        Lanes nears[kMaxAnchorParts];
         for (std::size_t p = 0; p < scene.part_count; ++p) {
             const FarPart& posed = scene.posed[scene.parts[p]];
             Lanes height, sine, model[kFull];
@@ -166,15 +166,15 @@ inline void anchorLanes(const FarConstants& constants, const FarScene& scene, co
 
 inline void farLanes(const FarConstants& constants, const FarScene& scene, const FarAnchors& anchors,
                      const FarReceivers& receivers, float* far) {
-    constexpr std::size_t kMostBlocks = kMostReceivers / kFarLanes;
-    Seen seen[kMostBlocks];
-    Lanes nears[kMostNearParts][kMostBlocks];
+    constexpr std::size_t kMaxBlocks = kMaxReceivers / kFarLanes;
+    Seen seen[kMaxBlocks];
+    Lanes nears[kMaxNearParts][kMaxBlocks];
     const std::size_t blocks = (receivers.count + kFarLanes - 1) / kFarLanes;
     for (std::size_t b = 0; b < blocks; ++b) {
         begin(receivers, b * kFarLanes, seen[b]);
         if (!anchors.values) continue;
         Lanes sums[kAnchorSums];
-        interpolate(anchors, receivers.count, b * kFarLanes, sums, &nears[0][b], kMostBlocks);
+        interpolate(anchors, receivers.count, b * kFarLanes, sums, &nears[0][b], kMaxBlocks);
         for (int i = 0; i < kFull; ++i) seen[b].rest[i] = sums[i];
         seen[b].has_rest = any(sums[0] < 0);  // a sum of V - 1
     }
@@ -203,8 +203,8 @@ inline void composeLanes(const FarConstants& constants, const float* far, const 
         Lanes a[kPaddedMostEven], b[kPaddedMostEven], out[kPaddedMostEven];
         loadRows(numbers + first * stride, stride, size, lanes, a);
         loadRows(far + first * kEven, kEven, kEven, lanes, b);
-        for (int i = size; i < kMostEven; ++i) a[i] = kZeros;
-        for (int i = kEven; i < kMostEven; ++i) b[i] = kZeros;
+        for (int i = size; i < kMaxEven; ++i) a[i] = kZeros;
+        for (int i = kEven; i < kMaxEven; ++i) b[i] = kZeros;
         if (constants.order == 5)
             multiplyOnGrid<5>(constants, a, b, out);
         else if (constants.order <= kOrder)

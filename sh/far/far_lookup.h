@@ -38,10 +38,10 @@ inline void sphereLevel(const FarConstants& constants, const FarTable& table, co
     Lanes distance = square, u;
     root(distance);
     choose(distance > 0, table.radius / distance, (kZeros + 1), u);
-    clamp(u, (kZeros + constants.sphere_scales[0]), (kZeros + constants.sphere_scales[kMostSpheres - 1]));
+    clamp(u, (kZeros + constants.sphere_scales[0]), (kZeros + constants.sphere_scales[kMaxSpheres - 1]));
     Lanes low = (kZeros + constants.sphere_scales[0]), high = (kZeros + constants.sphere_scales[1]);
     Ints sphere = (Ints)kZeros;
-    for (int s = 1; s < kMostSpheres - 1; ++s) {
+    for (int s = 1; s < kMaxSpheres - 1; ++s) {
         const Ints beyond = u > constants.sphere_scales[s];
         sphere -= beyond;
         choose(beyond, (kZeros + constants.sphere_scales[s]), low, low);

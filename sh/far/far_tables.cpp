@@ -14,7 +14,7 @@
 
 namespace penumbra {
 
-static_assert(kFieldOrder == 6 && kFarNumbers == 21 && FieldTable::kStride == 40 && kFieldSpheres == kMostSpheres &&
+static_assert(kFieldOrder == 6 && kFarNumbers == 21 && FieldTable::kStride == 40 && kFieldSpheres == kMaxSpheres &&
                   kFieldSphereSide == 13,
               "far_lanes.h has these numbers too");
 static_assert(mirroredCount(kMaxOrder) == 36 && rotationEntryCount(kFieldOrder) == 286);
@@ -27,7 +27,7 @@ constexpr float kNear[kFarQualities][2] = {{0.02f, 0.04f}, {0.1f, 0.2f}, {0.02f,
 // What one character hides from another is many parts that each block little. Together they count: a person at 4 m
 // hides .002 of the light.
 constexpr float kBlocked[kFarQualities][2] = {
-    {kLeastBlocked, kFullBlocked}, {kLeastBlocked, kFullBlocked}, {kLeastBlocked / 5, kFullBlocked / 5}};
+    {kMinBlocked, kFullBlocked}, {kMinBlocked, kFullBlocked}, {kMinBlocked / 5, kFullBlocked / 5}};
 constexpr float kDepth = 0.25f;
 // The silhouettes of a body's parts overlap, and six bands see through what is thin: together, parts that are far or
 // small block more than the body does. A character's own far parts leave that to its local model and its residual,
@@ -39,7 +39,7 @@ constexpr float kOverlap[kFarQualities] = {1, 1, 0.8f}, kSolid = 0.05f;
 constexpr float kDark[kFarQualities] = {1, 1, 0.25f};
 
 // A crowd may have thousands of factors, each of which rings above 1 somewhere.
-constexpr float kMost[kFarQualities] = {0, 0, 1.25f};
+constexpr float kMax[kFarQualities] = {0, 0, 1.25f};
 
 FarBox boxOf(const FieldBox& box, std::size_t first, float width) {
     FarBox out{};
@@ -146,7 +146,7 @@ FarTables::Product FarTables::makeProduct(int order_out, int order_a, int order_
         for (const auto& [from, value] : row) product.rows.terms.push_back({from, value});
         product.rows.endRow();
     }
-    assert(pairs.size() <= kMostPairs);
+    assert(pairs.size() <= kMaxPairs);
     return product;
 }
 
@@ -168,7 +168,7 @@ FarTables::FarTables(FarFields fields, std::vector<std::vector<std::uint16_t>> f
         constants_[q].overlap = kOverlap[q];
         constants_[q].solid = kSolid;
         constants_[q].dark = kDark[q];
-        constants_[q].most = kMost[q];
+        constants_[q].most = kMax[q];
     }
 }
 

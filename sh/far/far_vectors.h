@@ -13,7 +13,7 @@ namespace penumbra {
 namespace {
 
 constexpr int kOrder = 6, kFull = 36, kEven = 21, kRow = 40, kDistance = 36;
-constexpr int kMostEven = 36;                          // numbers of a mirrored function of order kMaxOrder
+constexpr int kMaxEven = 36;                           // numbers of a mirrored function of order kMaxOrder
 constexpr int kPaddedEven = 24, kPaddedMostEven = 40;  // whole vectors of them
 constexpr float kRootOfSphere = 3.5449077f;            // sqrt(4 pi): the coefficient of the function 1
 
@@ -94,7 +94,7 @@ inline void transpose(const float* rows, std::size_t row, Lanes* out) {
     }
 }
 
-// Rows of up to kMostEven numbers, one for each lane.
+// Rows of up to kMaxEven numbers, one for each lane.
 struct Rows {
     static constexpr int kColumns = kPaddedMostEven / 8;
     Lanes rows[kFarLanes][kColumns];

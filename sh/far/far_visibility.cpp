@@ -35,7 +35,7 @@ Affine inverseOf(const Affine& bone) {
 float heightOf(const PosedPart& part, const Receiver& receiver) {
     const Vec3 way = part.centre - receiver.position;
     // A sphere of radius r at the distance d covers less than r^2 / (4 (d^2 - r^2)) of all directions.
-    if (part.radius * part.radius < 4 * kLeastBlocked * (dot(way, way) - part.radius * part.radius)) return -1;
+    if (part.radius * part.radius < 4 * kMinBlocked * (dot(way, way) - part.radius * part.radius)) return -1;
     return std::clamp(dot(way, receiver.normal) / part.radius, -1.0f, 1.0f);
 }
 
@@ -92,7 +92,7 @@ void farVisibility(const FarFields& fields, std::span<const PosedPart> posed, st
         if (height == -1) continue;
         const float inside = sampleField(fields.tables[p], posed[p].to_part.point(receiver.position), blocked);
         const float weight =
-            std::clamp((-blocked[0] / kSqrt4Pi - kLeastBlocked) / (kFullBlocked - kLeastBlocked), 0.0f, 1.0f);
+            std::clamp((-blocked[0] / kSqrt4Pi - kMinBlocked) / (kFullBlocked - kMinBlocked), 0.0f, 1.0f);
         if (weight == 0 && inside == 0) continue;
         // 2. The same in the local frame, mirrored.
         if (from_local.order == 0) from_local = makeShRotation(kFieldOrder, frame);

@@ -14,7 +14,7 @@ namespace penumbra {
 
 constexpr std::size_t kFarNumbers = std::size_t(mirroredCount(kFieldOrder));
 // A part that blocks less than the first share of the sphere does not count, above the second it counts in full.
-constexpr float kLeastBlocked = 0.001f, kFullBlocked = 0.003f;
+constexpr float kMinBlocked = 0.001f, kFullBlocked = 0.003f;
 
 // The fields of a character, ready for lookups, and the bone that each moves with.
 struct FarFields {

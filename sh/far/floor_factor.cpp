@@ -91,9 +91,9 @@ void floorVisibility(std::span<const Vec3> normals, std::span<const Vec3> tangen
 
 void multiplyByFloor(const FarPath& path, std::span<const Vec3> normals, std::span<const Vec3> tangents,
                      std::span<float> far) {
-    std::array<float, kMostReceivers * kFarNumbers> floor;
-    for (std::size_t first = 0; first < normals.size(); first += kMostReceivers) {
-        const std::size_t n = std::min(kMostReceivers, normals.size() - first);
+    std::array<float, kMaxReceivers * kFarNumbers> floor;
+    for (std::size_t first = 0; first < normals.size(); first += kMaxReceivers) {
+        const std::size_t n = std::min(kMaxReceivers, normals.size() - first);
         floorVisibility(normals.subspan(first, n), tangents.subspan(first, n), std::span(floor).first(n * kFarNumbers));
         path.compose(productConstants(kFieldOrder), floor.data(), nullptr, n, kFarNumbers,
                      far.data() + first * kFarNumbers);

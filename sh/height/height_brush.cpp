@@ -24,7 +24,7 @@ TexelBox strokeHeights(const HeightField& field, const HeightStroke& stroke, std
             const float x = (float(r) - stroke.row) / down, y = (float(c) - stroke.column) / across,
                         left = std::max(1 - x * x - y * y, 0.0f);
             const float height = field.heights()[std::size_t(r) * std::size_t(grid.columns) + std::size_t(c)];
-            heights.push_back(std::clamp(height + stroke.rise * left * left, -kMostElevation, kMostElevation));
+            heights.push_back(std::clamp(height + stroke.rise * left * left, -kMaxElevation, kMaxElevation));
         }
     return box;
 }

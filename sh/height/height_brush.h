@@ -12,7 +12,7 @@ struct HeightStroke {
     float rise = 0;             // metres at the middle; below 0 it digs
 };
 // Returns the box of the points that a stroke changes, and their new heights: h + rise (1 - d^2 / radius^2)^2, whose
-// slope is 0 in the middle and at the rim. Heights stay within kMostElevation. The box ends at the edges of the field,
+// slope is 0 in the middle and at the rim. Heights stay within kMaxElevation. The box ends at the edges of the field,
 // also of a periodic one. It is empty where no point lies within the radius.
 TexelBox strokeHeights(const HeightField& field, const HeightStroke& stroke, std::vector<float>& heights);
 

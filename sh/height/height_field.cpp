@@ -30,12 +30,12 @@ int half(int count) { return (count + 1) / 2; }
 
 std::string findProblem(const HeightGrid& grid) {
     for (const auto& [name, side] : {std::pair{"rows", grid.rows}, {"columns", grid.columns}})
-        if (side < 1 || side > kMostHeightSide) return outside(name, side, 1, kMostHeightSide);
-    if (grid.size() > kMostHeightTexels)
-        return outside("rows times columns", double(grid.size()), 1, double(kMostHeightTexels));
+        if (side < 1 || side > kMaxHeightSide) return outside(name, side, 1, kMaxHeightSide);
+    if (grid.size() > kMaxHeightTexels)
+        return outside("rows times columns", double(grid.size()), 1, double(kMaxHeightTexels));
     for (const auto& [name, cell] : {std::pair{"cell (rows)", grid.cell_x}, {"cell (columns)", grid.cell_y}})
-        if (!(cell >= kLeastCell && cell <= kMostCell))
-            return outside(name, double(cell), double(kLeastCell), double(kMostCell));
+        if (!(cell >= kMinCell && cell <= kMaxCell))
+            return outside(name, double(cell), double(kMinCell), double(kMaxCell));
     return "";
 }
 
@@ -50,7 +50,7 @@ HeightField::HeightField(const HeightGrid& grid, std::span<const float> heights)
         levels_.push_back(level);
     }
     // No maximum is this low, so that the first update writes all of them.
-    numbers_.assign(level.first + 1, -2 * kMostElevation);
+    numbers_.assign(level.first + 1, -2 * kMaxElevation);
     changed_.resize(levels_.size());
     set(heights);
 }

@@ -20,9 +20,9 @@ enum class HeightBorder : std::uint8_t {
     kOpen,      // nothing, which hides nothing; from the edge one sees below the horizontal
 };
 
-constexpr int kMostHeightSide = 65536;                                        // points
-constexpr std::size_t kMostHeightTexels = std::size_t(1) << 26;               // points
-constexpr float kMostElevation = 1e7f, kLeastCell = 1e-4f, kMostCell = 1e5f;  // |metres|, metres, metres
+constexpr int kMaxHeightSide = 65536;                                     // points
+constexpr std::size_t kMaxHeightTexels = std::size_t(1) << 26;            // points
+constexpr float kMaxElevation = 1e7f, kMinCell = 1e-4f, kMaxCell = 1e5f;  // |metres|, metres, metres
 
 struct HeightGrid {
     int rows = 0, columns = 0;
@@ -52,7 +52,7 @@ struct HeightLevel {
 
 class HeightField {
 public:
-    // The grid has no problem. Heights are finite and at most kMostElevation; [rows, columns].
+    // The grid has no problem. Heights are finite and at most kMaxElevation; [rows, columns].
     HeightField(const HeightGrid& grid, std::span<const float> heights);
 
     const HeightGrid& grid() const { return grid_; }

@@ -18,8 +18,8 @@
 
 namespace penumbra {
 
-constexpr float kHeightTolerance = 0.025f;    // rms V, a good default
-constexpr float kMostHeightTolerance = 1.0f;  // visibility itself is no larger
+constexpr float kHeightTolerance = 0.025f;   // rms V, a good default
+constexpr float kMaxHeightTolerance = 1.0f;  // visibility itself is no larger
 
 // Half the geometric mean of `apart`, the rms of V of the corners around their mean, and `rough`, the rms of the
 // normals half-way from those between the corners. A tenth of each is added to the other: neither corners that agree by
@@ -31,7 +31,7 @@ float refinementOf(float error, float tolerance);
 // What finer receivers of a tile see: rows of one band of cells, and some columns. The tile begins at a cell.
 struct HeightRefined {
     static constexpr int kColumns = 64;  // of points, at most
-    static constexpr int kMostStep = 8, kStride = kColumns + 1, kPlaces = (kMostStep + 1) * kStride;
+    static constexpr int kMaxStep = 8, kStride = kColumns + 1, kPlaces = (kMaxStep + 1) * kStride;
 
     int first_row = 0, first_column = 0, end_row = 0, end_column = 0;
     bool any = false;  // else nothing below is set

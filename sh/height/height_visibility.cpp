@@ -23,7 +23,7 @@ HeightTables::HeightTables(const HeightField& field, int order, int mirrored, co
       path_(&path),
       taps_(horizonTaps(field)),
       ambient_(size_) {
-    assert(order >= kLeastHeightOrder && order <= kMostHeightOrder);
+    assert(order >= kMinHeightOrder && order <= kMaxHeightOrder);
     makeTaps(field);
     makeMirror(mirrored);
     ambientWeights({BelowHorizon::kMirrored, mirrored}, ambient_);
@@ -163,11 +163,11 @@ void HeightVisibility::evaluate(const HeightField& field, std::size_t first, std
 
 namespace {
 
-constexpr std::size_t kMost = HeightVisibility::kMostPoints;
+constexpr std::size_t kMax = HeightVisibility::kMaxPoints;
 
 // Numbers of the points of a row, which the compiler turns into vectors.
 struct RowNumbers {
-    std::array<float, kMost> x, y, z;
+    std::array<float, kMax> x, y, z;
 };
 
 // The frames of points of a row; tangents are tangentOf(normal, {1, 0, 0}).
@@ -183,7 +183,7 @@ void framesOf(const HeightField& field, int row, int first, std::span<Vec3> norm
     const float *const up = line(row - 1), *const here = line(row), *const down = line(row + 1);
     const bool whole = wraps || (row > 0 && row + 1 < grid.rows);
     const float per_x = (whole ? 0.5f : 1.0f) / grid.cell_x, per_y = 0.5f / grid.cell_y;
-    std::array<float, kMost> slope_x, slope_y;
+    std::array<float, kMax> slope_x, slope_y;
     for (std::size_t i = 0; i < count; ++i) slope_x[i] = (down[i] - up[i]) * per_x;
     // Neighbours of the first and the last column lie beyond the border.
     const std::size_t begin = first == 0 ? 1 : 0, end = first + int(count) == grid.columns ? count - 1 : count;
@@ -193,7 +193,7 @@ void framesOf(const HeightField& field, int row, int first, std::span<Vec3> norm
         const Vec3 normal = field.normal(row, first + int(i));
         slope_y[i] = -normal.y / normal.z;
     }
-    std::array<float, kMost> across, per;
+    std::array<float, kMax> across, per;
     for (std::size_t i = 0; i < count; ++i) {
         const float scale = 1 / std::sqrt(1 + slope_x[i] * slope_x[i] + slope_y[i] * slope_y[i]);
         n.x[i] = -slope_x[i] * scale;
@@ -214,15 +214,15 @@ void framesOf(const HeightField& field, int row, int first, std::span<Vec3> norm
 void HeightVisibility::numbers(const HeightField& field, int row, int first_column, std::span<Vec3> normals,
                                std::span<Vec3> tangents, std::size_t stride, std::span<float> numbers,
                                const HeightRefined* refined) const {
-    assert(normals.size() <= kMostPoints && !normals.empty());
+    assert(normals.size() <= kMaxPoints && !normals.empty());
     const std::size_t count = normals.size(), columns = receivers_.columns();
     RowNumbers n;
     framesOf(field, row, first_column, normals, tangents, n);
     std::size_t r[2];
     float down;
     receivers_.around(0, row, r[0], r[1], down);
-    std::array<HeightBlend, kMostPoints> blends;
-    std::array<std::array<float, kMostPoints>, 4> weights;
+    std::array<HeightBlend, kMaxPoints> blends;
+    std::array<std::array<float, kMaxPoints>, 4> weights;
     std::array<RowNumbers, 4> corner;
     for (std::size_t p = 0; p < count; ++p) {
         std::size_t c[2];
@@ -236,7 +236,7 @@ void HeightVisibility::numbers(const HeightField& field, int row, int first_colu
             blends[p].corners[k] = &rows_[receiver * row_size_];
         }
     }
-    std::array<float, kMostPoints> sum{};
+    std::array<float, kMaxPoints> sum{};
     for (std::size_t k = 0; k < 4; ++k)
         for (std::size_t p = 0; p < count; ++p) {
             const float x = corner[k].x[p] - n.x[p], y = corner[k].y[p] - n.y[p], z = corner[k].z[p] - n.z[p];
@@ -245,7 +245,7 @@ void HeightVisibility::numbers(const HeightField& field, int row, int first_colu
         }
     for (std::size_t p = 0; p < count; ++p)
         for (std::size_t k = 0; k < 4; ++k) blends[p].weights[k] = weights[k][p] / sum[p];
-    std::array<float, kMostPoints * 32> rows;
+    std::array<float, kMaxPoints * 32> rows;
     tables_.path().blend(blends.data(), count, row_size_, rows.data());
     if (refined && refined->any)
         mixFiner(field.grid(), *refined, row, first_column, normals, std::span(rows).first(count * row_size_));

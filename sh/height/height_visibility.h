@@ -95,9 +95,9 @@ public:
     // A hash of what finer receivers of the cell see that begins at this point of a refined tile; 0 without any.
     std::uint64_t finerKey(const HeightRefined& refined, int row, int column) const;
     // Writes normals and tangents (in the frame of the field) and numbers of points [first_column, first_column +
-    // normals.size()) of a row of the field: numbers[p * stride + i]. At most kMostPoints at once. `refined` is of a
+    // normals.size()) of a row of the field: numbers[p * stride + i]. At most kMaxPoints at once. `refined` is of a
     // tile that has them, or null: then only receivers count. Allocates nothing.
-    static constexpr std::size_t kMostPoints = 128;
+    static constexpr std::size_t kMaxPoints = 128;
     void numbers(const HeightField& field, int row, int first_column, std::span<Vec3> normals, std::span<Vec3> tangents,
                  std::size_t stride, std::span<float> numbers, const HeightRefined* refined = nullptr) const;
     // V of a receiver, in the frame of the field.

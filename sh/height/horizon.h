@@ -14,7 +14,7 @@ namespace penumbra {
 
 // True horizons at 16 azimuths leave rms V 0.0137 of order 5 on rough ground, at 20 they leave 0.0094.
 constexpr int kHorizonAzimuths = 20;
-constexpr int kLeastHeightOrder = 4, kMostHeightOrder = 5;
+constexpr int kMinHeightOrder = 4, kMaxHeightOrder = 5;
 
 // A sample of the pyramid: how far it is along an azimuth, in texels and in metres, and of which level.
 struct HorizonTap {

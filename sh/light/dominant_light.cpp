@@ -27,8 +27,8 @@ namespace {
 using std::numbers::pi;
 
 constexpr std::size_t kGrid = 4096, kBatch = 256;
-constexpr float kLobeEdge = 0.02f;                               // where a kernel ends, as a part of its maximum
-constexpr double kLeastDominance = 0.05, kFullDominance = 0.45;  // the hand-over goes from one to the other
+constexpr float kLobeEdge = 0.02f;                             // where a kernel ends, as a part of its maximum
+constexpr double kMinDominance = 0.05, kFullDominance = 0.45;  // the hand-over goes from one to the other
 // Two suns are rivals up to the first distance between them, and independent from the second on, in lobes. Between
 // rivals nothing depends on where exactly the second one lies: on the rim of a lobe it is as coarse as the grid, 3
 // degrees.
@@ -41,7 +41,7 @@ double smoothstep(double low, double high, double x) {
     return t * t * (3 - 2 * t);
 }
 
-double handOver(double dominance) { return smoothstep(kLeastDominance, kFullDominance, dominance); }
+double handOver(double dominance) { return smoothstep(kMinDominance, kFullDominance, dominance); }
 
 double angleBetween(Vec3d a, Vec3d b) { return std::atan2(length(cross(a, b)), dot(a, b)); }
 

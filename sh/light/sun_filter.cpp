@@ -13,7 +13,7 @@ constexpr double kGone = 1.0 / 256;
 
 double turnBetween(Vec3d a, Vec3d b) { return std::atan2(length(cross(a, b)), dot(a, b)); }
 
-// Goes a part of the way on the great circle. The directions are at most kMostTurn apart.
+// Goes a part of the way on the great circle. The directions are at most kMaxTurn apart.
 Vec3d turned(Vec3d from, Vec3d to, double part) {
     const double angle = turnBetween(from, to);
     if (angle < 1e-9) return to;
@@ -41,7 +41,7 @@ std::array<bool, kMaxSuns> SunFilter::follow(std::span<const SunD> suns, double 
     for (;;) {
         // 1. The nearest pair of those that are left.
         std::size_t old = kMaxSuns, next = kMaxSuns;
-        double nearest = kMostTurn;
+        double nearest = kMaxTurn;
         for (std::size_t i = 0; i < count_; ++i)
             for (std::size_t j = 0; j < suns.size(); ++j) {
                 if (moved[i] || known[j]) continue;

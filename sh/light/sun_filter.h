@@ -8,12 +8,12 @@
 namespace penumbra {
 
 // Follows suns with an exponential filter: after t seconds the difference that is left is exp(-t / time_constant). A
-// sun that moves is followed on the great circle. A sun that jumps by more than kMostTurn, or vanishes, fades out where
+// sun that moves is followed on the great circle. A sun that jumps by more than kMaxTurn, or vanishes, fades out where
 // it is, and the other fades in where it is. The light stays whole: the remainder is the light of this moment less the
 // filtered suns (subtractSuns()).
 class SunFilter {
 public:
-    static constexpr double kMostTurn = 0.35;  // radians between two updates; 20 degrees
+    static constexpr double kMaxTurn = 0.35;  // radians between two updates; 20 degrees
 
     // In seconds, >= 0 and finite; 0 switches the filter off. Throws std::invalid_argument otherwise.
     void setTimeConstant(double seconds);

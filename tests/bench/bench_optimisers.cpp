@@ -24,7 +24,7 @@ namespace {
 
 using namespace penumbra;
 
-constexpr int kMostRounds = 6;      // of 8 starts
+constexpr int kMaxRounds = 6;       // of 8 starts
 constexpr double kSame = 1 + 1e-5;  // objectives within this factor count as the same
 
 double seconds(const std::function<void()>& run) {
@@ -89,7 +89,7 @@ struct Timed {
 Timed reachTarget(const Cluster& cluster, std::size_t neurons, double alpha, double target) {
     NetFit fit;
     const double time = seconds([&] {
-        fit = fitFromManyStarts(cluster.x, cluster.y, alpha, {.neurons = neurons, .ranges = {}, .rounds = kMostRounds},
+        fit = fitFromManyStarts(cluster.x, cluster.y, alpha, {.neurons = neurons, .ranges = {}, .rounds = kMaxRounds},
                                 {.iterations = 5000, .least_decrease = 1e-8, .target = kSame * target});
     });
     return {fit.objective, time, fit.iterations};

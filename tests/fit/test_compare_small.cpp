@@ -81,7 +81,7 @@ TEST(FeatureVectors, WithoutAPriorTrainingFramesAreReproducedBest) {
     const std::vector<VectorFit> fits = fitFeatureVectors(c.input, c.character, c.options, nullptr, [](double) {});
     for (const FeatureKind features : c.options.features) {
         double before = 1;
-        for (int degree = 1; degree <= kMostDegree; ++degree) {
+        for (int degree = 1; degree <= kMaxDegree; ++degree) {
             const double without = find(fits, features, degree, false).train.relative_error;
             EXPECT_LE(without, find(fits, features, degree, true).train.relative_error + 1e-9) << degree;
             EXPECT_LE(without, before + 1e-9) << degree;

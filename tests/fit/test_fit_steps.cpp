@@ -24,7 +24,7 @@ TEST(FitSteps, StateTheErrorBetweenThem) {
                                       Case{"ward-gmd:ax=0.2,ay=0.15..0.6", 9}, Case{"oren-nayar:sigma=0..1.2", 9}}) {
         const BrdfRange range = *parseBrdfRange(text);
         const BrdfSteps steps = fitSteps(range, {}, int(kMaxBrdfSteps), 2);
-        EXPECT_LE(steps.error, kMostStepError) << text;
+        EXPECT_LE(steps.error, kMaxStepError) << text;
         EXPECT_EQ(steps.values.size(), count) << text;
         EXPECT_EQ(steps.values.front(), range.least);
         EXPECT_EQ(steps.values.back(), range.most);
@@ -49,7 +49,7 @@ TEST(FitSteps, AreExactAtEveryStep) {
         const std::vector<double> exact = fitBrdf(rgbBrdf(specAt(range, value)), {3, 3}, 1).slices;
         EXPECT_EQ(interpolatedSlices(steps, value), exact) << value;
     }
-    EXPECT_GT(steps.error, kMostStepError) << "three steps are too few, and it is said";
+    EXPECT_GT(steps.error, kMaxStepError) << "three steps are too few, and it is said";
 }
 
 // What counts is the picture: between two steps it is as far from brute force as at a step.

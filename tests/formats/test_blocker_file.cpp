@@ -52,8 +52,8 @@ TEST(BlockerFile, WrongFilesAreRefused) {
         {"/blockers/joint", [](B& b) { b.blockers = {}; }},
         {"/blockers/joint",
          [](B& b) {
-             b.blockers.spheres.resize(kMostBlockers + 1, b.blockers.spheres[0]);
-             b.blockers.joints.resize(kMostBlockers + 1);
+             b.blockers.spheres.resize(kMaxBlockers + 1, b.blockers.spheres[0]);
+             b.blockers.joints.resize(kMaxBlockers + 1);
          }},
         {"/blockers/radius", [](B& b) { b.blockers.spheres[1].radius = 0; }},
         {"/blockers/radius", [](B& b) { b.blockers.spheres[1].radius = -0.5f; }},

@@ -61,9 +61,9 @@ TEST(AutomaticExposure, CountsWhatIsCovered) {
 }
 
 TEST(AutomaticExposure, IsBounded) {
-    EXPECT_EQ(automaticExposure(greys({1e30f})), kLeastExposure);
-    EXPECT_EQ(automaticExposure(greys({1e-30f})), kMostExposure);
-    EXPECT_EQ(automaticExposure(greys({std::numeric_limits<float>::denorm_min()})), kMostExposure);
+    EXPECT_EQ(automaticExposure(greys({1e30f})), kMinExposure);
+    EXPECT_EQ(automaticExposure(greys({1e-30f})), kMaxExposure);
+    EXPECT_EQ(automaticExposure(greys({std::numeric_limits<float>::denorm_min()})), kMaxExposure);
 }
 
 // Brightness of the light cancels: what a PNG shows is the same to a step.

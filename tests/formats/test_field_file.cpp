@@ -94,7 +94,7 @@ TEST(FieldFile, WrongFilesAreRefused) {
         {"/parts/box_high", [](F& f) { f.fields.parts[1].boxes[0].high.x = -0.5f; }},
         {"/parts/box_low", [](F& f) { f.fields.parts[1].boxes[0].low.x = -1e38f; }},
         {"/parts/box_size", [](F& f) { f.fields.parts[1].boxes[0].size[1] = 1; }},
-        {"/parts/box_size", [](F& f) { f.fields.parts[1].boxes[0].size[1] = kMostFieldPoints + 1; }},
+        {"/parts/box_size", [](F& f) { f.fields.parts[1].boxes[0].size[1] = kMaxFieldPoints + 1; }},
         {"/fields/values",
          [](F& f) {
              f.fields.parts[1].boxes[0].size = {1024, 1024, 1024};

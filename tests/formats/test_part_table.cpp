@@ -102,7 +102,7 @@ TEST(PartTable, MoreThan32PartsMergeTheSmallestFirst) {
     std::vector<float> sizes = {20};
     for (int j = 1; j <= 40; ++j) sizes.push_back(float(100 - j));
     const PartTable table = rigOf(star, sizes).table();
-    ASSERT_EQ(table.partCount(), kMostParts);
+    ASSERT_EQ(table.partCount(), kMaxParts);
     for (std::uint16_t j = 0; j <= 31; ++j) EXPECT_EQ(table.part_of_joint[j], j);
     for (std::uint16_t j = 32; j <= 40; ++j) EXPECT_EQ(table.part_of_joint[j], 0) << j;
     EXPECT_EQ(table.part_of_vertex.back(), 0);

@@ -266,7 +266,7 @@ TEST(EnvironmentMap, NegativeRadianceIsNamed) {
 }
 
 // There are rings beside a sun. Nothing stays below 0, and every channel keeps its flux.
-// 1e30 is kMostRadiance. What is off the light may have any number.
+// 1e30 is kMaxRadiance. What is off the light may have any number.
 TEST(EnvironmentMap, RadianceBeyondWhatShadingCanSumIsNamed) {
     Image image = plain(8, 4);
     image.pixels[8 * 2 + 5].y = 1e30f;

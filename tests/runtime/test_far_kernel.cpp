@@ -45,9 +45,9 @@ KernelError kernelError(const EvaluatorPath& path, const std::vector<std::uint16
     const ScatteredReceivers all;
     const FarScene scene{tables.tables(), pose.parts.data(), parts.data(), parts.size()};
     KernelError error;
-    std::vector<float> far(kMostReceivers * kFarNumbers), expected(kFarNumbers);
-    for (std::size_t first = 0; first < all.positions.size(); first += kMostReceivers) {
-        const std::size_t count = std::min(kMostReceivers, all.positions.size() - first);
+    std::vector<float> far(kMaxReceivers * kFarNumbers), expected(kFarNumbers);
+    for (std::size_t first = 0; first < all.positions.size(); first += kMaxReceivers) {
+        const std::size_t count = std::min(kMaxReceivers, all.positions.size() - first);
         path.far->far(tables.constants(), scene, {},
                       {&all.positions[first], &all.normals[first], &all.tangents[first], count}, far.data());
         for (std::size_t i = 0; i < count; ++i) {
@@ -96,20 +96,20 @@ TEST(FarKernel, AnchorsLeaveOutWhatIsNearerThanTheirSpacings) {
     const ScatteredReceivers all;
     const std::vector<std::uint16_t> parts{0, 1, 2, 3, 4, 5};
     const std::size_t stride = anchorStride(parts.size());
-    std::vector<float> values(kMostReceivers * stride);
+    std::vector<float> values(kMaxReceivers * stride);
     for (const EvaluatorPath& path : evaluatorPaths())
         for (const float spacing : {1e3f, 1e-6f}) {
             const FarScene scene{tables.tables(), pose.parts.data(), parts.data(), parts.size(), spacing};
             path.far->anchors(tables.constants(), scene,
-                              {all.positions.data(), all.normals.data(), all.tangents.data(), kMostReceivers},
+                              {all.positions.data(), all.normals.data(), all.tangents.data(), kMaxReceivers},
                               values.data());
             std::size_t summed = 0, near = 0;
-            for (std::size_t r = 0; r < kMostReceivers; ++r) {
+            for (std::size_t r = 0; r < kMaxReceivers; ++r) {
                 summed += values[r * stride] != 0;  // NaN, too
                 for (std::size_t p = 0; p < parts.size(); ++p) near += values[r * stride + kAnchorSums + p] == 1;
             }
             EXPECT_EQ(summed > 0, spacing < 1) << path.name;
-            EXPECT_EQ(near > kMostReceivers, spacing > 1) << path.name;
+            EXPECT_EQ(near > kMaxReceivers, spacing > 1) << path.name;
         }
 }
 

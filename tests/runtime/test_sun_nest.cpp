@@ -217,7 +217,7 @@ TEST(SunMaps, NobodyLosesTheShadowToOthers) {
             EXPECT_TRUE(somewhere) << m << " of " << men.size();
             sharp += fine;
         }
-        EXPECT_GE(sharp, men.size() <= std::size_t(kMostSunGroups) ? men.size() : 1u) << men.size();
+        EXPECT_GE(sharp, men.size() <= std::size_t(kMaxSunGroups) ? men.size() : 1u) << men.size();
     }
 }
 
@@ -233,7 +233,7 @@ TEST(SunNest, NeverHasMoreMapsThanThereIsRoomFor) {
         const SunCasters casters{{meshes.begin(), meshes.end()}, ground};
         for (const float elevation : {0.0f, 2.0f, 50.0f}) {
             const SunNest nest = sunNestOf(casters, sunAt(elevation), kRadius);
-            ASSERT_TRUE(!nest.maps.empty() && nest.maps.size() <= std::size_t(kMostNestedMaps)) << side;
+            ASSERT_TRUE(!nest.maps.empty() && nest.maps.size() <= std::size_t(kMaxNestedMaps)) << side;
             for (const NestedSunMap& map : nest.maps)
                 EXPECT_TRUE(std::isfinite(map.frame.range) && map.frame.texel > 0) << side << " " << elevation;
         }

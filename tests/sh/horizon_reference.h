@@ -91,10 +91,10 @@ inline void traceHorizon(const HeightField& field, float row, float column, floa
     }
 }
 
-// Theta_lm, the radial part, for 0 <= m <= l < order <= kMostHeightOrder, at l (l + 1) / 2 + m. `tangent` is that of
+// Theta_lm, the radial part, for 0 <= m <= l < order <= kMaxHeightOrder, at l (l + 1) / 2 + m. `tangent` is that of
 // the horizon.
 inline void horizonThetas(int order, double tangent, std::span<double> out) {
-    assert(order >= 1 && order <= kMostHeightOrder && out.size() == std::size_t(order * (order + 1) / 2));
+    assert(order >= 1 && order <= kMaxHeightOrder && out.size() == std::size_t(order * (order + 1) / 2));
     const double c = 1 / std::sqrt(1 + tangent * tangent), s = tangent * c, b = std::atan2(c, s), s2 = s * s,
                  c2 = c * c, c3 = c2 * c, c5 = c3 * c2;
     const double j0 = (b - s * c) / 2, j2 = (b + s * c * (1 - 2 * s2)) / 8;

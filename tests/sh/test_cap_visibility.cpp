@@ -85,12 +85,12 @@ TEST(CapVisibility, ProductMatchesGolden) {
 
 TEST(CapLog, RowsMatchGolden) {
     const auto golden = readGolden("shexp.json");
-    for (int order = kLeastLogOrder; order <= kMostLogOrder; ++order) {
+    for (int order = kMinLogOrder; order <= kMaxLogOrder; ++order) {
         const auto& rows = golden.at("tables").at(std::to_string(order)).at("zh_log");
         ASSERT_EQ(rows.size(), 65u);
         std::vector<double> z(std::size_t(order), 0.0);
         for (std::size_t e = 0; e < rows.size(); ++e) {
-            capLogZonal(2 * std::asin(double(e) / 64 * std::sin(kMostCapAngle / 2)), z);
+            capLogZonal(2 * std::asin(double(e) / 64 * std::sin(kMaxCapAngle / 2)), z);
             expectNear(z, doubles(rows[e]), 1e-9);
         }
     }
@@ -154,7 +154,7 @@ TEST(NetLog, OfExactRowsMatchesGolden) {
 TEST(NetLog, OfASphereFadesInside) {
     EXPECT_EQ(sineOfCap(1.0f, 1.0f), 1);
     EXPECT_NEAR(sineOfCap(0.9999999, 1.0), 1, 1e-6);
-    for (int order = kLeastLogOrder; order <= kMostLogOrder; ++order) {
+    for (int order = kMinLogOrder; order <= kMaxLogOrder; ++order) {
         const std::vector<CasterSphere> sphere = {{{0, 0, 0}, 0.2f}};
         float before = 0;
         for (int step = 0; step <= 400; ++step) {
@@ -179,7 +179,7 @@ TEST(NetLog, IgnoresWhatHidesNothing) {
 
 // Caps above 165 degrees count as that.
 TEST(NetLog, EndsWithTheTable) {
-    const std::vector<double> most = netLogOf(5, {{{0, 0.6, 0.8}, kMostCapAngle}}),
+    const std::vector<double> most = netLogOf(5, {{{0, 0.6, 0.8}, kMaxCapAngle}}),
                               more = netLogOf(5, {{{0, 0.6, 0.8}, 179 * kDegree}});
     EXPECT_EQ(most, more);
 }

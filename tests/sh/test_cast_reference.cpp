@@ -24,7 +24,7 @@ TEST(CastExponential, ReadsItsOwnNames) {
 // The default is what the lanes compute. Measured: below 1e-5.
 TEST(CastReference, IsWhatTheLanesCompute) {
     const std::vector<CasterSphere> person = inFloats(goldenPerson());
-    for (int order = kLeastLogOrder; order <= kMostLogOrder; ++order) {
+    for (int order = kMinLogOrder; order <= kMaxLogOrder; ++order) {
         const std::size_t n = std::size_t(coefficientCount(order));
         std::vector<float> fast(kPlaces.size() * n);
         castVisibility(order, person, kPlaces, fast);

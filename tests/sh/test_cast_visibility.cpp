@@ -36,7 +36,7 @@ std::vector<Vec3> somePlaces(std::size_t count) {
 TEST(CastVisibility, IsTheExponentialOfTheNetLogOnEveryPath) {
     const std::vector<CasterSphere> person = inFloats(goldenPerson());
     for (const CastPath& path : castPaths())
-        for (int order = kLeastLogOrder; order <= kMostLogOrder; ++order) {
+        for (int order = kMinLogOrder; order <= kMaxLogOrder; ++order) {
             const std::size_t n = std::size_t(coefficientCount(order));
             const std::vector<Vec3> places = somePlaces(403);  // the last block is not full
             std::vector<float> out(places.size() * n), expected(n);

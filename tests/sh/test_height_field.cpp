@@ -186,7 +186,7 @@ TEST(HeightStroke, RaisesABumpThatEndsAtItsRadius) {
     // It ends at the edges, and heights at their limit.
     EXPECT_EQ(strokeHeights(field, {-1, 29, 1, -1}, heights), (TexelBox{0, 25, 2, 30}));
     strokeHeights(field, {10, 12, 1, 3e7f}, heights);
-    EXPECT_FLOAT_EQ(at(10, 12), kMostElevation);
+    EXPECT_FLOAT_EQ(at(10, 12), kMaxElevation);
     // Beside the field, without a radius, between points, and of no number.
     const float nan = std::nanf("");
     for (const HeightStroke& none : {HeightStroke{100, 12, 1, 1},

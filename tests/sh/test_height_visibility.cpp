@@ -258,7 +258,7 @@ TEST(HeightVisibility, OfExtremeReliefIsFinite) {
         std::vector<float> heights(33 * 65);
         for (std::size_t i = 0; i < heights.size(); ++i) heights[i] = i % 7 == 3 ? relief : -relief;
         for (const HeightBorder border : {HeightBorder::kOpen, HeightBorder::kClamped, HeightBorder::kPeriodic}) {
-            const HeightField field({33, 65, kLeastCell, 10, border}, heights);
+            const HeightField field({33, 65, kMinCell, 10, border}, heights);
             for (const HeightPath& path : heightPaths()) {
                 HeightVisibility visibility(field, 5, 4, path);
                 visibility.evaluate(field, 0, visibility.receiverRows());
@@ -278,8 +278,8 @@ TEST(HeightVisibility, OfExtremeReliefIsFinite) {
 
 TEST(HeightVisibility, OfTheWidestFieldIsThePlainForm) {
     std::vector<float> heights;
-    for (int i = 0; i < kMostHeightSide; ++i) heights.push_back(float(i % 977) * 0.1f);
-    const HeightField field({1, kMostHeightSide}, heights);
+    for (int i = 0; i < kMaxHeightSide; ++i) heights.push_back(float(i % 977) * 0.1f);
+    const HeightField field({1, kMaxHeightSide}, heights);
     HeightVisibility visibility(field, 4, 8);
     visibility.evaluate(field, 0, 1);
     const HorizonTaps taps = horizonTaps(field);

@@ -52,7 +52,7 @@ double ambientOf(const std::vector<double>& v, Vec3d normal) {
 }
 
 TEST(RepeatedProduct, IsTheProduct) {
-    for (int order = 1; order <= kMostRepeatedOrder; ++order) {
+    for (int order = 1; order <= kMaxRepeatedOrder; ++order) {
         const std::size_t n = std::size_t(coefficientCount(order));
         std::vector<double> a(n), b(n), expected(n), out(n);
         for (std::size_t i = 0; i < n; ++i) {
@@ -125,7 +125,7 @@ TEST(ExpOfLog, MatchesGoldenOfAPerson) {
 
 TEST(ExpOfLog, LinearCurvesMatchGolden) {
     const auto golden = readGolden("shexp.json").at("ol");
-    for (int order = kLeastLogOrder; order <= kMostLogOrder; ++order) {
+    for (int order = kMinLogOrder; order <= kMaxLogOrder; ++order) {
         const auto& expected = golden.at(std::to_string(order));
         const std::vector<double> norms = doubles(expected.at("grid_single")), a = doubles(expected.at("a_single")),
                                   b = doubles(expected.at("b_single"));
@@ -144,7 +144,7 @@ TEST(ExpOfLog, LinearCurvesMatchGolden) {
 
 TEST(ExpOfLog, OfNothingIsOne) {
     for (ExpMethod method : {ExpMethod::kHybPs2, ExpMethod::kHybOl, ExpMethod::kPs, ExpMethod::kOl})
-        for (int order = kLeastLogOrder; order <= kMostLogOrder; ++order) {
+        for (int order = kMinLogOrder; order <= kMaxLogOrder; ++order) {
             std::vector<double> one(std::size_t(coefficientCount(order)));
             const std::vector<double> out = expOf(order, {method}, one);
             one[0] = kOne;
@@ -156,7 +156,7 @@ TEST(ExpOfLog, OfNothingIsOne) {
 // .016 (plain), .001 to .014 (smooth) and .004 to .026 (HYB-OL), growing with the order.
 TEST(ExpOfLog, MethodsComeNearTheExactOne) {
     const std::vector<CasterSphereD> person = goldenPerson();
-    for (int order = kLeastLogOrder; order <= kMostLogOrder; ++order) {
+    for (int order = kMinLogOrder; order <= kMaxLogOrder; ++order) {
         Largest plain, smooth, linear;
         for (int k = 0; k < 40; ++k) {
             const double angle = 0.7 * k, distance = 0.2 + 0.045 * k;
@@ -176,7 +176,7 @@ TEST(ExpOfLog, MethodsComeNearTheExactOne) {
 // Measured: 3.3e-6 to 1.1e-5.
 TEST(ExpOfLog, FloatsComeNearDoubles) {
     const std::vector<CasterSphereD> person = goldenPerson();
-    for (int order = kLeastLogOrder; order <= kMostLogOrder; ++order) {
+    for (int order = kMinLogOrder; order <= kMaxLogOrder; ++order) {
         Largest worst;
         for (int k = 0; k < 200; ++k) {
             const double angle = 0.7 * k, distance = 0.01 * k;
@@ -195,7 +195,7 @@ TEST(ExpOfLog, FloatsComeNearDoubles) {
 // sphere), E by .0004 at the most. By the plain rule V changes by .007 to .030.
 TEST(ExpOfLog, DoesNotStepWhereTheSquaringsChange) {
     const auto golden = readGolden("shexp.json");
-    for (int order = kLeastLogOrder; order <= kMostLogOrder; ++order) {
+    for (int order = kMinLogOrder; order <= kMaxLogOrder; ++order) {
         Largest plain, smooth, ambient;
         for (const auto& scene : golden.at("scenes")) {
             const std::vector<double> log = netLogOf(order, goldenCaps(scene.at("axis"), scene.at("theta")));
@@ -237,7 +237,7 @@ double largestKink(int order, const ExpOptions& options) {
 
 // m passes 1/2, 1, 2 and 4 on the way. Measured: .0001 to .0007; by the plain rule .009 to .028.
 TEST(ExpOfLog, AmbientHasNoStepAsASphereComesNear) {
-    for (int order = kLeastLogOrder; order <= kMostLogOrder; ++order) {
+    for (int order = kMinLogOrder; order <= kMaxLogOrder; ++order) {
         const double smooth = largestKink(order, kSmooth), plain = largestKink(order, kPlain);
         EXPECT_GT(normOf(netLogAt(order, {{{0, 0, 0.2}, 0.2}}, Vec3d{})), 4.5);
         EXPECT_LT(smooth, 0.0015);
@@ -248,7 +248,7 @@ TEST(ExpOfLog, AmbientHasNoStepAsASphereComesNear) {
 // On the way into a sphere the shadow goes away without a step, and in the middle all is visible. A step here is
 // 0.0001 of the radius. At the surface E falls as the square root of the way: measured .0046 to .0086 in a step.
 TEST(ExpOfLog, AmbientFadesInsideASphere) {
-    for (int order = kLeastLogOrder; order <= kMostLogOrder; ++order) {
+    for (int order = kMinLogOrder; order <= kMaxLogOrder; ++order) {
         Largest worst;
         double before = -1;
         for (int step = 0; step <= 3000; ++step) {

@@ -98,14 +98,14 @@ std::optional<ImVec2> project(const FrameView& view, const Rectangle& area, Vec3
 }
 
 // Draws normals (blue), tangents (red) and their cross products (green) of vertices that face the eye, at most
-// kMostFrames.
+// kMaxFrames.
 void tangentFrames(const Character& character, const Pane& pane, const FrameView& view, float size) {
-    constexpr std::size_t kMostFrames = 1500;
+    constexpr std::size_t kMaxFrames = 1500;
     ImDrawList& list = *ImGui::GetBackgroundDrawList();
     list.PushClipRect(ImVec2(float(pane.clip.x), float(pane.clip.y)),
                       ImVec2(float(pane.clip.x + pane.clip.width), float(pane.clip.y + pane.clip.height)));
     const FrameVertices& at = character.vertices;
-    const std::size_t step = at.positions.size() / kMostFrames + 1;
+    const std::size_t step = at.positions.size() / kMaxFrames + 1;
     for (std::size_t v = 0; v < at.positions.size(); v += step) {
         const Vec3 p = at.positions[v], n = at.normals[v], t = at.tangents[v];
         if (dot(view.eye - p, n) <= 0) continue;

@@ -148,7 +148,7 @@ void materialPanel(const Scene& scene, ViewState& state) {
     ImGui::TextDisabled("Exposure, tone mapping");
     ImGui::SetNextItemWidth(-1);
     float exposure = state.display.exposure;
-    if (ImGui::SliderFloat("##exposure", &exposure, kLeastExposure, kMostExposure, "x %.3g",
+    if (ImGui::SliderFloat("##exposure", &exposure, kMinExposure, kMaxExposure, "x %.3g",
                            ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp))
         fixExposure(state, exposure);
     ImGui::Checkbox("automatic exposure", &state.automatic_exposure);
@@ -175,7 +175,7 @@ void chooseCastMode(ViewState& state, const ViewContents& contents) {
 void brushPanel(ViewState& state) {
     ImGui::Checkbox("brush", &state.brush.on);
     if (!state.brush.on) return;
-    const double least = kLeastBrush, most = kMostBrush;
+    const double least = kMinBrush, most = kMaxBrush;
     ImGui::SetNextItemWidth(-1);
     ImGui::SliderScalar("##radius", ImGuiDataType_Double, &state.brush.radius, &least, &most, "radius %.2f m",
                         ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp);

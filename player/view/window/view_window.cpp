@@ -99,7 +99,7 @@ void limitSize(GLFWwindow* window, const WindowPlace& place) {
     int width = 0, height = 0;
     glfwGetWindowSize(window, &width, &height);
     const auto scaled = [](int least, int size, int of) { return int(std::lround(double(least) * size / of)); };
-    glfwSetWindowSizeLimits(window, scaled(kLeastWidth, width, place.width), scaled(kLeastHeight, height, place.height),
+    glfwSetWindowSizeLimits(window, scaled(kMinWidth, width, place.width), scaled(kMinHeight, height, place.height),
                             GLFW_DONT_CARE, GLFW_DONT_CARE);
 }
 
@@ -208,8 +208,8 @@ WindowPlace ViewWindow::place() const {
     place.x = x;
     place.y = y;
     const float unit = unitScale();  // a new window is scaled to its monitor again
-    place.width = std::clamp(int(std::lround(float(place.width) / unit)), kLeastWidth, kMostWidth);
-    place.height = std::clamp(int(std::lround(float(place.height) / unit)), kLeastHeight, kMostHeight);
+    place.width = std::clamp(int(std::lround(float(place.width) / unit)), kMinWidth, kMaxWidth);
+    place.height = std::clamp(int(std::lround(float(place.height) / unit)), kMinHeight, kMaxHeight);
     return place;
 }
 
