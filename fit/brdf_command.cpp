@@ -31,8 +31,7 @@ struct BrdfCommand {
     int operators = 0;  // k; 0 means none
     std::string operators_from = "slices";
     SliceOrders orders;
-    int steps = 0;  // most steps of a range; 0: kDefaultSteps
-    bool paper = false;
+    int steps = 0;                                // most steps of a range; 0: kDefaultSteps
     std::string name;                             // empty: the name of the source
     std::vector<const CLI::Option*> of_tables{};  // options of slices, which live materials and membranes do not choose
 };
@@ -46,11 +45,10 @@ void define(CLI::App& app, BrdfCommand& command) {
     app.add_option("--table", command.source.table,
                    "scattered measurements (Cornell's .brdf), fits (.csv) or a Penumbra BRDF table");
     app.add_option("--material", command.source.material, "which row of a --table of fits");
-    CLI::Option* operators =
-        app.add_option(
-               "--operators", command.operators,
-               "also K reflection product operators (paper 000), 1..16; one more or less where K would cut a pair")
-            ->check(CLI::Range(1, kMaxOperators));
+    CLI::Option* operators = app.add_option("--operators", command.operators,
+                                            "also K reflection product operators (Nowrouzezahrai 2009), 1..16; one "
+                                            "more or less where K would cut a pair")
+                                 ->check(CLI::Range(1, kMaxOperators));
     app.add_option("--operators-from", command.operators_from,
                    "slices (default), table (SVD of the BRDF itself), literal (the paper as printed, for comparisons)")
         ->check(CLI::IsMember({"slices", "table", "literal"}))
@@ -65,7 +63,6 @@ void define(CLI::App& app, BrdfCommand& command) {
         ->check(CLI::Range(3, int(kMaxBrdfSteps)));
     for (const char* option : {"--slice-order", "--view-order", "--operators"})
         command.of_tables.push_back(app.get_option(option));
-    app.add_flag("--paper", command.paper, "a membrane with an unshadowed other side, as paper 003 has it: back=open");
     addNameOption(app, command.name);
     app.add_option("-o,--output", command.output, "M.brdf.h5")->required();
     app.footer(describeBrdfs() + "\n" + app.get_footer());
@@ -97,8 +94,8 @@ std::string rounded(double value, int digits) {
     return text;
 }
 
-// The budget for paper 000's operators at run time: bytes of M^b and w for a colour channel, with light and visibility
-// of order 4.
+// The budget for Nowrouzezahrai 2009's operators at run time: bytes of M^b and w for a colour channel, with light and
+// visibility of order 4.
 constexpr std::size_t kMaxOperatorBytes = 10240;
 
 std::size_t operatorBytes(const BrdfOperators& operators) {
@@ -148,15 +145,6 @@ void addOperators(const BrdfCommand& command, const RgbBrdf& source, BrdfFile& b
                                                                  : "no pair of equal singular values is cut");
 }
 
-BrdfReading readSource(const BrdfCommand& command, int threads) {
-    BrdfReading reading = readBrdfSource(command.source, threads);
-    if (!command.paper) return reading;
-    if (!reading.membrane) throw UsageError("--paper: " + reading.brdf.name + " is no membrane");
-    reading.membrane->open_back = true;
-    reading.brdf.name = toString(*reading.membrane);
-    return reading;
-}
-
 // A live material has no slices to fit.
 BrdfFile liveFile(const BrdfReading& reading) {
     BrdfFile brdf;
@@ -201,7 +189,7 @@ void describe(const BrdfFile& brdf) {
 
 void run(const BrdfCommand& command, const CommonOptions& common, Report& report) {
     report.phase("read");
-    const BrdfReading reading = readSource(command, common.threads);
+    const BrdfReading reading = readBrdfSource(command.source, common.threads);
     const bool is_live = reading.lobes.size() == 1 && isMirrorLobe(reading.lobes[0].model);
     if (!reading.range && command.steps > 0) throw UsageError("--steps needs a range, as alpha=0.1..0.6");
     if (reading.range && command.operators > 0)

@@ -30,7 +30,8 @@ void define(CLI::App& app, CompareCommand& command) {
     app.add_option("-o,--output", command.output, "page to write, NAME.html; NAME.json and NAME.csv go beside it")
         ->required();
     addNameListOption(app, "--holdout", command.holdout, "clips that no fit sees: what the errors are of")->required();
-    addNameListOption(app, "--models", command.models, "models to compare [all but zh-lobes, which are paper 003's]");
+    addNameListOption(app, "--models", command.models,
+                      "models to compare [all but zh-lobes, which are Nowrouzezahrai 2008's]");
     addNameListOption(app, "--lobes", command.lobes, "numbers of lobes of zh-lobes, 1..3 [1,2]");
     addNameListOption(app, "--features", command.features,
                       "features to compare [joint-angles, or dihedral-angles without a skeleton, and relative-bones]");
@@ -44,7 +45,7 @@ void define(CLI::App& app, CompareCommand& command) {
     for (const char* name : {"--models", "--lobes", "--features", "--parts"})
         command.of_visibility.push_back(app.get_option(name));
     app.add_flag("--transfer", command.transfer,
-                 "compare the models of paper 002; a bake of transfer is compared so without it");
+                 "compare the linear models of transfer; a bake of transfer is compared so without it");
     command.of_transfer = {
         app.add_option("--components", command.components,
                        "components of the angles and of the vertices of a reduced model of --transfer; any number of "

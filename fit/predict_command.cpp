@@ -51,7 +51,7 @@ void printDryRun(const PredictCommand& command, const VisibilityReader& poses) {
                 poses.header().mesh.vertexCount(), command.output.c_str());
 }
 
-// Predicts with a model of paper 002.
+// Predicts with a linear model of transfer.
 void runTransfer(const PredictCommand& command, const CommonOptions& common, Report& report) {
     report.phase("read");
     const TransferModel model = readTransfer(command.model);
@@ -67,7 +67,7 @@ void runTransfer(const PredictCommand& command, const CommonOptions& common, Rep
     if (!common.quiet) std::printf("%zu frames of diffuse transfer\n", frames);
 }
 
-// Predicts with a model of paper 003.
+// Predicts with a model of Nowrouzezahrai 2008.
 void runLobes(const PredictCommand& command, const CommonOptions& common, Report& report) {
     report.phase("read");
     const LobeModel model = readLobes(command.model);

@@ -1,4 +1,4 @@
-// penumbra-fit transfer X.vis.h5 -o X.transfer.h5: fits a model of paper 002 to baked diffuse transfer.
+// penumbra-fit transfer X.vis.h5 -o X.transfer.h5: fits a linear model of transfer to baked diffuse transfer.
 #include <cmath>
 #include <cstdio>
 #include <memory>
@@ -132,7 +132,7 @@ void printFit(const TransferFit& fit) {
     if (fit.model.kind == TransferModelKind::kPca)
         std::printf("%zu components keep %.1f%% of the angles' variance, %zu keep %.1f%% of the transfer's\n",
                     fit.model.inputs(), 100 * found.pose_variance, fit.model.outputs(), 100 * found.vertex_variance);
-    std::printf("%zu bytes as paper 002 counts, %.2f%% of one mesh; %zu bytes with bias and mean\n",
+    std::printf("%zu bytes as Nowrouzezahrai 2007 counts, %.2f%% of one mesh; %zu bytes with bias and mean\n",
                 paperBytes(fit.model), 100 * double(paperBytes(fit.model)) / double(paperMeshBytes(fit.model)),
                 modelBytes(fit.model));
     std::printf("%-24s %-9s %6s %14s %12s %18s\n", "clip", "", "frames", "relative error", "E_transfer",
@@ -171,7 +171,7 @@ void run(const TransferCommand& command, const CommonOptions& common, Report& re
 Verb transferVerb() {
     const auto command = std::make_shared<TransferCommand>();
     return {"transfer",
-            "Fit a linear model of paper 002 to baked diffuse transfer, as a function of the joint angles.",
+            "Fit a linear model of Nowrouzezahrai 2007 to baked diffuse transfer, as a function of the joint angles.",
             [command](CLI::App& app) { define(app, *command); },
             [command] { return std::vector<std::filesystem::path>{command->input}; },
             [command] { return std::filesystem::path(command->output); },

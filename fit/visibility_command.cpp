@@ -52,7 +52,7 @@ void define(CLI::App& app, VisibilityCommand& command) {
     app.add_option("-o,--output", command.output, "model to write, X.model.h5, or X.lobes.h5 of zh-lobes")->required();
     app.add_option("--model", command.model,
                    "how the numbers are predicted; auto: composed with --fields, else additive; zh-lobes: the "
-                   "reference model of paper 003, for `predict` alone")
+                   "reference model of zonal lobes, for `predict` alone")
         ->check(CLI::IsMember([] {
             std::vector<std::string> names = namesOf(kModelKinds);
             names.emplace_back(kComposed);
@@ -152,7 +152,7 @@ std::vector<std::filesystem::path> inputsOf(const VisibilityCommand& command) {
     return inputs;
 }
 
-// Returns the options of paper 003's model, which has no use for some of the others.
+// Returns the options of Nowrouzezahrai 2008's model, which has no use for some of the others.
 LobesCommand lobesOf(const VisibilityCommand& command, const CommonOptions& common) {
     for (const CLI::Option* option : command.not_of_lobes)
         if (option->count() > 0) throw UsageError(option->get_name() + " is of no use to --model zh-lobes");

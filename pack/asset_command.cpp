@@ -136,13 +136,13 @@ SphereBlockers readBlockersOf(const Model& model, const fs::path& path) {
     return std::move(file.blockers);
 }
 
-// Packs a model of paper 002. Without a material it gets one of --albedo.
+// Packs a linear model of transfer. Without a material it gets one of --albedo.
 void runTransfer(const AssetCommand& command, const std::vector<SlotChoice>& slots, const CommonOptions& common,
                  Report& report) {
     if (command.max_error || command.max_bytes_per_vertex || command.bounce_bytes || command.no_playback ||
         !command.blockers.empty())
         throw UsageError("--max-error, --max-bytes-per-vertex, --bounce-bytes, --no-playback and --blockers: " +
-                         command.model.string() + " has transfer of paper 002, whose size is that of its components");
+                         command.model.string() + " has linear transfer, whose size is that of its components");
     const TransferModel model = readTransfer(command.model);
     TransferPackOptions options;
     options.slots = slots;
@@ -163,9 +163,8 @@ void runTransfer(const AssetCommand& command, const std::vector<SlotChoice>& slo
     report.figures["paper_bytes"] = paperBytes(model);
     report.figures["paper_mesh_bytes"] = paperMeshBytes(model);
     if (!common.quiet)
-        std::printf("%s: transfer of paper 002, %zu bytes as the paper counts, %.2f%% of one mesh\n",
-                    command.output.c_str(), paperBytes(model),
-                    100 * double(paperBytes(model)) / double(paperMeshBytes(model)));
+        std::printf("%s: linear transfer, %zu bytes as the paper counts, %.2f%% of one mesh\n", command.output.c_str(),
+                    paperBytes(model), 100 * double(paperBytes(model)) / double(paperMeshBytes(model)));
     reportSizes(packed, common.quiet, report);
     report.phase("write");
     if (!common.dry_run) writeWholeFile(command.output, packed.bytes);

@@ -171,7 +171,7 @@ void runTransferCheck(const CheckCommand& command, const AssetView& asset, const
     if (!command.predictions.empty() || !command.second_bake.empty() || !command.model.empty() ||
         !command.bounces.empty())
         throw UsageError("--predictions, --second-bake, --model and --bounces are of no use: " +
-                         command.asset.string() + " has transfer of paper 002");
+                         command.asset.string() + " has linear transfer");
     const std::size_t frames = truth.header().frames.frameCount();
     naming(command.truth, [&] { checkTransferFits(asset, truth.header()); });
     if (common.dry_run) {

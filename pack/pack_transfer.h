@@ -1,5 +1,5 @@
 #pragma once
-// Packs a model of paper 002 (penumbra-fit transfer) into a run-time asset, in a table of its own.
+// Packs a linear model of transfer (penumbra-fit transfer) into a run-time asset, in a table of its own.
 #include <span>
 #include <string>
 #include <vector>

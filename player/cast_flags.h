@@ -13,8 +13,8 @@ struct CastFlags {
 inline void addCastFlags(CLI::App& app, CastFlags& flags) {
     app.add_option(
            "--cast", flags.mode,
-           "of a scene, how shadows of others join own visibility: product, or for comparison folded, paper-000 "
-           "or paper-004 (slow)")
+           "of a scene, how shadows of others join own visibility: product, or for comparison folded, sphere-product "
+           "or hemisphere-share (slow)")
         ->capture_default_str();
     app.add_option("--cast-exponential", flags.exponential,
                    "of a scene, how the spheres of casters are multiplied: hyb-ps2, or for comparison hyb-ol, ps-K, ol "

@@ -425,7 +425,7 @@ typedef struct penumbra_shading penumbra_shading;
 
 typedef enum penumbra_reflectance {
     PENUMBRA_SLICES = 0,    /* exact product of visibility and reflectance */
-    PENUMBRA_OPERATORS = 1, /* paper 000 eq 11 */
+    PENUMBRA_OPERATORS = 1, /* Nowrouzezahrai 2009 eq 11 */
     PENUMBRA_REFLECTANCE_WIDE = 0x7fffffff
 } penumbra_reflectance;
 typedef enum penumbra_light_form {

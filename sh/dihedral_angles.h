@@ -1,6 +1,6 @@
 #pragma once
-// Measures how a triangle mesh is folded: the signed angle at each inner edge (paper 000, section 5.1). Bake, fit and
-// run-time evaluator all compute it here, so all have the same numbers. Only innerEdges() allocates.
+// Measures how a triangle mesh is folded: the signed angle at each inner edge (Nowrouzezahrai 2009, section 5.1). Bake,
+// fit and run-time evaluator all compute it here, so all have the same numbers. Only innerEdges() allocates.
 #include <array>
 #include <cstdint>
 #include <span>

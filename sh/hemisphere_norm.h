@@ -1,5 +1,6 @@
 #pragma once
-// E_transfer of paper 002 (section 6): how far predicted transfer is from the truth, independent of any light.
+// E_transfer of Nowrouzezahrai 2007 (section 6): how far predicted transfer is from the truth, independent of any
+// light.
 #include <array>
 #include <span>
 #include <vector>

@@ -1,6 +1,6 @@
 #pragma once
-// Products of SH functions. Gamma_ijk is the integral of y_i y_j y_k (formulas: paper 000 eq. 2; exact by Gauss
-// quadrature).
+// Products of SH functions. Gamma_ijk is the integral of y_i y_j y_k (formulas: Nowrouzezahrai 2009 eq. 2; exact by
+// Gauss quadrature).
 #include <cstdint>
 #include <span>
 #include <vector>

@@ -1,6 +1,7 @@
 #pragma once
 // A convention turns a vertex' visibility into numbers in its local frame (z = normal). All conventions follow exactly
-// from the hemisphere moments b_i = integral over s.N >= 0 of V y_i (paper 000 eq. 1 and docs/formulas.md section 2).
+// from the hemisphere moments b_i = integral over s.N >= 0 of V y_i (Nowrouzezahrai 2009 eq. 1 and docs/formulas.md
+// section 2).
 //
 // - A: V = 1 below the horizon; the numbers are b + Delta.
 // - B: V = 0 below the horizon; the numbers are b.

@@ -6,8 +6,8 @@
 
 namespace penumbra {
 
-// Turns a lobe from +z to the unit `axis`: g_lm = sqrt(4pi/(2l+1)) z_l y_lm(axis) (paper 003 eq. 1 corrected, paper 004
-// eq. 3). z.size() == order, out.size() == coefficientCount(order).
+// Turns a lobe from +z to the unit `axis`: g_lm = sqrt(4pi/(2l+1)) z_l y_lm(axis) (Nowrouzezahrai 2008 eq. 1 corrected,
+// Nowrouzezahrai 2011 eq. 3). z.size() == order, out.size() == coefficientCount(order).
 void rotateZonal(std::span<const double> z, Vec3d axis, std::span<double> out);
 
 // Writes the exact z_l of max(0, cos theta): sqrt(pi)/2, sqrt(pi/3), sqrt(5pi)/8, 0, ... z.size() == order.
@@ -16,8 +16,8 @@ void clampedCosineZonal(std::span<double> z);
 // Writes the z_l of the function that is 1 where s.z < height, else 0. -1 <= height <= 1, z.size() == order.
 void belowPlaneZonal(double height, std::span<double> z);
 
-// Writes the z_l of the visibility that a blocked cap of half-angle `angle` around +z leaves (paper 004 eq. 22-23
-// corrected).
+// Writes the z_l of the visibility that a blocked cap of half-angle `angle` around +z leaves (Nowrouzezahrai 2011 eq.
+// 22-23 corrected).
 void capVisibilityZonal(double angle, std::span<double> z);
 
 }  // namespace penumbra

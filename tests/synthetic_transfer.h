@@ -1,5 +1,5 @@
 #pragma once
-// A bending tube with a made-up model of paper 002. Nothing in it is trained.
+// A bending tube with a made-up model of Nowrouzezahrai 2007. Nothing in it is trained.
 #include "formats/stage/transfer_file.h"
 #include "tests/synthetic_model.h"
 

@@ -1,6 +1,7 @@
 #pragma once
-// Samples poses within the joints' limits: "regularly sampling the space of input parameters" (paper 000, section
-// 5.1). A grid has far too many points in 3 J dimensions, whereas a low-discrepancy sequence can have any number.
+// Samples poses within the joints' limits: "regularly sampling the space of input parameters" (Nowrouzezahrai 2009,
+// section 5.1). A grid has far too many points in 3 J dimensions, whereas a low-discrepancy sequence can have any
+// number.
 #include <cstdint>
 #include <vector>
 

@@ -2,8 +2,9 @@
 //
 // Problem: k spheres, each rigid with one bone, whose shadows on other things are those of the character.
 //
-// Naive (paper 000): k-means of the vertices, and spheres that hold their vertices. Such spheres stick out of the body,
-// and its shadow is far too dark: they hide 8 times the error of what is used here (docs/formulas.md, section 9).
+// Naive (Nowrouzezahrai 2009): k-means of the vertices, and spheres that hold their vertices. Such spheres stick out of
+// the body, and its shadow is far too dark: they hide 8 times the error of what is used here (docs/formulas.md, section
+// 9).
 //
 // Here: what a distant receiver sees of a character is its silhouette, so its area is what must be right on average.
 // The points to group are spread evenly over the surface, radii are mean distances, and one factor for all radii makes

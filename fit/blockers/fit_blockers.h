@@ -12,7 +12,7 @@ namespace penumbra {
 
 enum class BlockerMethod {
     kArea,  // k-means of points spread evenly over the surface, mean distances as radii, silhouettes of the right area
-    kPaper  // paper 000, section 7: k-means of the vertices, with spheres that hold all of their vertices
+    kPaper  // Nowrouzezahrai 2009, section 7: k-means of the vertices, with spheres that hold all of their vertices
 };
 const char* nameOf(BlockerMethod method);  // "area", "paper"
 

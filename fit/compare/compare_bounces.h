@@ -1,6 +1,6 @@
 #pragma once
-// Figure 7 of paper 002: its models on the indirect transfer of a bake with bounces, with our models of light that
-// bounces in the same table.
+// Figure 7 of Nowrouzezahrai 2007: its models on the indirect transfer of a bake with bounces, with our models of light
+// that bounces in the same table.
 #include <functional>
 #include <memory>
 #include <string>
@@ -14,7 +14,7 @@ namespace penumbra {
 // A model of a comparison of transfer.
 struct DirectModel {
     std::string name;
-    TransferFitOptions fit;        // of a model of paper 002
+    TransferFitOptions fit;        // of a linear model of transfer
     std::shared_ptr<Model> model;  // of visibility, else null
     std::size_t order = 0;         // bands of what this returns, [V, order^2] in the model frame
     std::function<std::vector<float>(const VisibilityFrame& pose)> transfer;

@@ -55,7 +55,7 @@ Figure cosineFigure(const Comparison& comparison);
 Figure framesFigure(const Comparison& comparison);
 // The figure in compare_lobes.cpp.
 Figure lobesFigure(const Comparison& comparison);
-// Figures in compare_small.cpp: what paper 000 tells beside its models.
+// Figures in compare_small.cpp: what Nowrouzezahrai 2009 tells beside its models.
 Figure vectorsFigure(const Comparison& comparison);
 Figure normalTableFigure(const Comparison& comparison);
 Figure lightsFigure(const Comparison& comparison);

@@ -98,7 +98,7 @@ std::vector<FitOptions> makeGrid(const CompareOptions& options, int file_order) 
                 add(reference, [=](FitOptions& fit) { fit.output_variance = share; });
             for (Convention convention : options.conventions)
                 add(reference, [=](FitOptions& fit) { fit.convention = convention; });
-            // 2. Fits as in figures 8 and 9 of paper 000.
+            // 2. Fits as in figures 8 and 9 of Nowrouzezahrai 2009.
             FitOptions paper = reference;
             paper.convention = paperConvention(options, file_order);
             paper.clamp = false;

@@ -16,8 +16,8 @@ FitOptions referenceFit(const CompareOptions& options, ModelKind model, FeatureK
 // order if that is less), and the same as the local model of a composed one; options.fields has some for the latter.
 FitOptions mirroredAdditiveFit(const CompareOptions& options, int file_order);
 FitOptions composedFit(const CompareOptions& options, int file_order);
-// Returns the convention for figures 8 and 9 of paper 000, which take convention A. It has the order of the reference,
-// or one less where the file has no higher moments.
+// Returns the convention for figures 8 and 9 of Nowrouzezahrai 2009, which take convention A. It has the order of the
+// reference, or one less where the file has no higher moments.
 Convention paperConvention(const CompareOptions& options, int file_order);
 
 // Tells which models the grid has without prior, too. Those of feature vectors have fits of their own for that

@@ -1,4 +1,4 @@
-// The figure of paper 003's lobes.
+// The figure of Nowrouzezahrai 2008's lobes.
 #include <cmath>
 
 #include "fit/compare/compare_series.h"
@@ -37,7 +37,7 @@ Figure lobesFigure(const Comparison& comparison) {
                               errorText(model.cosine)});
     }
     plot.series = {visibility, cosine};
-    Figure figure{"lobes", "Zonal lobes of visibility", "Paper 003, figures 3 and 5", "", "", {plot}, table};
+    Figure figure{"lobes", "Zonal lobes of visibility", "Nowrouzezahrai 2008, figures 3 and 5", "", "", {plot}, table};
     const ComparedLobes &sh = lobes.models[0], &best = lobes.models.back();
     figure.finding = "A linear model of " + best.name + " has a held-out relative error of " +
                      fixedNumber(best.visibility.mean, 3) + ", that of SH " + fixedNumber(sh.visibility.mean, 3) +

@@ -70,7 +70,7 @@ Figure jointFigure(const Comparison& comparison) {
             fit.turn_ambient);
     for (const VectorFit& fit : comparison.vectors)  // the lower degrees are the linear and the quadratic model
         if (fit.degree == kMaxDegree && fit.prior) add(labelOf(fit), styleOf(fit), fit.turn_ambient);
-    Figure figure{"joint", "One vertex as one joint turns", "Paper 000, figure 6", "", "", {plot}, table};
+    Figure figure{"joint", "One vertex as one joint turns", "Nowrouzezahrai 2009, figure 6", "", "", {plot}, table};
     figure.finding = "The angle of " + sweep.joint_name + " alone explains " + percent(sweep.explained) +
                      " of the variance of E at vertex " + std::to_string(sweep.vertex) +
                      " over training frames; the curve of " + closest + " comes closest to the baked points, " +
@@ -104,7 +104,8 @@ std::string componentsText(const EigenvalueDecay& decay, double share) {
 }  // namespace
 
 Figure eigenvaluesFigure(const Comparison& comparison) {
-    Figure figure{"eigenvalues", "Eigenvalues of poses and of visibility", "Paper 002, figure 4", "", "", {}, {}};
+    Figure figure{
+        "eigenvalues", "Eigenvalues of poses and of visibility", "Nowrouzezahrai 2007, figure 4", "", "", {}, {}};
     const Axis x{"component", true, false, {}, {}}, y{"share of the variance", true, false, {}, {}};
     Plot inputs{"plot-eigenvalues-inputs", "Poses", false, x, y, {}},
         outputs{"plot-eigenvalues-outputs", "Visibility", false, x, y, {}};
@@ -127,7 +128,8 @@ Figure eigenvaluesFigure(const Comparison& comparison) {
         "PCA over training frames. Bone features are weighted as the fit weighs them; the visibility is that of "
         "convention " +
         comparison.options.referenceConvention().name() +
-        ", clusters are those of the reference. Paper 002 stacks a row a pose and number, which has one column a "
+        ", clusters are those of the reference. Nowrouzezahrai 2007 stacks a row a pose and number, which has one "
+        "column a "
         "vertex, and "
         "finds one basis for all numbers; of these components the largest 200 are computed.";
     return figure;

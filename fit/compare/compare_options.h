@@ -23,7 +23,7 @@ struct CompareOptions {
     // Fields of the far parts. With them a composed model is a row of the summary, beside the additive one that has the
     // same convention. It is no part of the figures, which vary one thing of models that the papers could have made.
     std::vector<FieldFile> fields;
-    std::vector<int> lobes;  // counts, 1..3, of paper 003's model (lobe_models.h); empty: without it
+    std::vector<int> lobes;  // counts, 1..3, of Nowrouzezahrai 2008's model (lobe_models.h); empty: without it
     std::vector<std::string> holdout;
     int threads = 0;
 

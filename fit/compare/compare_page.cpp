@@ -111,7 +111,7 @@ namespace {
 constexpr const char* kTransferTerms = R"html(<h2>Terms</h2>
 <dl class="terms">
 <dt>E_transfer</dt><dd>The squared difference of predicted and baked transfer, integrated over the visible hemisphere
-(paper 002, section 6), mean over vertices and frames. It knows no light.</dd>
+(Nowrouzezahrai 2007, section 6), mean over vertices and frames. It knows no light.</dd>
 <dt>Relative E_transfer</dt><dd>Root of the summed E_transfer over the same sum of the baked transfer itself.</dd>
 <dt>Relative error</dt><dd>Root of the summed squared difference of the coefficients over the summed squared deviation of
 the baked ones from their mean over training frames. In the model frame that deviation holds what a turn of the body

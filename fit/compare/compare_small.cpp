@@ -1,4 +1,5 @@
-// Figures of what paper 000 tells beside its models: feature vectors and priors, tables of normals, lights and lobes.
+// Figures of what Nowrouzezahrai 2009 tells beside its models: feature vectors and priors, tables of normals, lights
+// and lobes.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -101,7 +102,7 @@ Plot compressionPlot(const Comparison& comparison) {
 Figure vectorsFigure(const Comparison& comparison) {
     Figure figure{"feature-vectors",
                   "Higher-order feature vectors, and no prior",
-                  "Paper 000, figure 7 and section 5.3",
+                  "Nowrouzezahrai 2009, figure 7 and section 5.3",
                   "",
                   "",
                   {},
@@ -135,7 +136,8 @@ Figure vectorsFigure(const Comparison& comparison) {
 
 Figure normalTableFigure(const Comparison& comparison) {
     const Convention paper = paperConvention(comparison.options, comparison.file_order);
-    Figure figure{"normal-tables", "Operators for a table of normals", "Paper 000, section 5.4", "", "", {}, {}};
+    Figure figure{
+        "normal-tables", "Operators for a table of normals", "Nowrouzezahrai 2009, section 5.4", "", "", {}, {}};
     Series diffuse{"Lambertian", {0, false}, {}, {}}, glossy{"Phong, exponent 10", {1, false}, {}, {}};
     figure.table.columns = {"normals", "mean angle, degrees", "Lambertian", "Phong, exponent 10", "operators, MB"};
     for (const NormalTable& table : comparison.normals) {
@@ -168,7 +170,7 @@ Figure normalTableFigure(const Comparison& comparison) {
 }
 
 Figure lightsFigure(const Comparison& comparison) {
-    Figure figure{"lights", "Lights and their 3 lobes", "Paper 000, figure 10", "", "", {}, {}};
+    Figure figure{"lights", "Lights and their 3 lobes", "Nowrouzezahrai 2009, figure 10", "", "", {}, {}};
     figure.table.columns = {
         "light", "order", "greedy: error of SH", "greedy: of irradiance", "joint: error of SH", "joint: of irradiance"};
     Plot plot{"plot-lights",

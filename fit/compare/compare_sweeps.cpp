@@ -30,7 +30,7 @@ Figure clustersFigure(const Comparison& comparison) {
                               train = sweepSeries(comparison, sweep, trainError),
                               bytes = sweepSeries(comparison, sweep, bytesOf);
     const Axis x{"clusters", true, false, sweep.x, {}};
-    Figure figure{"clusters", "Error against the number of clusters", "Paper 000, figure 4", "", "", {}, {}};
+    Figure figure{"clusters", "Error against the number of clusters", "Nowrouzezahrai 2009, figure 4", "", "", {}, {}};
     figure.plots = {
         {"plot-clusters-held-out", "Held-out clips", false, x, errorAxis(held_out), held_out, 1, "static bake"},
         {"plot-clusters-train", "Training clips", false, x, errorAxis(train), train, 1, "static bake"}};
@@ -62,7 +62,7 @@ Figure varianceFigure(const Comparison& comparison) {
     const std::vector<Series> floors =
         sweepSeries(comparison, sweep, [](const CompareFit& fit) { return fit.report.output_floor; });
     const Axis x{"output variance kept", false, false, sweep.x, {}};
-    Figure figure{"output-variance", "Error against output variance", "Paper 000, figure 5", "", "", {}, {}};
+    Figure figure{"output-variance", "Error against output variance", "Nowrouzezahrai 2009, figure 5", "", "", {}, {}};
     figure.table = sweepTable("output variance", held_out, train, bytes);
     // The floor is the same for every model on every feature.
     train.push_back({"output PCA alone", {6, false}, floors.front().x, floors.front().y});
@@ -122,7 +122,7 @@ std::string costFinding(const Comparison& comparison) {
 }  // namespace
 
 Figure costFigure(const Comparison& comparison) {
-    Figure figure{"cost", "What a model costs", "Paper 000, table 1", costFinding(comparison), "", {}, {}};
+    Figure figure{"cost", "What a model costs", "Nowrouzezahrai 2009, table 1", costFinding(comparison), "", {}, {}};
     const auto axis = [](const char* label) { return Axis{label, true, false, {}, {}}; };
     figure.plots = {costPlot(comparison, "plot-cost-bytes", "Size", axis("bytes a vertex"), bytesOf),
                     costPlot(comparison, "plot-cost-fit", "Time to fit", axis("seconds"),

@@ -1,4 +1,4 @@
-// Fits and measures the models of paper 002 beside models of visibility.
+// Fits and measures the linear models of transfer beside models of visibility.
 //
 // Problem: the paper's models predict transfer, in the model frame. Ours predict visibility, in local frames. Their own
 // relative errors do not compare.
@@ -54,7 +54,7 @@ bool leavesOut(const TransferCompareOptions& options, const std::string& clip) {
 struct Contender {
     TransferRun run;
     std::function<std::vector<float>(const VisibilityFrame& pose)> transfer;  // [V, n]
-    TransferFitOptions fit{};                                                 // of a model of paper 002
+    TransferFitOptions fit{};                                                 // of a linear model of transfer
     std::shared_ptr<Model> model{};                                           // of visibility, else null
 };
 

@@ -1,6 +1,6 @@
 #pragma once
-// Compares the models of paper 002 with one another, and with models of visibility of the same bake, in one measure:
-// transfer in the model frame.
+// Compares the linear models of transfer with one another, and with models of visibility of the same bake, in one
+// measure: transfer in the model frame.
 #include <array>
 #include <functional>
 #include <optional>
@@ -24,7 +24,7 @@ struct TransferCompareOptions {
     int threads = 0;
 };
 
-// The signed differences of predicted and baked coefficients (paper 002, figure 2).
+// The signed differences of predicted and baked coefficients (Nowrouzezahrai 2007, figure 2).
 struct Residuals {
     static constexpr std::size_t kBins = 121;  // over [-kRange, kRange]; the outer ones have all that lies beyond
     static constexpr double kRange = 0.15;
@@ -87,7 +87,7 @@ TransferComparison compareTransferModels(const VisibilityReader& reader, const s
                                          const TransferCompareOptions& options, const BouncesBake* bounces,
                                          const std::function<void(const std::string&)>& phase);
 
-// The figures 2 to 5, 7 and the tables 1 and 2 of paper 002, in transfer_figures.cpp.
+// The figures 2 to 5, 7 and the tables 1 and 2 of Nowrouzezahrai 2007, in transfer_figures.cpp.
 Table transferSummary(const TransferComparison& comparison);
 std::string transferFinding(const TransferComparison& comparison);
 std::vector<Figure> transferFigures(const TransferComparison& comparison);

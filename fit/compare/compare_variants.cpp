@@ -10,7 +10,7 @@ namespace {
 
 void asReference(FitOptions&) {}
 
-// Changes a fit to those of figures 8 and 9 of paper 000.
+// Changes a fit to those of figures 8 and 9 of Nowrouzezahrai 2009.
 void asPaper(FitOptions& fit, const Convention& convention) {
     fit.convention = convention;
     fit.clamp = false;
@@ -168,7 +168,8 @@ std::string modelsFinding(const Comparison& comparison) {
 }
 
 Figure modelsFigure(const Comparison& comparison) {
-    Figure figure{"models", "Each model on novel poses", "Paper 000, figure 7", gapFinding(comparison), "", {}, {}};
+    Figure figure{
+        "models", "Each model on novel poses", "Nowrouzezahrai 2009, figure 7", gapFinding(comparison), "", {}, {}};
     const Plot errors =
         variantPlot(comparison, {{"held out", asReference, heldOutError}, {"train", asReference, trainError}});
     const Plot ambient = variantPlot(
@@ -208,7 +209,8 @@ Figure conventionsFigure(const Comparison& comparison) {
         figure.finding = "The lowest ambient error on held-out clips is " + fixedNumber(best.y, 4) + ": " +
                          figure.plots[1].x.names[std::size_t(best.x)] + ", " + best.series->name + ".";
     figure.method =
-        "A: 1 below the horizon (paper 000, equation 1); B: 0; D: mirrored, which keeps the even numbers only. "
+        "A: 1 below the horizon (Nowrouzezahrai 2009, equation 1); B: 0; D: mirrored, which keeps the even numbers "
+        "only. "
         "Relative "
         "errors are of each convention's own numbers; ambient errors compare across conventions.";
     figure.table = barTable(figure.plots);
@@ -229,7 +231,7 @@ Figure cosineFigure(const Comparison& comparison) {
         variantPlot(comparison, {{"visibility", plain, product}, {"visibility x cosine", weighted, heldOutError}});
     const Plot ambient = variantPlot(
         comparison, {{"visibility", plain, heldOutAmbient}, {"visibility x cosine", weighted, heldOutAmbient}});
-    Figure figure{"cosine", "With and without the cosine", "Paper 000, figure 8", "", "", {}, {}};
+    Figure figure{"cosine", "With and without the cosine", "Nowrouzezahrai 2009, figure 8", "", "", {}, {}};
     figure.plots = {named(errors, "plot-cosine-error", "Held-out relative error", "relative error, of own numbers"),
                     named(again, "plot-cosine-product", "Held-out relative error of V x cosine",
                           "relative error, of cosine-weighted numbers"),
@@ -262,7 +264,7 @@ Figure framesFigure(const Comparison& comparison) {
     const Measure bytes = [](const CompareFit& fit) { return fit.bytes_per_vertex; };
     const Plot errors = variantPlot(comparison, {{"local frame", local, rms}, {"model frame", global, rms}});
     const Plot sizes = variantPlot(comparison, {{"local frame", local, bytes}, {"model frame", global, bytes}});
-    Figure figure{"frames", "Local against global frames", "Paper 000, figure 9", "", "", {}, {}};
+    Figure figure{"frames", "Local against global frames", "Nowrouzezahrai 2009, figure 9", "", "", {}, {}};
     figure.plots = {named(errors, "plot-frames-error", "Held-out error, rms V", "rms V"),
                     named(sizes, "plot-frames-bytes", "Bytes a vertex at the same output variance", "bytes a vertex")};
     figure.finding = "In the model frame the held-out error is " + comparedWith(ratioOf(errors)) +

@@ -1,5 +1,5 @@
 #pragma once
-// Measures the cosine that is multiplied into predicted visibility at run time (paper 000, equation 14).
+// Measures the cosine that is multiplied into predicted visibility at run time (Nowrouzezahrai 2009, equation 14).
 #include <vector>
 
 #include "fit/compare/compare_character.h"

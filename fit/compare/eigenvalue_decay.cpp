@@ -12,7 +12,7 @@ namespace penumbra {
 
 namespace {
 
-constexpr std::size_t kStackedComponents = 200;  // of the rows that paper 002 stacks
+constexpr std::size_t kStackedComponents = 200;  // of the rows that Nowrouzezahrai 2007 stacks
 
 template <class T>
 BasicMatrix<T> centredRows(const BasicMatrix<T>& all, std::span<const std::size_t> rows) {
@@ -66,8 +66,8 @@ Matrix boneFeatures(const CompareInput& input, const CompareCharacter& character
     return raw;
 }
 
-// Stacks numbers [F, vertices n] of some clusters as paper 002 does: row i * train + f has number i of all vertices in
-// training frame f.
+// Stacks numbers [F, vertices n] of some clusters as Nowrouzezahrai 2007 does: row i * train + f has number i of all
+// vertices in training frame f.
 MatrixF stacked(const std::vector<MatrixF>& numbers, const std::vector<std::size_t>& train, std::size_t n) {
     std::size_t vertices = 0, at = 0;
     for (const MatrixF& cluster : numbers) vertices += cluster.columns / n;
@@ -152,7 +152,7 @@ std::vector<EigenvalueDecay> outputDecays(const CompareInput& input, const Compa
     for (const Matrix& gram : grams)
         for (std::size_t i = 0; i < sum.values.size(); ++i) sum.values[i] += gram.values[i];
     parallelFor(grams.size(), options.threads, [&](std::size_t c) { of_cluster[c] = sharesOf(eigenvalues(grams[c])); });
-    // 3. The rows of paper 002 have no such sum: their components are found in several passes.
+    // 3. The rows of Nowrouzezahrai 2007 have no such sum: their components are found in several passes.
     const ColumnBlocks rows{n * train, input.reader.header().mesh.vertexCount(), starts.size() - 1,
                             [&](std::size_t batch) { return stacked(readBatch(batch), character.train, n); }};
     const LeadingSpace space = leadingSpace(rows, kStackedComponents, options.threads);

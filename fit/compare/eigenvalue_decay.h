@@ -1,6 +1,6 @@
 #pragma once
-// Measures how fast the eigenvalues of poses and of visibility fall (paper 002, figure 4), that is, how few numbers
-// either needs.
+// Measures how fast the eigenvalues of poses and of visibility fall (Nowrouzezahrai 2007, figure 4), that is, how few
+// numbers either needs.
 #include <functional>
 #include <string>
 #include <vector>
@@ -21,8 +21,8 @@ struct EigenvalueDecay {
 // file lacks is left out.
 std::vector<EigenvalueDecay> inputDecays(const CompareInput& input, const CompareCharacter& character);
 // Returns the decays of the numbers of all vertices together, with a row a pose and with a row a pose and number, and
-// of a cluster's numbers (mean over clusters). The second is what paper 002 stacks: its rows have one number a vertex.
-// Of it the largest 200 are known. `progress` is told the share that is done.
+// of a cluster's numbers (mean over clusters). The second is what Nowrouzezahrai 2007 stacks: its rows have one number
+// a vertex. Of it the largest 200 are known. `progress` is told the share that is done.
 std::vector<EigenvalueDecay> outputDecays(const CompareInput& input, const CompareCharacter& character,
                                           const CompareOptions& options, const std::function<void(double)>& progress);
 

@@ -1,5 +1,6 @@
 #pragma once
-// Fits linear models of higher-order feature vectors, with and without the prior (paper 000, section 5.3 and figure 7).
+// Fits linear models of higher-order feature vectors, with and without the prior (Nowrouzezahrai 2009, section 5.3 and
+// figure 7).
 #include <functional>
 #include <string>
 #include <vector>

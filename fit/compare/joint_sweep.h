@@ -1,6 +1,6 @@
 #pragma once
-// Finds the vertex and the joint of a bake that best show how visibility changes as one joint turns (paper 000,
-// figure 6).
+// Finds the vertex and the joint of a bake that best show how visibility changes as one joint turns (Nowrouzezahrai
+// 2009, figure 6).
 #include <optional>
 #include <string>
 #include <vector>

@@ -1,5 +1,5 @@
 #pragma once
-// Sets a light beside its 3 zonal lobes (paper 000, figure 10).
+// Sets a light beside its 3 zonal lobes (Nowrouzezahrai 2009, figure 10).
 #include <string>
 #include <vector>
 

@@ -37,7 +37,7 @@ Matrix regress(const Matrix& inputs, const MatrixF& numbers, const CompareCharac
     return predicted;
 }
 
-// Multiplies visibility by the cosine: M^1 of paper 003 for every vertex.
+// Multiplies visibility by the cosine: M^1 of Nowrouzezahrai 2008 for every vertex.
 Matrix withCosine(const Matrix& visibility, int order) {
     const std::size_t n = std::size_t(coefficientCount(order));
     const std::vector<double> m = phongMatrix(1, order);

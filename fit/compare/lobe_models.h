@@ -1,7 +1,7 @@
 #pragma once
-// Measures paper 003's own model of visibility beside linear models of the SH that its lobes stand for. `penumbra-fit
-// visibility --model zh-lobes` writes such a model of all vertices to a file. docs/formulas.md tells why no other
-// program takes it: three lobes have as many numbers as the SH, and their axes are not continuous in the pose.
+// Measures Nowrouzezahrai 2008's own model of visibility beside linear models of the SH that its lobes stand for.
+// `penumbra-fit visibility --model zh-lobes` writes such a model of all vertices to a file. docs/formulas.md tells why
+// no other program takes it: three lobes have as many numbers as the SH, and their axes are not continuous in the pose.
 #include <functional>
 #include <string>
 #include <vector>

@@ -1,6 +1,6 @@
 #pragma once
-// Measures what operators for a list of normals cost in the model frame (paper 000, section 5.4). There the light needs
-// no rotation, but an operator depends on the normal, and a table has one for each of a set of normals.
+// Measures what operators for a list of normals cost in the model frame (Nowrouzezahrai 2009, section 5.4). There the
+// light needs no rotation, but an operator depends on the normal, and a table has one for each of a set of normals.
 #include <vector>
 
 #include "fit/compare/compare_character.h"

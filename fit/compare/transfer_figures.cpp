@@ -1,4 +1,4 @@
-// The figures 2 to 5 and 7 and the tables 1 and 2 of paper 002 on the user's own data.
+// The figures 2 to 5 and 7 and the tables 1 and 2 of Nowrouzezahrai 2007 on the user's own data.
 #include <algorithm>
 #include <cmath>
 
@@ -24,7 +24,7 @@ const TransferRun* lowest(const TransferComparison& comparison, bool of_paper) {
 
 Figure residualsFigure(const TransferRun& run) {
     const Residuals& residuals = *run.residuals;
-    Figure figure{"residuals", "Residuals of the linear model", "Paper 002, figure 2", "", "", {}, {}};
+    Figure figure{"residuals", "Residuals of the linear model", "Nowrouzezahrai 2007, figure 2", "", "", {}, {}};
     Series density{"residuals", {0, false, true, false}, {}, {}}, cumulative = density;
     double below = 0;
     for (std::size_t i = 0; i < Residuals::kBins; ++i) {
@@ -53,7 +53,7 @@ Figure residualsFigure(const TransferRun& run) {
 }
 
 Figure priorFigure(const TransferComparison& comparison) {
-    Figure figure{"prior", "With and without regularisation", "Paper 002, figure 3", "", "", {}, {}};
+    Figure figure{"prior", "With and without regularisation", "Nowrouzezahrai 2007, figure 3", "", "", {}, {}};
     Plot plot{"plot-prior", "Errors with and without prior", true, {}, {"E_transfer", false, true, {}, {}}, {}};
     figure.table.columns = {"model", "alpha", "train", "held out", "train, no prior", "held out, no prior"};
     std::array<Series, 4> series{Series{"train", {0, false, false, true}, {}, {}},
@@ -84,7 +84,7 @@ Figure priorFigure(const TransferComparison& comparison) {
     figure.plots = {plot};
     figure.method =
         "Models of few components, and L. Alpha is the one with the least error when each training frame is left out "
-        "in turn (paper 002, "
+        "in turn (Nowrouzezahrai 2007, "
         "section 4.2).";
     return figure;
 }
@@ -99,7 +99,8 @@ Series transferDecaySeries(const EigenvalueDecay& decay, int colour) {
 }
 
 Figure decayFigure(const TransferComparison& comparison) {
-    Figure figure{"eigenvalues", "Eigenvalues of angles and of transfer", "Paper 002, figure 4", "", "", {}, {}};
+    Figure figure{
+        "eigenvalues", "Eigenvalues of angles and of transfer", "Nowrouzezahrai 2007, figure 4", "", "", {}, {}};
     const Axis x{"component", true, false, {}, {}}, y{"share of the variance", true, false, {}, {}};
     const std::vector<double> shares{0.5, 0.9, 0.99, 0.999};
     figure.table.columns = {"components for"};
@@ -127,7 +128,7 @@ Figure decayFigure(const TransferComparison& comparison) {
 }
 
 Figure picturesFigure(const TransferComparison& comparison) {
-    Figure figure{"pictures", "A held-out frame", "Paper 002, figures 4 and 5", "", "", {}, {}};
+    Figure figure{"pictures", "A held-out frame", "Nowrouzezahrai 2007, figures 4 and 5", "", "", {}, {}};
     std::string names = "the bake";
     for (const TransferRun& run : comparison.runs)
         if (!run.pictured.empty()) names += ", " + run.name;
@@ -140,7 +141,7 @@ Figure picturesFigure(const TransferComparison& comparison) {
 }
 
 Figure bouncesFigure(const BouncesComparison& comparison) {
-    Figure figure{"bounces", "Light that bounces", "Paper 002, figure 7", "", "", {}, {}};
+    Figure figure{"bounces", "Light that bounces", "Nowrouzezahrai 2007, figure 7", "", "", {}, {}};
     figure.table.columns = {"model", "train", "held out", "held out, of all indirect light", "bytes"};
     const BouncedRun *paper = nullptr, *ours = nullptr;
     const auto add = [&](const std::string& name, double train, double held_out, const std::string& bytes) {
@@ -156,8 +157,8 @@ Figure bouncesFigure(const BouncesComparison& comparison) {
         names += ", " + run.name;
     }
     figure.finding = "Without light that bounces " + percent(comparison.without_held_out) +
-                     " of direct transfer is missing in held-out clips. Of paper 002's models " + paper->name +
-                     " leaves the least, " + percent(paper->held_out);
+                     " of direct transfer is missing in held-out clips. Of Nowrouzezahrai 2007's models " +
+                     paper->name + " leaves the least, " + percent(paper->held_out);
     if (ours) figure.finding += "; \"" + ours->name + "\" leaves " + percent(ours->held_out);
     figure.finding += ".";
     figure.method =
@@ -173,7 +174,7 @@ Figure bouncesFigure(const BouncesComparison& comparison) {
 }
 
 Figure costFigureOf(const TransferComparison& comparison) {
-    Figure figure{"cost", "What the models cost", "Paper 002, table 1", "", "", {}, {}};
+    Figure figure{"cost", "What the models cost", "Nowrouzezahrai 2007, table 1", "", "", {}, {}};
     figure.table.columns = {"model", "megaops a frame", "ms a frame", "Hz", "fit, s", "of it PCA, s"};
     const TransferRun* fastest = nullptr;
     for (const TransferRun& run : comparison.runs) {
@@ -196,7 +197,7 @@ Figure costFigureOf(const TransferComparison& comparison) {
 }
 
 Figure storageFigure(const TransferComparison& comparison) {
-    Figure figure{"storage", "What the models take", "Paper 002, table 2", "", "", {}, {}};
+    Figure figure{"storage", "What the models take", "Nowrouzezahrai 2007, table 2", "", "", {}, {}};
     figure.table.columns = {"model", "bytes", "size", "% of all data", "% of one mesh"};
     const double data = double(comparison.frame_bytes) * double(comparison.train_frames);
     std::string finding;
@@ -231,7 +232,7 @@ Table transferSummary(const TransferComparison& comparison) {
 
 std::string transferFinding(const TransferComparison& comparison) {
     const TransferRun *paper = lowest(comparison, true), *ours = lowest(comparison, false);
-    std::string text = "On held-out clips " + nameOf(*paper) + " has the least E_transfer of paper 002's models, " +
+    std::string text = "On held-out clips " + nameOf(*paper) + " has the least E_transfer of the linear models, " +
                        fixedNumber(paper->held_out.transfer_error, 5);
     if (ours)
         text += "; the model of visibility \"" + ours->name + "\" has " +

@@ -5,12 +5,13 @@
 
 namespace penumbra {
 
-// Draws the pictured frame as paper 002's figure 5 does: the bake, then each regularised model, diffuse with albedo 1
-// under one light, and below each model four times the square root of E_transfer as a grey, darker for larger errors.
+// Draws the pictured frame as Nowrouzezahrai 2007's figure 5 does: the bake, then each regularised model, diffuse with
+// albedo 1 under one light, and below each model four times the square root of E_transfer as a grey, darker for larger
+// errors.
 Image transferPicture(const TransferComparison& comparison, const Mesh& mesh);
 
-// Draws figure 7 of paper 002: all light of the bake and of each model under the same light, with albedo 1, and below
-// three times the light that bounced. The comparison must have bounces.
+// Draws figure 7 of Nowrouzezahrai 2007: all light of the bake and of each model under the same light, with albedo 1,
+// and below three times the light that bounced. The comparison must have bounces.
 Image bouncesPicture(const TransferComparison& comparison, const Mesh& mesh);
 
 }  // namespace penumbra

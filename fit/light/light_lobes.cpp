@@ -35,7 +35,7 @@ namespace penumbra {
 
 namespace {
 
-constexpr int kCandidates = 1500;  // paper 000 section 5.4
+constexpr int kCandidates = 1500;  // Nowrouzezahrai 2009 section 5.4
 // Weight of |z|^2 against the square of the light. Without it two lobes could move into one direction with opposite
 // coefficients that grow without bound, and act like a lobe and its derivative. With it, coefficients stay below some
 // 100 times the light's norm, which floats can hold. It is used while directions are searched; the coefficients of the

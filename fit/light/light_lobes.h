@@ -1,7 +1,7 @@
 #pragma once
-// Writes a light's SH as a sum of zonal lobes (paper 000 eq 15 and section 5.4). A lobe has a direction and, for every
-// band and colour channel, a coefficient. To rotate a lobe is to evaluate the basis once, so a light of few lobes turns
-// into any vertex' frame cheaply.
+// Writes a light's SH as a sum of zonal lobes (Nowrouzezahrai 2009 eq 15 and section 5.4). A lobe has a direction and,
+// for every band and colour channel, a coefficient. To rotate a lobe is to evaluate the basis once, so a light of few
+// lobes turns into any vertex' frame cheaply.
 #include <span>
 #include <string_view>
 

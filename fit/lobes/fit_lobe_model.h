@@ -1,5 +1,5 @@
 #pragma once
-// Fits paper 003's model of visibility to a whole bake: `penumbra-fit visibility --model zh-lobes`.
+// Fits Nowrouzezahrai 2008's model of visibility to a whole bake: `penumbra-fit visibility --model zh-lobes`.
 #include <optional>
 
 #include "fit/lobes/lobe_maps.h"
@@ -22,7 +22,7 @@ struct LobeFitReport {
     std::size_t train_frames = 0, held_out_frames = 0;
     double fitted = 0;                          // relative error of the lobes before any regression, over all frames
     ErrorFigures train, held_out;               // as of other models
-    FrameSpread train_spread, held_out_spread;  // as paper 003 has them; NaN without frames
+    FrameSpread train_spread, held_out_spread;  // as Nowrouzezahrai 2008 has them; NaN without frames
 };
 
 struct LobeModelFit {

@@ -1,6 +1,7 @@
 #pragma once
-// Fits zonal lobes to the visibility of some vertices and regresses them on the pose (paper 003, section 3.1). The fit
-// of a model and the comparison with other models both come here, so that their figures are of one thing.
+// Fits zonal lobes to the visibility of some vertices and regresses them on the pose (Nowrouzezahrai 2008,
+// section 3.1). The fit of a model and the comparison with other models both come here, so that their figures are of
+// one thing.
 #include <span>
 #include <vector>
 
@@ -12,7 +13,7 @@
 namespace penumbra {
 
 constexpr const char* kZhLobes = "zh-lobes";  // the word of --model for them
-constexpr double kLobeInputVariance = 0.9;    // of the joint angles, as papers 000 and 002 keep
+constexpr double kLobeInputVariance = 0.9;    // of the joint angles, as Nowrouzezahrai 2009 and 2007 keep
 
 struct LobeSource {
     const VisibilityReader& reader;

@@ -1,6 +1,6 @@
 #pragma once
-// Turns the visibility of one vertex in all frames into zonal lobes, and lobes back into visibility (paper 003,
-// section 3.1 and equation 1).
+// Turns the visibility of one vertex in all frames into zonal lobes, and lobes back into visibility (Nowrouzezahrai
+// 2008, section 3.1 and equation 1).
 #include <array>
 #include <span>
 #include <vector>

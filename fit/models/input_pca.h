@@ -1,5 +1,5 @@
 #pragma once
-// Makes the reduced inputs of the linear, quadratic and neural models (paper 000 section 5.1).
+// Makes the reduced inputs of the linear, quadratic and neural models (Nowrouzezahrai 2009 section 5.1).
 #include "fit/models/regressor.h"
 
 namespace penumbra {

@@ -1,6 +1,6 @@
 #pragma once
-// Ridge regression with an intercept. For centred X and Y it computes W = (X^T X + alpha^2 I)^-1 X^T Y (paper 002
-// section 4.2, which squares alpha too).
+// Ridge regression with an intercept. For centred X and Y it computes W = (X^T X + alpha^2 I)^-1 X^T Y (Nowrouzezahrai
+// 2007 section 4.2, which squares alpha too).
 #include <span>
 
 #include "fit/numerics/matrix.h"

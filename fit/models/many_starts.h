@@ -1,6 +1,6 @@
 #pragma once
-// Fits a tanh net from many starts, because its objective (paper 000 eq 13) has many minima. A round makes short
-// searches from several starts and continues the best of them to the end.
+// Fits a tanh net from many starts, because its objective (Nowrouzezahrai 2009 eq 13) has many minima. A round makes
+// short searches from several starts and continues the best of them to the end.
 #include <cstdint>
 #include <vector>
 

@@ -1,5 +1,6 @@
 #pragma once
-// Trains a tanh net whose number of neurons and prior weight are chosen by cross-validation (paper 000 section 5.3).
+// Trains a tanh net whose number of neurons and prior weight are chosen by cross-validation (Nowrouzezahrai 2009
+// section 5.3).
 //
 // Eq 13 adds squares of d, which are in 1 / inputs, to squares of c, which are in outputs. So inputs and outputs are
 // first divided by their root mean square lengths over the frames. Alpha grows with the number of frames: alpha = prior

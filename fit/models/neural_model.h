@@ -1,6 +1,6 @@
 #pragma once
-// A layer of tanh neurons, y = sum_n c^n tanh(d^n . x + d0^n) + c0: paper 000 eq 12 with a vector for output and a bias
-// for each neuron.
+// A layer of tanh neurons, y = sum_n c^n tanh(d^n . x + d0^n) + c0: Nowrouzezahrai 2009 eq 12 with a vector for output
+// and a bias for each neuron.
 #include <cstddef>
 #include <vector>
 
@@ -32,8 +32,8 @@ TanhNet emptyNet(std::size_t inputs, std::size_t outputs, std::size_t neurons, s
 Matrix activations(const TanhNet& net, const Matrix& inputs);  // [F, N] tanh(d^n . x + d0^n)
 Matrix predict(const TanhNet& net, const Matrix& inputs);      // [F, K]
 
-// Returns the value of paper 000 eq 13: sum over frames |prediction - y|^2 + alpha sum_n (|c^n|^2 + |d^n|^2). The
-// biases are free.
+// Returns the value of Nowrouzezahrai 2009 eq 13: sum over frames |prediction - y|^2 + alpha sum_n (|c^n|^2 + |d^n|^2).
+// The biases are free.
 double netObjective(const TanhNet& net, const Matrix& inputs, const Matrix& outputs, double alpha);
 // Also sets `gradient` to the derivative by every weight. It is zero for weights outside a neuron's range.
 double netObjective(const TanhNet& net, const Matrix& inputs, const Matrix& outputs, double alpha, TanhNet& gradient);

@@ -1,6 +1,7 @@
 #pragma once
-// The papers' quadratic model (paper 000 section 5.3): a ridge regression on the PCA inputs and all their products. A
-// product grows with the square of the inputs' unit, so callers first scale the inputs to a spread of about 1.
+// The papers' quadratic model (Nowrouzezahrai 2009 section 5.3): a ridge regression on the PCA inputs and all their
+// products. A product grows with the square of the inputs' unit, so callers first scale the inputs to a spread of
+// about 1.
 #include <cstddef>
 #include <span>
 

@@ -24,7 +24,7 @@ struct RegressionProblem {
     std::size_t components = 0;             // K, the number of components that are kept
     double input_variance = 0.9;
     // False: as little prior as can be solved and as many units as there may be, to reproduce the training rows alone
-    // (paper 000, section 5.3). Only neural and additive models take it; nothing is cross-validated.
+    // (Nowrouzezahrai 2009, section 5.3). Only neural and additive models take it; nothing is cross-validated.
     bool prior = true;
 };
 

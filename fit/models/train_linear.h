@@ -1,5 +1,6 @@
 #pragma once
-// Trains the linear model: input PCA and ridge regression (paper 000 sections 5.2 and 5.3, paper 002 section 4.2).
+// Trains the linear model: input PCA and ridge regression (Nowrouzezahrai 2009 sections 5.2 and 5.3, Nowrouzezahrai
+// 2007 section 4.2).
 #include "fit/models/regressor.h"
 
 namespace penumbra {

@@ -1,5 +1,5 @@
 #pragma once
-// Trains the neural model: input PCA and a tanh net (paper 000 eq 12 and 13).
+// Trains the neural model: input PCA and a tanh net (Nowrouzezahrai 2009 eq 12 and 13).
 #include "fit/models/regressor.h"
 
 namespace penumbra {

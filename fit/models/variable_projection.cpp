@@ -1,7 +1,7 @@
 // Fits a layer of tanh neurons by variable projection.
 //
-// Problem: find hidden weights d, hidden biases d0, output weights c and output biases c0 that minimise eq 13 of paper
-// 000, sum over frames |sum_n c^n tanh(d^n . x + d0^n) + c0 - y|^2 + alpha sum_n (|c^n|^2 + |d^n|^2).
+// Problem: find hidden weights d, hidden biases d0, output weights c and output biases c0 that minimise eq 13 of
+// Nowrouzezahrai 2009, sum over frames |sum_n c^n tanh(d^n . x + d0^n) + c0 - y|^2 + alpha sum_n (|c^n|^2 + |d^n|^2).
 //
 // Naive: search all weights together with BFGS, as the papers do (tests/fit/neural_bfgs.h). Every change of a hidden
 // weight makes the output weights wrong, and the search needs further steps to bring them back.

@@ -1,7 +1,7 @@
 #pragma once
-// The fast optimiser of a tanh net (paper 000 eq 13) by variable projection (Golub and Pereyra 1973). For given hidden
-// weights the best output weights are a ridge regression, so only the hidden weights are searched. The .cpp file and
-// docs/formulas.md, section 4, explain the method; tests/fit/neural_bfgs.h is the reference.
+// The fast optimiser of a tanh net (Nowrouzezahrai 2009 eq 13) by variable projection (Golub and Pereyra 1973). For
+// given hidden weights the best output weights are a ridge regression, so only the hidden weights are searched. The
+// .cpp file and docs/formulas.md, section 4, explain the method; tests/fit/neural_bfgs.h is the reference.
 #include <cstddef>
 #include <vector>
 

@@ -1,7 +1,7 @@
 // Computes the largest principal components of a large matrix in several passes over its columns.
 //
-// Problem: paper 002 stacks one row a pose and coefficient, of one number a vertex: 15,480 x 11,534 for its first
-// character. 22 or 500 of the principal components are wanted.
+// Problem: Nowrouzezahrai 2007 stacks one row a pose and coefficient, of one number a vertex: 15,480 x 11,534 for its
+// first character. 22 or 500 of the principal components are wanted.
 //
 // Naive: the Gram matrix of the smaller side takes 1 GB, and its eigenvectors minutes.
 //

@@ -1,7 +1,7 @@
 #pragma once
-// Ridge regressions of one set of inputs for many values of alpha, of which cross-validation picks one (paper 002,
-// section 4.2). One thin SVD of the inputs serves all alphas. Of the outputs only their Gram matrix is needed, so that
-// outputs of millions of columns never lie in memory together.
+// Ridge regressions of one set of inputs for many values of alpha, of which cross-validation picks one (Nowrouzezahrai
+// 2007, section 4.2). One thin SVD of the inputs serves all alphas. Of the outputs only their Gram matrix is needed, so
+// that outputs of millions of columns never lie in memory together.
 #include <span>
 #include <vector>
 

@@ -1,6 +1,6 @@
 #pragma once
-// Reflection product operators (paper 000 section 4, docs/formulas.md section 3): f cos_i ~= a sum of k terms U^b(wi)
-// W^b(wo) whose sides are both projected on SH. sh/brdf/reflection_operator.h turns u into M^b.
+// Reflection product operators (Nowrouzezahrai 2009 section 4, docs/formulas.md section 3): f cos_i ~= a sum of k terms
+// U^b(wi) W^b(wo) whose sides are both projected on SH. sh/brdf/reflection_operator.h turns u into M^b.
 #include <string>
 
 #include "fit/reflectance/shading_error.h"
@@ -12,8 +12,10 @@ namespace penumbra {
 enum class OperatorSource {
     // The default: k terms of C by an SVD, whitened with the cosine-weighted Gram matrix of the view functions.
     kSlices,
-    kTable,  // paper 000, corrected: SVD of the tabulated BRDF in the measures wi and wo cos_o, with u of order 8
-    // Paper 000 as printed, kept as a reference: SVD of a 16 x 32 latitude-longitude table without weights, with u of
+    kTable,  // Nowrouzezahrai 2009, corrected: SVD of the tabulated BRDF in the measures wi and wo cos_o, with u of
+             // order 8
+    // Nowrouzezahrai 2009 as printed, kept as a reference: SVD of a 16 x 32 latitude-longitude table without weights,
+    // with u of
     // order 4 and w zero below the horizon.
     kLiteral,
 };

@@ -1,4 +1,4 @@
-// Fits the global linear models of paper 002.
+// Fits the global linear models of transfer.
 //
 // Problem: predict the transfer of all V vertices, n coefficients each, from the A joint angles of a pose.
 //

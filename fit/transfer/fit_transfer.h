@@ -1,6 +1,6 @@
 #pragma once
-// Fits the models of paper 002 to baked diffuse transfer: one linear map from the joint angles for each coefficient
-// (section 14 of docs/formulas.md).
+// Fits the linear models of transfer to baked diffuse transfer: one linear map from the joint angles for each
+// coefficient (section 14 of docs/formulas.md).
 #include <array>
 #include <cstddef>
 #include <functional>

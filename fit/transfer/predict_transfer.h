@@ -1,5 +1,5 @@
 #pragma once
-// Evaluates the models of paper 002: all transfer of a pose, or its shading under one light.
+// Evaluates the linear models of transfer: all transfer of a pose, or its shading under one light.
 #include <array>
 #include <filesystem>
 #include <functional>

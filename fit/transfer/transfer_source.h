@@ -1,5 +1,5 @@
 #pragma once
-// Reads the diffuse transfer of a bake as paper 002 lays it out.
+// Reads the diffuse transfer of a bake as Nowrouzezahrai 2007 lays it out.
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -22,8 +22,8 @@ public:
     std::size_t frames() const { return frames_.size(); }
     std::size_t blockCount() const;
     std::size_t firstVertex(std::size_t block) const { return block * width_; }
-    // Returns the rows of paper 002 for some vertices, [n^2 frames, vertices]: row c * frames + i has coefficient c in
-    // frame i.
+    // Returns the rows of Nowrouzezahrai 2007 for some vertices, [n^2 frames, vertices]: row c * frames + i has
+    // coefficient c in frame i.
     MatrixF readBlock(std::size_t block) const;
     ColumnBlocks blocks() const;
     // Returns the transfer in one frame of the file, [V, n^2].

@@ -1,4 +1,4 @@
-// Checks an asset's transfer, the models of paper 002.
+// Checks an asset's transfer, the linear models of transfer.
 #include <algorithm>
 #include <cmath>
 

@@ -182,7 +182,7 @@ struct ModelView {
     std::optional<IndirectView> indirect;
 };
 
-// A model of paper 002; asset.fbs has the formulas.
+// A model of Nowrouzezahrai 2007; asset.fbs has the formulas.
 struct TransferView {
     int order = 0;
     std::span<const std::uint32_t> angles;  // [A] ascending, < pose_size; at least one

@@ -1,5 +1,5 @@
 #pragma once
-// m.brdf.h5: a material as reflectance slices (HDF5, format "penumbra.brdf"), with the operators of paper 000
+// m.brdf.h5: a material as reflectance slices (HDF5, format "penumbra.brdf"), with the operators of Nowrouzezahrai 2009
 // beside them where the user asked for these.
 #include <filesystem>
 #include <map>

@@ -1,6 +1,6 @@
 #pragma once
 // x.lobes.h5: visibility as zonal lobes of every vertex, whose parameters are linear in the joint angles (HDF5, format
-// "penumbra.lobes"). It is the model of paper 003, section 3.1: a reference to compare with.
+// "penumbra.lobes"). It is the model of Nowrouzezahrai 2008, section 3.1: a reference to compare with.
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -18,7 +18,7 @@ constexpr int kMaxVisibilityLobes = 3;  // three jointly fitted lobes have as ma
 // Visibility is that of convention B in the local frames of the vertices. The principal components of the joint angles
 // a, x = pose_basis (a - pose_mean), give the numbers of the lobes of a vertex, y = (x, 1) weights. Lobe c has 2 +
 // order of them: where its axis is in the tangent plane of axes[c] (LobeChart), then its zonal coefficients z_l. The
-// lobes add up to g_lm = sum over c of sqrt(4 pi / (2 l + 1)) z_l y_lm(axis) (paper 003, equation 1).
+// lobes add up to g_lm = sum over c of sqrt(4 pi / (2 l + 1)) z_l y_lm(axis) (Nowrouzezahrai 2008, equation 1).
 // V counts vertices, C lobes of a vertex, I components, P numbers of a pose.
 struct LobeModel {
     int order = 4;
@@ -44,8 +44,8 @@ struct LobeModel {
     std::size_t numbersOfVertex() const { return lobes * (2 + std::size_t(order)); }
 };
 
-// The bytes of the floats that a run time would need. Paper 003 counts its models so: 6 numbers a lobe for each joint
-// angle.
+// The bytes of the floats that a run time would need. Nowrouzezahrai 2008 counts its models so: 6 numbers a lobe for
+// each joint angle.
 std::size_t modelBytes(const LobeModel& model);
 
 void writeLobes(const std::filesystem::path& path, const LobeModel& model);

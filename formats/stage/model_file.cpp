@@ -145,7 +145,7 @@ namespace {
 void refuseLobes(const Hdf5Reader& in) {
     if (readTextAttribute(in, "/", "format") == "penumbra.lobes")
         throw Unsupported(in.name +
-                          ": zonal lobes are the reference model of paper 003, which penumbra-fit predict alone "
+                          ": zonal lobes are the reference model of zonal lobes, which penumbra-fit predict alone "
                           "evaluates; fit another --model");
 }
 

@@ -42,7 +42,7 @@ constexpr FileFormat kModelFormat{"penumbra.model", 1};
 // groups are not widened), so that no pose can make the result explode. The units h [H] of a cluster are:
 // - kLinear: x.
 // - kQuadratic: x, then all products x_i x_j, i <= j, row by row.
-// - kNeural: tanh(hidden_h . (x, 1)) (paper 000 eq 12).
+// - kNeural: tanh(hidden_h . (x, 1)) (Nowrouzezahrai 2009 eq 12).
 // - kAdditive: exp(-|x_g - hidden_h|^2 / 2), g = unit_group[h], where x_g are the inputs of that group.
 // The scores are y = weights h + bias, and the numbers are mean + sum_k y_k basis_k. Last, each vertex' numbers move
 // the shortest way to where its ambient visibility lies in [0, 1] (clampAmbient(), sh/visibility_convention.h).

@@ -1,5 +1,5 @@
 #pragma once
-// Measures how far predicted transfer is from the truth, independent of any light (paper 002, section 6).
+// Measures how far predicted transfer is from the truth, independent of any light (Nowrouzezahrai 2007, section 6).
 #include <cstddef>
 #include <span>
 #include <vector>
@@ -20,7 +20,7 @@ struct TransferSums {
 
 struct TransferErrors {
     double relative_error = 0;           // sqrt(sum |t' - t|^2 / sum |t - mean|^2), as in section 5 of formulas.md
-    double transfer_error = 0;           // mean E_transfer of paper 002
+    double transfer_error = 0;           // mean E_transfer
     double relative_transfer_error = 0;  // sqrt(sum E_transfer / sum E of t)
 };
 TransferErrors errorsOf(const TransferSums& sums);

@@ -1,6 +1,6 @@
 #pragma once
 // x.transfer.h5: diffuse transfer as a linear function of the joint angles (HDF5, format "penumbra.transfer").
-// These are the models of paper 002, one linear map for each SH coefficient.
+// These are the linear models of transfer, one linear map for each SH coefficient.
 #include <array>
 #include <filesystem>
 #include <string>
@@ -39,7 +39,7 @@ struct TransferModel {
     std::vector<float> weights;            // [n, k + 1, m] X^c; the last row is the bias
     std::vector<float> basis;              // [m, V] of pca, else empty: m = V
     std::vector<float> mean;               // [V] of pca, else empty
-    double alpha = 0;                      // of the ridge regression (paper 002, section 4.2)
+    double alpha = 0;                      // of the ridge regression (Nowrouzezahrai 2007, section 4.2)
     std::vector<std::string> holdout_clips;
     Provenance provenance;
 
@@ -52,8 +52,8 @@ struct TransferModel {
     }
 };
 
-// The bytes of a model as paper 002 counts them in table 2: a linear model without its bias, and a PCA model without
-// the mean of its vertices. A mesh is what the transfer of one pose takes.
+// The bytes of a model as Nowrouzezahrai 2007 counts them in table 2: a linear model without its bias, and a PCA model
+// without the mean of its vertices. A mesh is what the transfer of one pose takes.
 std::size_t paperBytes(const TransferModel& model);
 std::size_t paperMeshBytes(const TransferModel& model);
 // The bytes of all floats that the model consists of.

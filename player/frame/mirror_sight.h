@@ -1,5 +1,5 @@
 #pragma once
-// How much of what a mirror reflects to the eye its surface sees (paper 004 eq. 21).
+// How much of what a mirror reflects to the eye its surface sees (Nowrouzezahrai 2011 eq. 21).
 #include <vector>
 
 #include "player/frame/frame_values.h"

@@ -82,7 +82,7 @@ bool wantsSuns(SunChoice choice, const AssetView& asset, const Shot& shot) {
     if (light.suns.empty())
         lacking = "the light \"" + std::string(light.name) + "\" has none (penumbra-fit light --factor)";
     if (shot.shading.light_form != LightForm::kRotation) lacking = "they need --light-form rotation";
-    if (asset.transfer) lacking = "transfer of paper 002 takes all of the light as SH";
+    if (asset.transfer) lacking = "linear transfer takes all of the light as SH";
     if (!lacking.empty() && choice == SunChoice::kOn) throw UsageError("--suns on: " + lacking);
     return lacking.empty();
 }
@@ -95,12 +95,12 @@ void requireIndirect(const AssetView& asset, const std::string& option) {
 // Transfer has the light of all directions summed up, so that nothing but diffuse materials can be made of it.
 void requireDiffuse(const AssetView& asset, const Shot& shot) {
     if (shot.shading.light_form != LightForm::kRotation)
-        throw UsageError("--light-form: " + asset.name + " has transfer of paper 002, which takes the light exactly");
+        throw UsageError("--light-form: " + asset.name + " has linear transfer, which takes the light exactly");
     if (shot.shading.reflectance != Reflectance::kSlices)
-        throw UsageError("--reflectance operators: " + asset.name + " has transfer of paper 002, which is diffuse");
+        throw UsageError("--reflectance operators: " + asset.name + " has linear transfer, which is diffuse");
     for (const std::size_t m : shot.material_of_slot)
         if (!isLambert(asset.materials[m]))
-            throw UsageError(asset.name + ": has transfer of paper 002, which is diffuse, and the material \"" +
+            throw UsageError(asset.name + ": has linear transfer, which is diffuse, and the material \"" +
                              std::string(asset.materials[m].name) + "\" is not lambert");
 }
 
@@ -163,7 +163,7 @@ void resolveOverlays(const RenderOptions& options, const AssetView& asset, Shot&
 // What an asset of transfer has not.
 void checkForTransfer(const RenderOptions& options, const AssetView& asset) {
     if (!asset.transfer) return;
-    const std::string what = asset.name + " has transfer of paper 002";
+    const std::string what = asset.name + " has linear transfer";
     if (options.channel == Channel::kClusters) throw UsageError("--channel clusters: " + what + ", which has none");
     if (options.lobe) throw UsageError("--lobe: " + what + ", which is no visibility");
     if (options.path == EvaluationPath::kGlsl) throw UsageError("--path glsl: " + what + ", which the CPU evaluates");

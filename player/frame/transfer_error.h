@@ -1,6 +1,6 @@
 #pragma once
-// E_transfer of paper 002 (section 6): the squared difference of the transfer of model and truth, integrated over the
-// visible hemisphere. It knows no light, and it is the same measure for models of visibility and of transfer.
+// E_transfer of Nowrouzezahrai 2007 (section 6): the squared difference of the transfer of model and truth, integrated
+// over the visible hemisphere. It knows no light, and it is the same measure for models of visibility and of transfer.
 #include <optional>
 #include <vector>
 

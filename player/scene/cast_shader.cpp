@@ -16,8 +16,8 @@ namespace penumbra {
 
 namespace {
 
-constexpr Convention kPaper000Convention{BelowHorizon::kOpen, 4};
-constexpr std::size_t kPaper000Numbers = 16;
+constexpr Convention kSphereProductConvention{BelowHorizon::kOpen, 4};
+constexpr std::size_t kSphereProductNumbers = 16;
 
 // Row r of V_c turned into the local frame of its vertex.
 void localCast(int order, SphereCast cast, const FrameVertices& own, std::size_t r, std::span<float> out) {
@@ -28,24 +28,24 @@ void localCast(int order, SphereCast cast, const FrameVertices& own, std::size_t
 // Moments over the upper hemisphere of the functions that the numbers of a convention stand for: [16, numbers].
 std::vector<double> momentsOf(const Convention& convention) {
     const std::vector<int> indices = convention.indices();
-    std::vector<double> matrix(kPaper000Numbers * indices.size()), y(coefficientCount(kMaxOrder));
+    std::vector<double> matrix(kSphereProductNumbers * indices.size()), y(coefficientCount(kMaxOrder));
     for (const WeightedDirection& d : gaussHemisphere(8, 16)) {
         evalBasis(kMaxOrder, d.direction, y);
-        for (std::size_t i = 0; i < kPaper000Numbers; ++i)
+        for (std::size_t i = 0; i < kSphereProductNumbers; ++i)
             for (std::size_t k = 0; k < indices.size(); ++k)
                 matrix[i * indices.size() + k] += d.weight * y[i] * y[std::size_t(indices[k])];
     }
     return matrix;
 }
 
-std::vector<float> paper000Numbers(const ModelView& model, const FrameVertices& own, SphereCast cast) {
+std::vector<float> sphereProductNumbers(const ModelView& model, const FrameVertices& own, SphereCast cast) {
     std::vector<float> numbers = ownInA4(model.convention, model.stride, own.numbers);
-    std::array<float, kPaper000Numbers> others;
-    std::array<double, kPaper000Numbers> a, b, product;
+    std::array<float, kSphereProductNumbers> others;
+    std::array<double, kSphereProductNumbers> a, b, product;
     for (std::size_t v = 0; v < own.positions.size(); ++v) {
         localCast(4, cast, own, v, others);
-        const auto row = numbers.begin() + std::ptrdiff_t(v * kPaper000Numbers);
-        std::copy_n(row, kPaper000Numbers, a.begin());
+        const auto row = numbers.begin() + std::ptrdiff_t(v * kSphereProductNumbers);
+        std::copy_n(row, kSphereProductNumbers, a.begin());
         std::copy(others.begin(), others.end(), b.begin());
         multiply(4, a, 4, b, 4, product);
         std::copy(product.begin(), product.end(), row);
@@ -55,7 +55,7 @@ std::vector<float> paper000Numbers(const ModelView& model, const FrameVertices& 
 
 std::vector<float> ownNumbers(CastMode mode, const Convention& convention, int stride, const FrameVertices& own) {
     std::vector<float> numbers = own.numbers;
-    if (mode == CastMode::kPaper004) keepHemisphereShare(convention, stride, numbers);
+    if (mode == CastMode::kHemisphereShare) keepHemisphereShare(convention, stride, numbers);
     return numbers;
 }
 
@@ -69,20 +69,20 @@ double sumOf(std::span<const float> coefficients, std::span<const double> y) {
 
 std::vector<float> ownInA4(const Convention& convention, int stride, std::span<const float> numbers) {
     const std::size_t count = numbers.size() / std::size_t(stride), size = std::size_t(convention.size());
-    std::vector<double> below(kPaper000Numbers);
+    std::vector<double> below(kSphereProductNumbers);
     belowHorizonCoefficients(4, below);
     const bool mirrored = convention.below == BelowHorizon::kMirrored;
     const std::vector<double> moments = mirrored ? momentsOf(convention) : std::vector<double>();
-    std::vector<float> out(count * kPaper000Numbers);
+    std::vector<float> out(count * kSphereProductNumbers);
     for (std::size_t v = 0; v < count; ++v)
-        for (std::size_t i = 0; i < kPaper000Numbers; ++i) {
+        for (std::size_t i = 0; i < kSphereProductNumbers; ++i) {
             const std::span<const float> row = numbers.subspan(v * std::size_t(stride), size);
             double number = convention.below == BelowHorizon::kOpen ? 0 : below[i];
             if (mirrored)
                 for (std::size_t k = 0; k < size; ++k) number += moments[i * size + k] * double(row[k]);
             else if (i < size)
                 number += double(row[i]);
-            out[v * kPaper000Numbers + i] = float(number);
+            out[v * kSphereProductNumbers + i] = float(number);
         }
     return out;
 }
@@ -105,8 +105,9 @@ void keepHemisphereShare(const Convention& convention, int stride, std::span<flo
 std::vector<float> castAmbient(CastMode mode, const ModelView& model, const FrameVertices& own, SphereCast cast) {
     const std::size_t count = own.positions.size();
     std::vector<float> e(count);
-    if (mode == CastMode::kPaper000) {
-        ambient(kPaper000Convention, int(kPaper000Numbers), 0, count, paper000Numbers(model, own, cast), e);
+    if (mode == CastMode::kSphereProduct) {
+        ambient(kSphereProductConvention, int(kSphereProductNumbers), 0, count, sphereProductNumbers(model, own, cast),
+                e);
         return e;
     }
     const int order = castOrderOf(mode);
@@ -151,9 +152,9 @@ CastShader::CastShader(CastMode mode, const Shot& shot)
       light_order_(shot.asset->lights[shot.light].order) {
     assert(mode != CastMode::kProduct && shot.shaded);
     view_.lights = {{"light", light_order_, light_}};
-    if (mode == CastMode::kPaper000) {
-        view_.model.convention = kPaper000Convention;
-        view_.model.stride = int(kPaper000Numbers);
+    if (mode == CastMode::kSphereProduct) {
+        view_.model.convention = kSphereProductConvention;
+        view_.model.stride = int(kSphereProductNumbers);
     }
     Shot look = shot;
     look.asset = &view_;
@@ -164,12 +165,12 @@ CastShader::CastShader(CastMode mode, const Shot& shot)
 }
 
 void CastShader::shade(const FrameVertices& own, SphereCast cast, Vec3 eye, int threads, std::vector<Vec3>& radiance) {
-    if (mode_ != CastMode::kPaper000) return shadeFolded(own, cast, eye, threads, radiance);
+    if (mode_ != CastMode::kSphereProduct) return shadeFolded(own, cast, eye, threads, radiance);
     ModelView model;
     model.convention = convention_;
     model.stride = stride_;
     FrameVertices joined = own;
-    joined.numbers = paper000Numbers(model, own, cast);
+    joined.numbers = sphereProductNumbers(model, own, cast);
     shadeFrame(*set_, joined, eye, threads, radiance);
 }
 
@@ -214,7 +215,7 @@ std::vector<Vec3> groundWeights(CastMode mode, std::span<const float> light, int
         for (std::size_t i = 0; i < light.size(); ++i) radiance[int(i % 3)] += double(light[i]) * y[i / 3];
         for (std::size_t k = 0; k < weights.size(); ++k) weights[k] += radiance * (weight * y[k]);
     }
-    if (mode != CastMode::kPaper000 && !light.empty()) {
+    if (mode != CastMode::kSphereProduct && !light.empty()) {
         const CastFold fold = makeCastFold(light_order, light, order);
         for (std::size_t k = 0; k < weights.size(); ++k) {
             weights[k] = {};

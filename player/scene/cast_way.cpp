@@ -8,7 +8,7 @@ namespace penumbra {
 
 namespace {
 
-constexpr std::string_view kCastModeNames[kCastModes] = {"product", "folded", "paper-000", "paper-004"};
+constexpr std::string_view kCastModeNames[kCastModes] = {"product", "folded", "sphere-product", "hemisphere-share"};
 
 }  // namespace
 
@@ -17,7 +17,8 @@ CastWay parseCastWay(std::string_view mode, std::string_view exponential) {
     std::size_t m = 0;
     while (m < kCastModes && kCastModeNames[m] != mode) ++m;
     if (m == kCastModes)
-        throw UsageError("--cast must be product, folded, paper-000 or paper-004, not " + std::string(mode));
+        throw UsageError("--cast must be product, folded, sphere-product or hemisphere-share, not " +
+                         std::string(mode));
     way.mode = CastMode(m);
     try {
         way.exponential = parseCastExponential(exponential);
@@ -29,9 +30,9 @@ CastWay parseCastWay(std::string_view mode, std::string_view exponential) {
 
 std::string_view nameOf(CastMode mode) { return kCastModeNames[std::size_t(mode)]; }
 
-bool needsSpheres(CastMode mode) { return mode == CastMode::kPaper000 || mode == CastMode::kPaper004; }
+bool needsSpheres(CastMode mode) { return mode == CastMode::kSphereProduct || mode == CastMode::kHemisphereShare; }
 
-int castOrderOf(CastMode mode) { return mode == CastMode::kPaper000 ? 4 : kCastOrder; }
+int castOrderOf(CastMode mode) { return mode == CastMode::kSphereProduct ? 4 : kCastOrder; }
 
 void castBySpheres(SceneDescription& scene) {
     for (std::vector<SceneCharacter>* list : {&scene.characters, &scene.props})

@@ -10,10 +10,11 @@
 namespace penumbra {
 
 enum class CastMode {
-    kProduct,   // own numbers times V_c, both mirrored at the horizon
-    kFolded,    // V_c over the whole sphere is taken out of the light, L' = M^L V_c
-    kPaper000,  // paper 000, section 7: own numbers in A4 times V_c of order 4, casters are spheres
-    kPaper004,  // paper 004, section 6: folded, and own visibility is the share of the hemisphere, casters are spheres
+    kProduct,          // own numbers times V_c, both mirrored at the horizon
+    kFolded,           // V_c over the whole sphere is taken out of the light, L' = M^L V_c
+    kSphereProduct,    // Nowrouzezahrai 2009, section 7: own numbers in A4 times V_c of order 4, casters are spheres
+    kHemisphereShare,  // Nowrouzezahrai 2011, section 6: folded, and own visibility is the share of the hemisphere,
+                       // casters are spheres
 };
 constexpr std::size_t kCastModes = 4;
 
@@ -22,8 +23,8 @@ struct CastWay {
     CastExponential exponential = {};  // of casters that are spheres
 };
 
-// Reads "product", "folded", "paper-000" or "paper-004", and what parseCastExponential() reads. Throws UsageError,
-// which names the option.
+// Reads "product", "folded", "sphere-product" or "hemisphere-share", and what parseCastExponential() reads. Throws
+// UsageError, which names the option.
 CastWay parseCastWay(std::string_view mode, std::string_view exponential);
 std::string_view nameOf(CastMode mode);
 

@@ -51,7 +51,7 @@ PosedScene::PosedScene(SceneDescription file, const CastWay& way) : way_(way), f
             std::shared_ptr<const OpenAsset> asset = openedAt(one);
             if (asset->view.transfer)
                 throw InvalidInput(one.at + "/asset: " + one.asset.string() +
-                                   " has transfer of paper 002, on which nothing casts");
+                                   " has linear transfer, on which nothing casts");
             if (!asset->view.has_model) throw InvalidInput(one.at + "/asset: " + one.asset.string() + " has no model");
             if (!one.material.empty() || !one.slots.empty()) (void)materialsOf(one, asset->view);
             const Evaluator*& first = decoded[asset.get()];

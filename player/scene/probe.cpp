@@ -53,7 +53,7 @@ public:
         std::vector<double> y(kFieldNumbers);
         const std::vector<int> even = evenIndices(kFieldOrder);
         const CastMode mode = scene.castWay().mode;
-        if (light_ && (mode == CastMode::kFolded || mode == CastMode::kPaper004))
+        if (light_ && (mode == CastMode::kFolded || mode == CastMode::kHemisphereShare))
             fold_ = makeCastFold(light_->order, turnedLight(*light_, scene.lightRotation()), castOrderOf(mode));
         for (const WeightedDirection& d : directions_) {
             evalBasis(kFieldOrder, d.direction, y);

@@ -53,7 +53,7 @@ vec3 mirrorOfSurface(vec3 wo) {
     return sum;
 }
 
-// What a mirror sees in a direction of the scene: the sky as far as the body leaves it visible (paper 004 eq. 21), and
+// What a mirror sees in a direction of the scene: the sky as far as the body leaves it visible (Nowrouzezahrai 2011 eq. 21), and
 // discs of suns, which the shadow maps hide.
 vec3 mirrored(vec3 direction, vec3 face) {
     vec3 seen = clamp(surface_sight, 0.0, 1.0) * skyRadiance(light_from_scene * direction);

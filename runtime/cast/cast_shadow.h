@@ -1,8 +1,8 @@
 #pragma once
-// What characters hide from points of a scene: from the ground, from things, and from one another (paper 000, section
-// 7). Casters are of two kinds. A composed asset has fields of its parts, which tell what they hide from anywhere;
-// parts of all characters are multiplied, as the parts of one character are (docs/formulas.md, sections 7 and 8). An
-// asset with sphere blockers hides what its spheres hide (sections 9 and 10). Both give the same numbers.
+// What characters hide from points of a scene: from the ground, from things, and from one another (Nowrouzezahrai 2009,
+// section 7). Casters are of two kinds. A composed asset has fields of its parts, which tell what they hide from
+// anywhere; parts of all characters are multiplied, as the parts of one character are (docs/formulas.md, sections 7 and
+// 8). An asset with sphere blockers hides what its spheres hide (sections 9 and 10). Both give the same numbers.
 #include <cstdint>
 #include <optional>
 #include <span>

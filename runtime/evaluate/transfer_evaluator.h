@@ -1,6 +1,6 @@
 #pragma once
-// Evaluates the models of paper 002 at run time: the angles of a pose in, the light that reaches each vertex out, or
-// its transfer. Calls on different vertices may run at the same time.
+// Evaluates the linear models of transfer at run time: the angles of a pose in, the light that reaches each vertex out,
+// or its transfer. Calls on different vertices may run at the same time.
 #include <array>
 #include <memory>
 #include <span>

@@ -14,8 +14,8 @@ namespace penumbra {
 
 // Tells how the light gets into the frame of every vertex.
 enum class LightForm {
-    kLobes,     // the asset's fitted zonal lobes: their axes turn (paper 000 section 5.4); as exact as the fit
-    kFixed,     // 2 order - 1 zonal lobes on fixed axes, which together are the light exactly
+    kLobes,  // the asset's fitted zonal lobes: their axes turn (Nowrouzezahrai 2009 section 5.4); as exact as the fit
+    kFixed,  // 2 order - 1 zonal lobes on fixed axes, which together are the light exactly
     kRotation,  // the exact SH rotation: turns about z and fixed quarter turns about x
 };
 // Tells whether the light has what the form needs: kLobes needs lobes in the asset.

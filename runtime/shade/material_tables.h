@@ -14,7 +14,7 @@ namespace penumbra {
 // Tells how radiance is computed from a material (docs/formulas.md, section 3).
 enum class Reflectance {
     kSlices,     // L = l . (f x v), f = C y_even(omega_o), the product exact
-    kOperators,  // L = sum over b of (w^b . y_even(omega_o)) l^T M^b v, paper 000 eq 11
+    kOperators,  // L = sum over b of (w^b . y_even(omega_o)) l^T M^b v, Nowrouzezahrai 2009 eq 11
 };
 // Tells whether the material has what the form needs: kOperators needs operators. A live material has every form.
 bool hasReflectance(const MaterialView& material, Reflectance reflectance);

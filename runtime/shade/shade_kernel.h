@@ -6,7 +6,8 @@
 //   f_k = sum_e A_ke y_e(o)                by the view terms; A is C of the slices, or w of the operators
 //   t_i = sum_j v_j (sum_k B_ijk f_k)      by the product rows; B is Gamma_ijk, or M^k_ij of the operators
 //   L   = sum over the light of it with t  in one of the two ways below
-// B is symmetric in i and j, so a row whose mirror is also wanted serves both. Paper 000 eq 11 has the operators.
+// B is symmetric in i and j, so a row whose mirror is also wanted serves both. Nowrouzezahrai 2009 eq 11 has the
+// operators.
 //
 // The light is one of
 //   lobes:    sum_d sum_l g_dl sum_m t_lm y_lm(Q a_d), for light = sum_d sum_l g_dl sum_m y_lm(a_d) y_lm

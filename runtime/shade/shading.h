@@ -1,6 +1,6 @@
 #pragma once
 // Computes radiance from visibility, light and reflectance in the vertex' local frame: L = l . (f x v), f = C
-// y_even(omega_o) with the exact product, or eq 11 of paper 000 (docs/formulas.md, section 3).
+// y_even(omega_o) with the exact product, or eq 11 of Nowrouzezahrai 2009 (docs/formulas.md, section 3).
 #include <cstddef>
 #include <cstdint>
 #include <span>

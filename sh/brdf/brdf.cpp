@@ -103,7 +103,8 @@ double cookTorrance(const Parameters& p, Vec3d i, Vec3d o) {
 // pictures by brute force. No SH of order 8 can tell the two apart.
 double nearMirror(const Parameters& p, Vec3d i, Vec3d o) { return ggx({0.01, p[0]}, i, o); }
 
-// Paper 003, eq. 2. The lobe alone depends on the angle to the mirror direction, so the cosine is divided out.
+// Nowrouzezahrai 2008, eq. 2. The lobe alone depends on the angle to the mirror direction, so the cosine is divided
+// out.
 double phongLive(const Parameters& p, Vec3d i, Vec3d o) {
     const double cosine = i.z * o.z - i.x * o.x - i.y * o.y;
     if (cosine <= 0) return 0;  // also where the exponent is 0

@@ -11,8 +11,8 @@
 //   ggx:alpha=0.3,f0=0.9                        0.01..1, 0..1; height-correlated Smith term, Schlick's Fresnel term
 //   cook-torrance:m=0.3,ior=1.5                 0.01..1, 1..100; Beckmann, V-grooves, a dielectric's Fresnel term
 //   mirror:f0=1                                 0..1; Schlick's Fresnel term; no density, so ggx:alpha=0.01 stands in
-//   phong-live:exponent=10                      0..1000; (s+1)/2pi (r.i)^s over the cosine of i: paper 003's lobe
-//   ggx-live:alpha=0.3                          0.01..1; D/4 over the cosine of i, with GGX's D
+//   phong-live:exponent=10                      0..1000; (s+1)/2pi (r.i)^s over the cosine of i: Nowrouzezahrai 2008's
+//   lobe ggx-live:alpha=0.3                          0.01..1; D/4 over the cosine of i, with GGX's D
 // The last two are lobes about the mirror direction r whose parameter may change while a program runs
 // (sh/brdf/mirror_lobe.h).
 // Every model takes color=R/G/B (linear Rec.709), a factor on the result.

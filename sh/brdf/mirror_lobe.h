@@ -1,6 +1,6 @@
 #pragma once
-// Lobes about the mirror direction r of the view whose radiance depends on the angle to r alone: the 1-D BRDFs of paper
-// 003. Such a lobe f of light l and visibility v has the radiance
+// Lobes about the mirror direction r of the view whose radiance depends on the angle to r alone: the 1-D BRDFs of
+// Nowrouzezahrai 2008. Such a lobe f of light l and visibility v has the radiance
 //   integral over r.s >= 0 of f(r.s) l(s) v(s) = l^T M v,  M_ij = integral over z >= 0 of f(z) y_i(s) y_j(s)
 // in any frame whose z is r. M depends on the lobe alone, not on light, view or visibility. The lobe ends at the plane
 // across r and not at the surface, so v must be 0 below the surface (convention B).

@@ -1,6 +1,6 @@
 #pragma once
-// The transfer of a Phong lobe in closed form: paper 003 (1D BRDFs), appendix A, for any order (docs/formulas.md
-// section 3).
+// The transfer of a Phong lobe in closed form: Nowrouzezahrai 2008 (1D BRDFs), appendix A, for any order
+// (docs/formulas.md section 3).
 #include <vector>
 
 namespace penumbra {

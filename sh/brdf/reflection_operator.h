@@ -1,7 +1,7 @@
 #pragma once
-// Reflection product operators (paper 000 section 4, docs/formulas.md section 3): f(wi, wo) cos_i ~= sum_b U^b(wi)
-// W^b(wo). u^b and w^b are their SH coefficients, w^b over the z-even functions y_even. Eq 10 is M^b_ij = sum_k u^b_k
-// Gamma_ijk, and eq 11 is L = sum_b (w^b . y_even(omega_o)) l^T M^b v, all in the vertex' local frame.
+// Reflection product operators (Nowrouzezahrai 2009 section 4, docs/formulas.md section 3): f(wi, wo) cos_i ~= sum_b
+// U^b(wi) W^b(wo). u^b and w^b are their SH coefficients, w^b over the z-even functions y_even. Eq 10 is M^b_ij = sum_k
+// u^b_k Gamma_ijk, and eq 11 is L = sum_b (w^b . y_even(omega_o)) l^T M^b v, all in the vertex' local frame.
 #include <span>
 #include <vector>
 

@@ -1,5 +1,5 @@
 #pragma once
-// A sphere that stands for what lies around a bone when a character casts shadow (paper 000, section 7).
+// A sphere that stands for what lies around a bone when a character casts shadow (Nowrouzezahrai 2009, section 7).
 #include <cmath>
 
 #include "sh/vec3.h"

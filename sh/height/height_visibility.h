@@ -1,9 +1,9 @@
 #pragma once
 // The visibility of a whole height field, and of points above it, for every frame of an animation.
 //
-// Horizons are looked for at receivers, every `step` points both ways (paper 000, figure 11: visibility is sub-sampled,
-// shading is not). Between them visibility is bilinear, with less weight for receivers whose normal is another one.
-// Every point turns it into its own frame, so that its own slope is never smoothed away.
+// Horizons are looked for at receivers, every `step` points both ways (Nowrouzezahrai 2009, figure 11: visibility is
+// sub-sampled, shading is not). Between them visibility is bilinear, with less weight for receivers whose normal is
+// another one. Every point turns it into its own frame, so that its own slope is never smoothed away.
 #include <span>
 #include <vector>
 

@@ -3,8 +3,8 @@
 // Problem: find the suns of a light, such that the suns and the remainder change continuously with the light, and such
 // that the remainder is a light: nowhere negative.
 //
-// Naive (paper 004 eq. 9-13): the direction and the length of band 1. Any sky has a band 1, so that a uniform sky above
-// a dark ground gets a sun of 3.14, and two lamps get one sun between them.
+// Naive (Nowrouzezahrai 2011 eq. 9-13): the direction and the length of band 1. Any sky has a band 1, so that a uniform
+// sky above a dark ground gets a sun of 3.14, and two lamps get one sun between them.
 //
 // Here: the light is windowed, so that it does not ring. The arg max of its luminance is the direction. A least-squares
 // fit gives the irradiance, and a cap keeps the windowed remainder from going below 0. A share c fades the sun out
@@ -269,7 +269,7 @@ void LightFactor::fillIrradiance(std::span<const double> sh, std::span<const dou
     }
 }
 
-// Paper 004 eq. 9-13 with eq. 10 normalised. Band 1 of a delta is E sqrt(3/4pi) (-y, z, -x) of its direction.
+// Nowrouzezahrai 2011 eq. 9-13 with eq. 10 normalised. Band 1 of a delta is E sqrt(3/4pi) (-y, z, -x) of its direction.
 FactoredLight LightFactor::factorAsPrinted(std::span<const double> sh) const {
     Vec3d channels[3], sum;
     for (int c = 0; c < 3; ++c) {

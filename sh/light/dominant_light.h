@@ -1,7 +1,7 @@
 #pragma once
-// Splits a light into suns and a soft remainder (paper 004 eq. 9-13 and section 7). A sun is a delta: a direction and
-// an irradiance. It can have a shadow with an edge, which spherical harmonics cannot have. docs/formulas.md, section
-// 11, has the derivation.
+// Splits a light into suns and a soft remainder (Nowrouzezahrai 2011 eq. 9-13 and section 7). A sun is a delta: a
+// direction and an irradiance. It can have a shadow with an edge, which spherical harmonics cannot have.
+// docs/formulas.md, section 11, has the derivation.
 #include <array>
 #include <span>
 #include <vector>

@@ -1,4 +1,5 @@
-// Operators M^b of paper 000 three ways and slices in three conventions, on the scenes of docs/formulas.md section 3.
+// Operators M^b of Nowrouzezahrai 2009 three ways and slices in three conventions, on the scenes of docs/formulas.md
+// section 3.
 #include <gtest/gtest.h>
 
 #include <cstdio>

@@ -81,7 +81,7 @@ std::vector<double> phongRadiance(const ShadingTest& test, double alpha, Vec3d v
     return radiance;
 }
 
-// Returns the relative RMSE of paper 003's Phong path, with V = 0 below the surface.
+// Returns the relative RMSE of Nowrouzezahrai 2008's Phong path, with V = 0 below the surface.
 double phongError(const ShadingTest& test, double alpha) {
     const auto lobe = [alpha](Vec3d wi, Vec3d wo) {
         const double along = std::max(0.0, wi.z * wo.z - wi.x * wo.x - wi.y * wo.y);
@@ -105,7 +105,7 @@ double phongError(const ShadingTest& test, double alpha) {
 // .0352, .0714, .1738. On those of seed 11 they measure .0169, .0422, .0780, .1798, so alpha 5 misses there. The
 // matrices are exact and an independent implementation has the same four digits. The rest is what order-4 visibility
 // leaves out.
-TEST(ShadingScenes, PhongPathOfPaper003) {
+TEST(ShadingScenes, PhongPathInClosedForm) {
     const ShadingTest seed11 = makeShadingTest(referenceScenes(), 2),
                       seed12 = makeShadingTest(scenesOfGolden(readGolden("scene_seed12.json")), 2);
     struct Case {

@@ -1,7 +1,7 @@
 // bench_brdf [COMMIT]: seven BRDFs as the paper's operators and as slices: shading error on the reference scenes,
 // bytes, multiply-adds and time a vertex of the run-time's own kernel, and what the fit took. A table, then CSV rows
 // (tests/bench/results). Variants:
-//   paper literal    M^b as paper 000 prints the recipe, k = 8, A4
+//   paper literal    M^b as Nowrouzezahrai 2009 prints the recipe, k = 8, A4
 //   operators table  M^b of the weighted SVD, w by least squares, k = 8, A4
 //   operators slices M^b made from C, k = 8, A4
 //   C A4, C D4, C D5 slices with 16, 10 and 15 numbers of visibility a vertex

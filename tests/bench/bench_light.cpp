@@ -1,6 +1,7 @@
 // bench_light FOLDER [COMMIT] [ORDER]: zonal lobes of eight real lights of FOLDER (PENUMBRA_DATA/lights), greedy as
-// paper 000 and joint; relative residual of radiance, error of irradiance over all normals, and time, the best of five
-// runs. The first fit of the process, with whatever Ceres does once, comes first. CSV on stdout, a table on stderr.
+// Nowrouzezahrai 2009 and joint; relative residual of radiance, error of irradiance over all normals, and time, the
+// best of five runs. The first fit of the process, with whatever Ceres does once, comes first. CSV on stdout, a table
+// on stderr.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>

@@ -1,9 +1,10 @@
 // bench_optimisers X.vis.h5 [--clusters N] [--every S] [--neurons N] [--prior P] [--iterations N] [--holdout clip,clip]
 //   [--features joint-angles|relative-bones] [--input-variance V] [--methods bfgs,lbfgs]
-// Eq 13 of paper 000 on the clusters of a bake: the papers' BFGS and L-BFGS (Ceres) against variable projection, one
-// thread. All start at the same net, its output weights already at their best. The time of ours is until its objective
-// is not above the other's last one, over the rounds of starts of fit/models/many_starts.h, of which the first start is
-// that net. Times are processor seconds, so that other work on the machine changes them little. One table a method.
+// Eq 13 of Nowrouzezahrai 2009 on the clusters of a bake: the papers' BFGS and L-BFGS (Ceres) against variable
+// projection, one thread. All start at the same net, its output weights already at their best. The time of ours is
+// until its objective is not above the other's last one, over the rounds of starts of fit/models/many_starts.h, of
+// which the first start is that net. Times are processor seconds, so that other work on the machine changes them
+// little. One table a method.
 #include <algorithm>
 #include <cstdio>
 #include <cstring>

@@ -1,6 +1,7 @@
-// Measures how fast the run time shades a frame with the models of paper 002, against the paper's table 1 (Master Pai:
-// 11,534 vertices, 54 angles): PCA(8,22) 105 Hz, PCA(15,500) 34 Hz, L 65 Hz. One thread, RGB light of order 6. A frame
-// is the pose, and the light that reaches every vertex. The numbers of the models are random, which changes no time.
+// Measures how fast the run time shades a frame with the linear models of transfer, against the paper's table 1 (Master
+// Pai: 11,534 vertices, 54 angles): PCA(8,22) 105 Hz, PCA(15,500) 34 Hz, L 65 Hz. One thread, RGB light of order 6. A
+// frame is the pose, and the light that reaches every vertex. The numbers of the models are random, which changes no
+// time.
 //   bench_transfer
 #include <algorithm>
 #include <chrono>

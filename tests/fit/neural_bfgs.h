@@ -1,6 +1,6 @@
 #pragma once
-// The papers' optimiser of paper 000 eq 13: BFGS or L-BFGS over all weights at once, through Ceres. It is the reference
-// for the fast optimiser (fit/models/variable_projection.h).
+// The papers' optimiser of Nowrouzezahrai 2009 eq 13: BFGS or L-BFGS over all weights at once, through Ceres. It is the
+// reference for the fast optimiser (fit/models/variable_projection.h).
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -9,7 +9,7 @@
 
 namespace penumbra {
 
-// 5000 iterations: paper 000, section 5.3.
+// 5000 iterations: Nowrouzezahrai 2009, section 5.3.
 constexpr SearchOptions kPapersSearch{
     .method = QuasiNewton::kBfgs, .iterations = 5000, .least_decrease = 1e-10, .window = 1};
 

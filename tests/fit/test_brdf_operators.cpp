@@ -1,4 +1,4 @@
-// Makes the operators M^b of paper 000 in three ways, on the scenes of the accuracy table of docs/formulas.md
+// Makes the operators M^b of Nowrouzezahrai 2009 in three ways, on the scenes of the accuracy table of docs/formulas.md
 // section 3.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

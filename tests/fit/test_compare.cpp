@@ -106,8 +106,8 @@ TEST(EigenvalueDecay, OfAllVerticesIsThatOfTheWholeMatrix) {
     EXPECT_EQ(decays[0].componentsFor(0.99), componentsFor(pca, 0.99));
 }
 
-// Paper 002, section 5: a row for each training pose and each number, with one column a vertex.
-TEST(EigenvalueDecay, OfRowsOfVerticesIsThatOfPaper002) {
+// Nowrouzezahrai 2007, section 5: a row for each training pose and each number, with one column a vertex.
+TEST(EigenvalueDecay, OfRowsOfVerticesIsThatOfTheLinearModels) {
     const Character c("stacked.vis.h5");
     const EigenvalueDecay decay = outputDecays(c.input, c.character, c.options, {})[1];
     ClusterNumbersRequest request;

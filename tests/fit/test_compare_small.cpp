@@ -1,5 +1,5 @@
-// Tests what compare shows of paper 000 beside its models: feature vectors and priors, the cosine of equation 14,
-// tables of normals, lights and lobes.
+// Tests what compare shows of Nowrouzezahrai 2009 beside its models: feature vectors and priors, the cosine of equation
+// 14, tables of normals, lights and lobes.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

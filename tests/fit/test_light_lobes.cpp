@@ -46,8 +46,8 @@ TEST(LightLobes, GreedyMatchesGolden) {
     std::printf("greedy: largest excess over golden residuals %.2e\n", worst.value());
 }
 
-// Checks the axis of the best single lobe and its coefficients, where z_l = sqrt((2l+1)/4pi) times those of paper 000
-// eq 15.
+// Checks the axis of the best single lobe and its coefficients, where z_l = sqrt((2l+1)/4pi) times those of
+// Nowrouzezahrai 2009 eq 15.
 TEST(LightLobes, SingleLobeMatchesGolden) {
     for (const GoldenLight& light : goldenLights()) {
         const LightLobesFit fit = fitLobes(4, light.sh, 1, LobeFit::kJoint);

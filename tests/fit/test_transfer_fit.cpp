@@ -24,7 +24,7 @@ namespace {
 using synthetic::TemporaryFile;
 using testing::HasSubstr;
 
-// A model with `vertices` and `angles` of the sizes of paper 002; its numbers are zeros.
+// A model with `vertices` and `angles` of the sizes of Nowrouzezahrai 2007; its numbers are zeros.
 TransferModel sizedModel(std::size_t vertices, std::size_t angles, std::size_t k, std::size_t m) {
     TransferModel model;
     model.mesh.rest_positions.resize(vertices);
@@ -41,7 +41,7 @@ TransferModel sizedModel(std::size_t vertices, std::size_t angles, std::size_t k
     return model;
 }
 
-// Table 2 of paper 002: Master Pai has 11,534 vertices and 54 angles, Armadillo 24,893 and 25.
+// Table 2 of Nowrouzezahrai 2007: Master Pai has 11,534 vertices and 54 angles, Armadillo 24,893 and 25.
 TEST(TransferModel, HasThePapersSizesToTheDigit) {
     EXPECT_EQ(paperMeshBytes(sizedModel(11534, 54, 8, 22)), 1660896u);
     EXPECT_EQ(paperBytes(sizedModel(11534, 54, 8, 22)), 1045232u);

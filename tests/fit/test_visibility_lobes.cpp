@@ -1,4 +1,4 @@
-// Zonal lobes of visibility (paper 003, section 3.1).
+// Zonal lobes of visibility (Nowrouzezahrai 2008, section 3.1).
 #include <gtest/gtest.h>
 
 #include <cmath>

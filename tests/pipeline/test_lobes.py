@@ -136,7 +136,7 @@ def check_refusals(place):
     for words in (["pack", "asset", place("m.lobes.h5"), "-o", place("none.pnb")],
                   ["fit", "blockers", place("m.lobes.h5"), "-o", place("none.blockers.h5")],
                   ["fit", "indirect", place("m.lobes.h5"), place("v.vis.h5"), "-o", place("none.model.h5")]):
-        refuse(words, "reference model of paper 003", 5)
+        refuse(words, "reference model of zonal lobes", 5)
     assert not any(name.startswith("none") for name in os.listdir(place("")))
     run(*lobes, "--features", "joint-angles", "--dry-run")
 

@@ -1,4 +1,4 @@
-"""Models of paper 002 from the fit to the picture: the run time against the fit's own errors and predictions, E_transfer
+"""Linear models of transfer from the fit to the picture: the run time against the fit's own errors and predictions, E_transfer
 as a channel and as a column, what an asset of transfer refuses, and the comparison with models of visibility.
 
 usage: test_transfer_asset.py BIN
@@ -119,7 +119,7 @@ def check_compare(place, of_asset):
     assert abs(ours["held_out_transfer_error"] / of_asset - 1) < 0.1, (ours, of_asset)
     assert [f["id"] for f in made["figures"]] == ["residuals", "prior", "eigenvalues", "pictures", "cost", "storage"], made
     page = open(place("c.html")).read()
-    assert "c.png" in page and "Paper 002, table 2" in page and os.path.getsize(place("c.png")) > 1000
+    assert "c.png" in page and "Nowrouzezahrai 2007, table 2" in page and os.path.getsize(place("c.png")) > 1000
     assert "PCA(6,20)" in open(place("c.csv")).read()
     good("fit", "compare", place("t.vis.h5"), "--holdout", HELD, "--components", "4,8", "-o", place("d.html"), "-q")
     assert "additive" not in open(place("d.csv")).read()

@@ -1,4 +1,4 @@
-"""penumbra-fit transfer: the models of paper 002 against numpy, the same bytes for any number of threads, predictions in the
+"""penumbra-fit transfer: the linear models of transfer against numpy, the same bytes for any number of threads, predictions in the
 layout of a bake, and one clear line for what cannot be fitted.
 
 usage: test_transfer_fit.py BIN
@@ -100,7 +100,7 @@ def check_pca(place):
     angles = figures["angles"]
     assert n == 36 and figures["paper_bytes"] == 4 * (vertices * 20 + 36 * 7 * 20 + angles * 6), figures
     assert figures["bytes"] == figures["paper_bytes"] + 4 * vertices and figures["paper_mesh_bytes"] == 4 * 36 * vertices
-    # The rows that paper 002 stacks: the numbers of all vertices, for each coefficient of each training pose.
+    # The rows that Nowrouzezahrai 2007 stacks: the numbers of all vertices, for each coefficient of each training pose.
     rows = np.moveaxis(transfer[trained], 2, 0).reshape(-1, vertices)
     energies = np.linalg.svd(rows - rows.mean(0), compute_uv=False)**2
     assert abs(energies[:20].sum() / energies.sum() - figures["vertex_variance"]) < 2e-5

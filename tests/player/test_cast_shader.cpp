@@ -1,4 +1,4 @@
-// The modes that compare: light that is folded, and the ways of papers 000 and 004.
+// The modes that compare: light that is folded, and the ways of Nowrouzezahrai 2009 and 2011.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -100,16 +100,16 @@ TEST(CastShader, PapersErrMoreThanFolding) {
     for (const auto& test : golden.at("cases")) {
         GoldenReceiver receiver(golden, test, "lambert");
         const Vec3d truth = vec3(test.at("lambert").at("brute_force"));
-        for (const CastMode mode : {CastMode::kFolded, CastMode::kPaper000, CastMode::kPaper004}) {
+        for (const CastMode mode : {CastMode::kFolded, CastMode::kSphereProduct, CastMode::kHemisphereShare}) {
             const Vec3 ours = receiver.radiance(mode, receiver.castBySpheres(mode));
             for (int c = 0; c < 3; ++c) squares[std::size_t(mode)] += std::pow(double(ours[c]) - truth[c], 2);
         }
         const Vec3 alone = receiver.radiance(CastMode::kFolded, openCast(CastMode::kFolded));
         for (int c = 0; c < 3; ++c) none += std::pow(double(alone[c]) - truth[c], 2);
     }
-    EXPECT_LT(squares[std::size_t(CastMode::kFolded)], squares[std::size_t(CastMode::kPaper000)]);
-    EXPECT_LT(squares[std::size_t(CastMode::kFolded)], squares[std::size_t(CastMode::kPaper004)]);
-    EXPECT_LT(squares[std::size_t(CastMode::kPaper000)], 0.5 * none);
+    EXPECT_LT(squares[std::size_t(CastMode::kFolded)], squares[std::size_t(CastMode::kSphereProduct)]);
+    EXPECT_LT(squares[std::size_t(CastMode::kFolded)], squares[std::size_t(CastMode::kHemisphereShare)]);
+    EXPECT_LT(squares[std::size_t(CastMode::kSphereProduct)], 0.5 * none);
 }
 
 // Free sight becomes 1 over the sphere in every convention, and its share of the hemisphere is 1.
@@ -127,15 +127,15 @@ TEST(CastShader, FreeSightStaysFree) {
     }
 }
 
-// Paper 004 scales what an open receiver reflects by the share of the hemisphere that it sees.
-TEST(CastShader, Paper004ScalesOpenRadianceByTheShare) {
+// Nowrouzezahrai 2011 scales what an open receiver reflects by the share of the hemisphere that it sees.
+TEST(CastShader, HemisphereShareScalesOpenRadianceByTheShare) {
     const auto golden = readGolden("cast_and_self.json");
     const auto& test = golden.at("cases").at(2);
     GoldenReceiver receiver(golden, test, "ggx_.3");
-    const std::vector<float> cast = receiver.castBySpheres(CastMode::kPaper004);
+    const std::vector<float> cast = receiver.castBySpheres(CastMode::kHemisphereShare);
     const float share = receiver.vertices.numbers[0] / float(std::sqrt(4 * std::acos(-1.0)));
     EXPECT_LT(share, 0.99f);
-    const Vec3 scaled = receiver.radiance(CastMode::kPaper004, cast);
+    const Vec3 scaled = receiver.radiance(CastMode::kHemisphereShare, cast);
     const std::vector<float> open = freeSight(receiver.asset.model.convention);
     std::copy(open.begin(), open.end(), receiver.vertices.numbers.begin());
     const Vec3 whole = receiver.radiance(CastMode::kFolded, cast);
@@ -152,14 +152,15 @@ TEST(CastShader, AmbientPastNobodyIsOnesOwn) {
         ambient(receiver.asset.model.convention, 16, 0, 1, own.numbers, expected);
         const auto e = [&](CastMode mode) { return castAmbient(mode, receiver.asset.model, own, openCast(mode))[0]; };
         EXPECT_NEAR(e(CastMode::kFolded), expected[0], 1e-5);
-        EXPECT_NEAR(e(CastMode::kPaper000), expected[0], 0.03);  // 4 bands of a step at the horizon; 0.02 was measured
+        EXPECT_NEAR(e(CastMode::kSphereProduct), expected[0],
+                    0.03);  // 4 bands of a step at the horizon; 0.02 was measured
     }
 }
 
 // An open ground under radiance 1 has E and, for a white albedo, radiance 1.
 TEST(GroundWeights, OfFreeSightIsTheLight) {
     const std::vector<float> white = {float(std::sqrt(4 * std::acos(-1.0))), 0, 0};
-    for (const CastMode mode : {CastMode::kFolded, CastMode::kPaper000, CastMode::kPaper004}) {
+    for (const CastMode mode : {CastMode::kFolded, CastMode::kSphereProduct, CastMode::kHemisphereShare}) {
         const float open = openCast(mode)[0];
         EXPECT_NEAR(groundWeights(mode, {}, 1)[0].x * open, 1, 1e-5);
         EXPECT_NEAR(groundWeights(mode, white, 1)[0].x * open, 1, 1e-5);
@@ -168,7 +169,7 @@ TEST(GroundWeights, OfFreeSightIsTheLight) {
 }
 
 TEST(CastWay, ReadsWordsAndRefusesOthers) {
-    for (const char* word : {"product", "folded", "paper-000", "paper-004"})
+    for (const char* word : {"product", "folded", "sphere-product", "hemisphere-share"})
         EXPECT_EQ(nameOf(parseCastWay(word, "ol").mode), word);
     EXPECT_THROW(parseCastWay("paper", "hyb-ps2"), UsageError);
     EXPECT_THROW(parseCastWay("", "hyb-ps2"), UsageError);

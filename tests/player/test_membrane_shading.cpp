@@ -63,8 +63,8 @@ struct OnePoint {
 Vec3 rgb(const nlohmann::json& v) { return toFloat(vec3(v)); }
 
 // Six points with rough sheets of their own, each with rho and tau by channel. Over all of them the radiance is .0028
-// off with the back's own visibility and .215 with an open back, as paper 003 has it; of single points .0006 to .0036
-// and .027 to .46.
+// off with the back's own visibility and .215 with an open back, as Nowrouzezahrai 2008 has it; of single points .0006
+// to .0036 and .027 to .46.
 TEST(MembraneShading, IsTheGoldenRadiance) {
     const auto golden = readGolden("translucency.json");
     const double tol = golden.at("tol_float").get<double>();

@@ -231,9 +231,9 @@ TEST_F(SceneReceivers, PapersNeedSpheres) {
             parseCastWay(mode, exponential));
     };
     EXPECT_NO_THROW(posed("folded", "hyb-ps2", ""));
-    EXPECT_THROW(posed("paper-000", "hyb-ps2", ""), InvalidInput);
-    EXPECT_THROW(posed("paper-004", "hyb-ps2", ""), InvalidInput);
-    EXPECT_NO_THROW(posed("paper-004", "hyb-ps2", R"(, "casts": "nothing")"));
+    EXPECT_THROW(posed("sphere-product", "hyb-ps2", ""), InvalidInput);
+    EXPECT_THROW(posed("hemisphere-share", "hyb-ps2", ""), InvalidInput);
+    EXPECT_NO_THROW(posed("hemisphere-share", "hyb-ps2", R"(, "casts": "nothing")"));
     EXPECT_THROW(posed("product", "chain", ""), UsageError);
 }
 

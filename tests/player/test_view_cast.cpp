@@ -158,7 +158,7 @@ TEST_F(ViewCast, ShadowsOfOthersJoinInOtherWays) {
     chooseNextCastMode(state, contentsOf(scene), true);
     EXPECT_EQ(state.cast_mode, CastMode::kFolded);
     EXPECT_EQ(shadowsOfNumbers(Shadows::kBoth, CastMode::kFolded), Shadows::kSelf);
-    EXPECT_EQ(shadowsOfNumbers(Shadows::kCast, CastMode::kPaper004), Shadows::kNone);
+    EXPECT_EQ(shadowsOfNumbers(Shadows::kCast, CastMode::kHemisphereShare), Shadows::kNone);
 }
 
 // Who casts nothing still receives: where it is moved, others cast on it anew.

@@ -257,9 +257,9 @@ TEST(ShadingSet, WhatLacksTheFormCannotBeOn) {
     EXPECT_TRUE(other.hasLight(1));
 }
 
-// Writes eq 11 of paper 000 in double precision as it stands: L = sum_b (w^b . y_even(omega_o)) l^T M^b v with M^b_ij
-// = sum_k u^b_k Gamma_ijk, everything in the local frame. Operators are random, with several orders of u (truncated
-// and exact products) and counts. Radiances reach 5. Measured: 2.4e-6.
+// Writes eq 11 of Nowrouzezahrai 2009 in double precision as it stands: L = sum_b (w^b . y_even(omega_o)) l^T M^b v
+// with M^b_ij = sum_k u^b_k Gamma_ijk, everything in the local frame. Operators are random, with several orders of u
+// (truncated and exact products) and counts. Radiances reach 5. Measured: 2.4e-6.
 TEST(Operators, AreThePapersFormula) {
     std::uint32_t seed = 5;
     const auto noise = [&] { return float((seed = seed * 1664525u + 1013904223u) / 2147483648.0 - 1); };

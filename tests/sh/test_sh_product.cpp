@@ -176,8 +176,8 @@ TEST(Zonal, MatchesGolden) {
     }
 }
 
-TEST(Zonal, CapMatchesPaper004) {
-    // Paper 004 eq. 23, corrected, is sqrt(pi) (1 + c), -sqrt(3pi)/2 s^2, -sqrt(5pi)/2 c s^2, ...
+TEST(Zonal, CapIsThatOfTheClosedForm) {
+    // Nowrouzezahrai 2011 eq. 23, corrected, is sqrt(pi) (1 + c), -sqrt(3pi)/2 s^2, -sqrt(5pi)/2 c s^2, ...
     const double angle = 0.7, c = std::cos(angle), s2 = 1 - c * c, pi = std::numbers::pi;
     std::array<double, 4> z;
     capVisibilityZonal(angle, z);

@@ -24,7 +24,7 @@ std::size_t bytesOf(const NumbersView& numbers) {
 void modelLines(const AssetView& asset) {
     const ModelView& model = asset.model;
     if (asset.transfer) {
-        ImGui::Text("transfer of paper 002, order %d", asset.transfer->order);
+        ImGui::Text("linear transfer, order %d", asset.transfer->order);
         ImGui::Text("%zu inputs, %zu outputs a map", asset.transfer->inputs(), asset.transfer->outputs());
         return;
     }
