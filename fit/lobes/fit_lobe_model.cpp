@@ -19,7 +19,7 @@ namespace penumbra {
 
 namespace {
 
-constexpr std::size_t kBlockBytes = std::size_t(32) << 20;  // of numbers in memory at a time
+constexpr std::size_t kLobeBlockBytes = std::size_t(32) << 20;  // of numbers in memory at a time
 
 // Adds the errors of some vertices' predictions in all frames.
 void addErrors(const MatrixF& truth, const Matrix& predicted, std::span<const std::size_t> train,
@@ -148,7 +148,7 @@ LobeModelFit fitLobeModel(const VisibilityReader& reader, const LobeFitOptions& 
     phase("fit");
     const LobeProblem problem{options.order, options.lobes, model.ridge, split.train};
     const std::size_t block =
-        std::max<std::size_t>(1, kBlockBytes / (frames * problem.coefficients() * sizeof(double)));
+        std::max<std::size_t>(1, kLobeBlockBytes / (frames * problem.coefficients() * sizeof(double)));
     LobeSums sums(frames);
     for (std::size_t first = 0; first < vertices; first += block) {
         fitBlock(source, problem, inputs, first, std::min(block, vertices - first), model, sums);
