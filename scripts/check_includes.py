@@ -11,7 +11,8 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 SH = {"sh", "sh/brdf", "sh/cast", "sh/far", "sh/height", "sh/light"}  # everybody sees the maths
 # Folder or room -> the rooms that it may include beside itself. A room that is not listed may not exist.
-FORMATS = {f"formats/{room}" for room in ("common", "asset", "brdf", "image", "stage", "rig", "cache", "scene", "height")}
+FORMATS = {f"formats/{room}" for room in ("common", "asset", "brdf", "image", "stage", "rig", "cache", "source", "scene",
+                                      "height")}
 RUNTIME = {"runtime", *(f"runtime/{room}" for room in ("evaluate", "sun", "shade", "cast", "glsl", "capi"))}
 VIEW = {"player/view", "player/view/playback", "player/view/window"}
 MAY_INCLUDE = {
@@ -22,6 +23,7 @@ MAY_INCLUDE = {
     **{f"formats/{room}": SH | {"formats/common"} for room in ("asset", "brdf", "image", "stage", "rig")},
     "formats/scene": SH | {"formats/common", "formats/asset", "formats/height"},
     "formats/cache": SH | {"formats/common", "formats/rig"},
+    "formats/source": SH | {"formats/common", "formats/rig", "formats/cache"},
     "formats/height": SH | {"formats/common", "formats/cache", "formats/image"},
     "bake/common": SH | FORMATS,
     "bake/source": SH | {"bake/common"} | FORMATS,

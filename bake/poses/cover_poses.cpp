@@ -22,7 +22,6 @@ constexpr double kRotationWidth = 0.8;   // radians
 constexpr std::size_t kPairNumbers = 12;
 constexpr std::size_t kMinPool = 2000, kPoolOfEach = 8;
 constexpr std::size_t kPosesPerTask = 64;
-constexpr double kMaxFeatureBytes = double(std::size_t(2) << 30);
 
 namespace {
 

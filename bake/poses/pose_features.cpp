@@ -12,7 +12,6 @@ namespace penumbra {
 
 constexpr double kNearness = 0.02;  // rest diagonals squared
 constexpr std::size_t kNeighbours = 24;
-constexpr double kMaxFeatureBytes = double(std::size_t(2) << 30);
 
 MovingBones movingBones(const Rig& rig) {
     std::vector<double> weight(rig.skin.jointCount());

@@ -17,6 +17,8 @@
 
 namespace penumbra {
 
+constexpr double kMaxFeatureBytes = double(std::size_t(2) << 30);  // of the features of all poses
+
 // The bones that move vertices.
 struct MovingBones {
     std::vector<std::size_t> joint;  // ascending

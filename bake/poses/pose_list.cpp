@@ -10,6 +10,7 @@
 #include "bake/poses/sample_poses.h"
 #include "bake/source/frame_choice.h"
 #include "formats/common/errors.h"
+#include "formats/source/source_readers.h"
 
 namespace penumbra {
 

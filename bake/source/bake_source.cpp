@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "formats/source/source_readers.h"
+
 namespace penumbra {
 
 std::vector<std::string> BakeSource::clipNames() const {

@@ -29,7 +29,7 @@ using Eigen::MatrixXd;
 using Rows = EigenRows<float>;
 
 constexpr std::size_t kMinExtra = 20, kExtraShare = 5;  // columns beside those asked for: 20, or a fifth of them
-constexpr int kMaxPasses = 12;
+constexpr int kMaxSweeps = 12;
 constexpr double kConverged = 1e-5;   // of the total energy
 constexpr double kMinEnergy = 1e-10;  // of the total energy; floats do not resolve smaller components
 constexpr Index kTile = 64;           // columns or rows that one task multiplies; fixed, so results are too
@@ -154,7 +154,7 @@ LeadingSpace leadingSpace(const ColumnBlocks& matrix, std::size_t count, int thr
         const EigenPairs pairs = symmetricEigenPairs(pass.gram);
         const double captured = pairs.values.tail(Index(count)).sum();
         // 3. Stop when another product gains nothing more, else go on with the product.
-        if (width == rank || passes == kMaxPasses || captured - before <= kConverged * total)
+        if (width == rank || passes == kMaxSweeps || captured - before <= kConverged * total)
             return leadingOf(q, pairs, count, total);
         before = captured;
         image = std::move(pass.image);

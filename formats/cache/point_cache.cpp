@@ -8,8 +8,6 @@
 #include <numeric>
 #include <tuple>
 
-#include "formats/cache/mesh_file.h"
-#include "formats/cache/numbered_files.h"
 #include "formats/cache/point_cache_build.h"
 #include "formats/common/errors.h"
 #include "formats/rig/frame_sampling.h"
@@ -46,40 +44,6 @@ std::vector<double> evenTimes(std::size_t keys, double fps) {
     for (std::size_t i = 0; i < keys; ++i) times[i] = double(i) / fps;
     return times;
 }
-
-namespace {
-
-bool isGltf(const std::filesystem::path& path) { return isExtension(path, ".glb") || isExtension(path, ".gltf"); }
-
-// Tells whether the path has only positions, which need a mesh from elsewhere.
-bool needsMesh(const std::filesystem::path& path) {
-    return isExtension(path, ".npy") || isExtension(path, ".mdd") || isExtension(path, ".pc2");
-}
-
-}  // namespace
-
-bool isPointCache(const std::filesystem::path& path) {
-    if (isExtension(path, ".npz") || needsMesh(path) || isMeshFile(path) || namesSequence(path)) return true;
-    return isGltf(path) && hasOnlyMorphClips(path);
-}
-
-namespace {
-
-// Reads one path. `beside_positions` is true when another path needs a mesh.
-CacheFile readCacheFile(const std::filesystem::path& path, double fps, bool beside_positions) {
-    if (isExtension(path, ".npz")) return readNpzCache(path, fps);
-    if (isExtension(path, ".npy")) return readNpyCache(path, fps);
-    if (isExtension(path, ".mdd")) return readMddCache(path, fps);
-    if (isExtension(path, ".pc2")) return readPc2Cache(path, fps);
-    if (isMeshFile(path) && beside_positions && !namesSequence(path)) return readMeshOfCache(path);
-    if (isMeshFile(path) || namesSequence(path)) return readSequenceCache(path, fps);
-    if (isGltf(path)) return readGltfCache(path, fps);
-    throw Unsupported(path.string() +
-                      ": not a point cache (.npz, .npy, .mdd, .pc2, numbered .obj and .ply files, and "
-                      ".glb and .gltf with morph targets are read)");
-}
-
-}  // namespace
 
 // --- One cache of several paths -------------------------------------------------------------------------------------
 
@@ -254,17 +218,16 @@ void addFilesRead(const std::filesystem::path& path, const std::vector<std::file
 
 }  // namespace
 
-PointCache readPointCache(const std::vector<std::filesystem::path>& paths, const PointCacheOptions& options) {
-    if (paths.empty()) throw UsageError("a point cache is needed");
-    if (const std::string problem = findProblem(options); !problem.empty()) throw UsageError(problem);
+PointCache joinCache(const std::vector<std::filesystem::path>& paths, std::vector<CacheFile> files,
+                     const PointCacheOptions& options) {
+    if (files.empty()) throw UsageError("a point cache is needed");
     const auto sources = std::make_shared<Sources>();
+    sources->files = std::move(files);
     sources->options = options;
     PointCache cache;
-    const bool beside_positions = std::any_of(paths.begin(), paths.end(), needsMesh);
-    for (const std::filesystem::path& path : paths) {
-        sources->files.push_back(readCacheFile(path, options.fps, beside_positions));
-        addFilesRead(path, sources->files.back().files_read, cache);
-        if (!sources->files.back().note.empty()) cache.notes.push_back(sources->files.back().note);
+    for (std::size_t i = 0; i < paths.size(); ++i) {
+        addFilesRead(paths[i], sources->files[i].files_read, cache);
+        if (!sources->files[i].note.empty()) cache.notes.push_back(sources->files[i].note);
     }
     const CacheFile& mesh = findMesh(sources->files);
     checkVertexCounts(sources->files);

@@ -59,14 +59,6 @@ struct PointCache {
     std::function<std::vector<Vec3>(std::size_t clip, double time)> sample_source;
 };
 
-// Tells whether readPointCache() reads this path: by its extension, as a folder or pattern of a sequence, or as a
-// glTF with animated morph targets and no skin in use. For a path that cannot be read the name decides.
-bool isPointCache(const std::filesystem::path& path);
-
-// Reads a cache. Checks everything except the frames' numbers, which are checked when they are read. Throws
-// UsageError (findProblem()), IoError, InvalidInput, which names file, field and frame, and Unsupported.
-PointCache readPointCache(const std::vector<std::filesystem::path>& paths, const PointCacheOptions& options);
-
 // Returns the positions [V] of a key. Any number of threads may call it. Throws InvalidInput, which names the frame
 // (from 0) and the vertex whose position is not finite.
 std::vector<Vec3> readFrame(const PointCache& cache, std::size_t clip, std::size_t key);

@@ -38,6 +38,10 @@ CacheFile readMeshOfCache(const std::filesystem::path& path);                // 
 // morph targets; throws UsageError when an fps is given
 CacheFile readGltfCache(const std::filesystem::path& path, double fps);
 
+// Makes one cache of what the paths bring, in their order. formats/source/source_readers.h reads them.
+PointCache joinCache(const std::vector<std::filesystem::path>& paths, std::vector<CacheFile> files,
+                     const PointCacheOptions& options);
+
 // Returns times of keys at 0, 1/fps, ...
 std::vector<double> evenTimes(std::size_t keys, double fps);
 

@@ -9,7 +9,7 @@
 #include "formats/common/errors.h"
 #include "formats/common/parallel_for.h"
 #include "formats/height/raw_heights.h"
-#include "formats/image/gray_image.h"
+#include "formats/image/picture_kinds.h"
 
 namespace penumbra {
 
@@ -37,14 +37,11 @@ std::vector<std::byte> wholeFile(const std::filesystem::path& path) {
 
 Numbers numbersOfPicture(const std::filesystem::path& path, const std::string& channel) {
     const std::vector<std::byte> bytes = wholeFile(path);
-    if (looksLikePng(bytes)) {
-        const GrayImage image = decodeGrayPng(bytes, path.string(), kMaxHeightSide);
-        return {image.height, image.width, {image.numbers.begin(), image.numbers.end()}};
-    }
-    if (!looksLikeExr(bytes))
+    const PictureKind* kind = findPictureKind(bytes);
+    if (!kind || !kind->gray)
         throw InvalidInput(path.string() +
                            ": is no file of heights, which are .npy, .npz, grey PNG, OpenEXR, .bil and .raw");
-    const FloatImage image = decodeExrChannel(bytes, path.string(), channel);
+    const GrayImage image = kind->gray(bytes, path.string(), {channel, kMaxHeightSide});
     return {image.height, image.width, {image.numbers.begin(), image.numbers.end()}};
 }
 

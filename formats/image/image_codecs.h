@@ -1,12 +1,13 @@
 #pragma once
 // Reads and writes picture formats on bytes in memory; each source file (image_exr.cpp, image_hdr.cpp, image_png.cpp,
-// image_png_read.cpp, image_jpeg.cpp) has one format. Only image_*.cpp and texture_file.cpp include this. `name` starts
-// the message of every InvalidInput and Unsupported.
+// image_png_read.cpp, image_gray_png.cpp, image_jpeg.cpp) has one format. Only these and picture_kinds.cpp, which says
+// what is read as what, include this. `name` starts the message of every InvalidInput and Unsupported.
 #include <cstddef>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "formats/image/gray_image.h"
 #include "formats/image/image_file.h"
 #include "formats/image/texture_file.h"
 
@@ -14,8 +15,9 @@ namespace penumbra {
 
 constexpr int kMaxImageSide = 32768;
 
-// looksLikeExr() and looksLikePng() are in gray_image.h.
+bool looksLikeExr(std::span<const std::byte> bytes);
 Image decodeExr(std::span<const std::byte> bytes, const std::string& name);
+GrayImage decodeExrChannel(std::span<const std::byte> bytes, const std::string& name, const GrayChoice& choice);
 std::vector<std::byte> encodeExr(const Image& image);
 
 bool looksLikeHdr(std::span<const std::byte> bytes);
@@ -23,7 +25,9 @@ Image decodeHdr(std::span<const std::byte> bytes, const std::string& name);
 
 std::vector<std::byte> encodePng(const Image& image, float exposure);
 
+bool looksLikePng(std::span<const std::byte> bytes);
 TexturePicture decodePng(std::span<const std::byte> bytes, const std::string& name);
+GrayImage decodeGrayPng(std::span<const std::byte> bytes, const std::string& name, const GrayChoice& choice);
 
 bool looksLikeJpeg(std::span<const std::byte> bytes);
 TexturePicture decodeJpeg(std::span<const std::byte> bytes, const std::string& name);

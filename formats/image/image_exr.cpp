@@ -17,7 +17,6 @@
 #include <cstring>
 
 #include "formats/common/errors.h"
-#include "formats/image/gray_image.h"
 #include "formats/image/image_codecs.h"
 
 namespace penumbra {
@@ -204,11 +203,11 @@ Image decodeExr(std::span<const std::byte> bytes, const std::string& name) {
     });
 }
 
-FloatImage decodeExrChannel(std::span<const std::byte> bytes, const std::string& name, const std::string& wanted) {
+GrayImage decodeExrChannel(std::span<const std::byte> bytes, const std::string& name, const GrayChoice& choice) {
     return decoded(bytes, name, [&](Imf::InputFile& file) {
-        const std::string channel = channelOf(file.header(), wanted, name);
+        const std::string channel = channelOf(file.header(), choice.channel, name);
         checkChannel(file.header(), channel, name);
-        FloatImage image{widthOf(file), heightOf(file), {}};
+        GrayImage image{widthOf(file), heightOf(file), {}};
         std::vector<float> band(std::size_t(image.width) * std::size_t(bandRows(file)));
         readBands(
             file, [&](const auto& add) { add(channel, band.data(), sizeof(float)); },

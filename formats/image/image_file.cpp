@@ -10,8 +10,8 @@
 #include "formats/common/check_readable.h"
 #include "formats/common/errors.h"
 #include "formats/common/write_file.h"
-#include "formats/image/gray_image.h"
 #include "formats/image/image_codecs.h"
+#include "formats/image/picture_kinds.h"
 
 namespace penumbra {
 
@@ -31,16 +31,12 @@ std::vector<std::byte> readImageBytes(const std::filesystem::path& path) {
 }
 
 Image decodeImage(std::span<const std::byte> bytes, const std::string& name) {
-    Image image;
-    if (looksLikeExr(bytes))
-        image = decodeExr(bytes, name);
-    else if (looksLikeHdr(bytes))
-        image = decodeHdr(bytes, name);
-    else if (const std::string_view magic = "\x89HDF";
-             bytes.size() >= magic.size() && std::memcmp(bytes.data(), magic.data(), magic.size()) == 0)
+    const PictureKind* kind = findPictureKind(bytes);
+    if (const std::string_view magic = "\x89HDF";
+        bytes.size() >= magic.size() && std::memcmp(bytes.data(), magic.data(), magic.size()) == 0)
         throw InvalidInput(name + ": is HDF5, as fitted lights are: a picture is needed here");
-    else
-        throw InvalidInput(name + ": neither an OpenEXR nor a Radiance HDR picture");
+    if (!kind || !kind->light) throw InvalidInput(name + ": neither an OpenEXR nor a Radiance HDR picture");
+    Image image = kind->light(bytes, name);
     for (std::size_t i = 0; i < image.pixels.size(); ++i) {
         const Vec3 p = image.pixels[i];
         if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))

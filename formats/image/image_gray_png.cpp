@@ -5,7 +5,7 @@
 #include <cstring>
 
 #include "formats/common/errors.h"
-#include "formats/image/gray_image.h"
+#include "formats/image/image_codecs.h"
 
 namespace penumbra {
 
@@ -65,7 +65,7 @@ bool looksLikePng(std::span<const std::byte> bytes) {
     return bytes.size() >= 8 && png_sig_cmp(reinterpret_cast<png_const_bytep>(bytes.data()), 0, 8) == 0;
 }
 
-GrayImage decodeGrayPng(std::span<const std::byte> bytes, const std::string& name, int most) {
+GrayImage decodeGrayPng(std::span<const std::byte> bytes, const std::string& name, const GrayChoice& choice) {
     Reading reading{bytes};
     Reader reader(reading);
     if (!reader.info) throw IoError(name + ": PNG: no memory");
@@ -76,9 +76,9 @@ GrayImage decodeGrayPng(std::span<const std::byte> bytes, const std::string& nam
     const int bits = png_get_bit_depth(reader.png, reader.info), type = png_get_color_type(reader.png, reader.info);
     if (type != PNG_COLOR_TYPE_GRAY || bits < 8)
         throw Unsupported(name + ": PNG: only grey without alpha, of 8 or 16 bits, is read as heights");
-    if (std::max(width, height) > std::size_t(most))
+    if (std::max(width, height) > std::size_t(choice.most))
         throw InvalidInput(name + ": PNG: a side has " + std::to_string(std::max(width, height)) +
-                           " pixels, more than " + std::to_string(most));
+                           " pixels, more than " + std::to_string(choice.most));
     // A row of pixels takes at least some bits of the file, so that a short file cannot ask for much memory.
     if (width * height / 1024 > bytes.size()) throw InvalidInput(name + ": PNG: is cut short");
     const std::size_t row = width * std::size_t(bits / 8);
@@ -86,9 +86,9 @@ GrayImage decodeGrayPng(std::span<const std::byte> bytes, const std::string& nam
     std::vector<png_bytep> rows(height);
     for (std::size_t r = 0; r < height; ++r) rows[r] = pixels.data() + r * row;
     if (!readRows(reader.png, reader.info, rows.data())) throw damaged();
-    GrayImage out{int(width), int(height), std::vector<std::uint16_t>(width * height)};
+    GrayImage out{int(width), int(height), std::vector<float>(width * height)};
     for (std::size_t i = 0; i < out.numbers.size(); ++i)
-        out.numbers[i] = bits == 8 ? pixels[i] : std::uint16_t(pixels[2 * i] << 8 | pixels[2 * i + 1]);
+        out.numbers[i] = bits == 8 ? float(pixels[i]) : float(pixels[2 * i] << 8 | pixels[2 * i + 1]);
     return out;
 }
 

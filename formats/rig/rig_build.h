@@ -75,6 +75,9 @@ constexpr double kFarthestUv = 1e6;
 [[noreturn]] void failAtFile(const std::filesystem::path& file, const std::string& what);
 [[noreturn]] void failAtNode(const RigSource& source, int node, const std::string& what);
 
+// Makes one rig of what the paths bring: the first brings mesh and skin. formats/source/source_readers.h reads them.
+Rig joinRig(std::vector<RigSource> sources);
+
 // The joints of the rig, and which of them moves each part.
 struct JointTable {
     std::vector<int> nodes;

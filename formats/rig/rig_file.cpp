@@ -12,14 +12,6 @@ namespace penumbra {
 
 namespace {
 
-RigSource readSource(const std::filesystem::path& path) {
-    for (const char* extension : {".glb", ".gltf"})
-        if (isExtension(path, extension)) return readGltf(path);
-    for (const char* extension : {".fbx", ".dae", ".x"})
-        if (isExtension(path, extension)) return readWithAssimp(path);
-    throw Unsupported(path.string() + ": not a rig (.glb, .gltf, .fbx, .dae and .x are read)");
-}
-
 // Maps names to nodes. Skinned nodes win over others of the same name, and of several the first wins.
 std::map<std::string, int> nodesByName(const RigSource& source) {
     std::map<std::string, int> node_of_name;
@@ -130,13 +122,13 @@ Rig buildRig(RigSource&& source) {
 
 }  // namespace
 
-Rig readRig(const std::vector<std::filesystem::path>& paths) {
-    if (paths.empty()) throw UsageError("a rig is needed");
-    RigSource source = readSource(paths[0]);
-    for (std::size_t i = 1; i < paths.size(); ++i) addClips(source, readSource(paths[i]));
-    makeClipNamesUnique(source.clips);
-    if (source.clips.size() > 65535) throw Unsupported(source.file.string() + ": more than 65535 clips");
-    return buildRig(std::move(source));
+Rig joinRig(std::vector<RigSource> sources) {
+    if (sources.empty()) throw UsageError("a rig is needed");
+    RigSource& first = sources.front();
+    for (std::size_t i = 1; i < sources.size(); ++i) addClips(first, std::move(sources[i]));
+    makeClipNamesUnique(first.clips);
+    if (first.clips.size() > 65535) throw Unsupported(first.file.string() + ": more than 65535 clips");
+    return buildRig(std::move(first));
 }
 
 namespace {

@@ -94,12 +94,6 @@ struct Rig {
     std::vector<std::filesystem::path> files_read;
 };
 
-// Reads several files as one rig. The first one brings mesh and skin; later ones may bring only clips, whose joints
-// are matched by name. Checks everything. Throws InvalidInput, which names file and node, and Unsupported for a
-// required extension that we do not have. Triangles without area are dropped. A mesh without triangles or with one
-// vertex, missing weights and NaN are errors.
-Rig readRig(const std::vector<std::filesystem::path>& paths);
-
 // The name of the clip that sampleFrames() gives a rig without clips.
 constexpr const char* kRestClip = "rest";
 

@@ -6,7 +6,8 @@ namespace penumbra {
 
 namespace {
 
-constexpr GLuint kReceiversBinding = 3, kLightBinding = 3, kEvaluatedBinding = 4, kCastsBinding = 5;
+constexpr GLuint kGroundReceiversBinding = 3, kGroundLightBinding = 3, kGroundEvaluatedBinding = 4,
+                 kGroundCastsBinding = 5;
 
 }  // namespace
 
@@ -48,7 +49,7 @@ void GlHeightsGround::castOnPoints(GlCast& cast) {
         receiver_program_ = makeComputeProgram(heightsReceiversSource(recipe()));
     }
     heights_->bind();
-    gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kReceiversBinding, receivers_.id());
+    gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kGroundReceiversBinding, receivers_.id());
     gl::UseProgram(receiver_program_.id());
     dispatchItems(count, kWorkGroup);
     gl::MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
@@ -66,11 +67,11 @@ void GlHeightsGround::evaluate(GlCast* cast, Vec3 eye) {
     }
     gl::UseProgram(program.id());
     heights_->bind();
-    gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kEvaluatedBinding, mesh_.values().id());
-    if (casts) gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kCastsBinding, casts_.id());
+    gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kGroundEvaluatedBinding, mesh_.values().id());
+    if (casts) gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kGroundCastsBinding, casts_.id());
     if (light_) {
         writeLightData(*layout_, *shading_, light_->next());
-        light_->bind(kLightBinding);
+        light_->bind(kGroundLightBinding);
         gl::ActiveTexture(GL_TEXTURE0);  // the only sampler, unit 0
         gl::BindTexture(GL_TEXTURE_BUFFER, materials_.texture.id());
     }

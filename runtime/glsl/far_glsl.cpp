@@ -178,7 +178,7 @@ std::string turnAboutZ(const char* angle, const char* f) {
 }
 
 // Writes to = R(X(90)) from, or its transpose.
-std::string quarterTurn(const FarConstants& constants, bool back, const char* from, const char* to) {
+std::string quarterTurnText(const FarConstants& constants, bool back, const char* from, const char* to) {
     std::string text;
     const float* block = constants.quarter_turn;
     for (int l = 0; l < kOrder; ++l) {
@@ -216,8 +216,8 @@ void penumbra_far_turn(vec3 row0, vec3 row1, vec3 row2) {
         sin_c[m] = sin_c[m - 1] * cos_c[1] + cos_c[m - 1] * sin_c[1];
     }
 )" + turnAboutZ("c", "penumbra_f") +
-           quarterTurn(constants, false, "penumbra_f", "g") + turnAboutZ("b", "g") +
-           quarterTurn(constants, true, "g", "penumbra_f") + turnAboutZ("a", "penumbra_f") + "}\n";
+           quarterTurnText(constants, false, "penumbra_f", "g") + turnAboutZ("b", "g") +
+           quarterTurnText(constants, true, "g", "penumbra_f") + turnAboutZ("a", "penumbra_f") + "}\n";
 }
 
 std::string mirrorGlsl(const FarConstants& constants) {

@@ -10,7 +10,7 @@
 #include "bake/trace/moments.h"
 #include "fit/reflectance/fit_brdf.h"
 #include "fit/reflectance/shading_error.h"
-#include "formats/rig/rig_file.h"
+#include "formats/source/source_readers.h"
 #include "sh/sh_rotation.h"
 #include "tests/accuracy/extent.h"
 

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "bake/poses/limbs.h"
+#include "formats/source/source_readers.h"
 
 namespace penumbra::samples {
 

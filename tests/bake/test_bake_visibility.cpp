@@ -6,6 +6,7 @@
 
 #include "bake/visibility/bake_visibility.h"
 #include "formats/common/errors.h"
+#include "formats/source/source_readers.h"
 #include "tests/bake/shapes.h"
 #include "tests/difference.h"
 

@@ -8,6 +8,7 @@
 #include "bake/source/surface_colors.h"
 #include "formats/common/errors.h"
 #include "formats/image/texture_file.h"
+#include "formats/source/source_readers.h"
 #include "tests/formats/textured_rig.h"
 #include "tests/formats/tiny_jpeg.h"
 

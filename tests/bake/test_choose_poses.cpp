@@ -11,6 +11,7 @@
 #include "bake/poses/choose_poses.h"
 #include "bake/source/frame_choice.h"
 #include "formats/rig/rig_matrix.h"
+#include "formats/source/source_readers.h"
 
 namespace penumbra {
 namespace {

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bake/trace/moments.h"
-#include "formats/rig/rig_file.h"
+#include "formats/source/source_readers.h"
 #include "sh/sh_rotation.h"
 #include "tests/bake/shapes.h"
 #include "tests/difference.h"

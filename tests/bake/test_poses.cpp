@@ -14,6 +14,7 @@
 #include "bake/source/frame_choice.h"
 #include "bake/visibility/bake_visibility.h"
 #include "formats/common/errors.h"
+#include "formats/source/source_readers.h"
 #include "tests/difference.h"
 
 namespace penumbra {

@@ -7,7 +7,7 @@
 #include <functional>
 
 #include "formats/common/errors.h"
-#include "formats/rig/rig_file.h"
+#include "formats/source/source_readers.h"
 #include "sh/bounding_box.h"
 #include "sh/height/analytic_heights.h"
 #include "sh/height/field_in_scene.h"

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "formats/rig/rig_file.h"
+#include "formats/source/source_readers.h"
 
 namespace penumbra::samples {
 

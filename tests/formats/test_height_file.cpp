@@ -15,7 +15,7 @@
 #include "formats/common/errors.h"
 #include "formats/height/height_file.h"
 #include "formats/height/raw_heights.h"
-#include "formats/image/gray_image.h"
+#include "formats/image/image_codecs.h"
 #include "formats/image/image_file.h"
 
 namespace penumbra {
@@ -260,7 +260,7 @@ TEST(GrayPng, AnyByteThatChangesIsRefusedOrRead) {
             std::string bad = good;
             bad[i] = char(bad[i] ^ flip);
             try {
-                (void)decodeGrayPng(std::as_bytes(std::span(bad)), "bad", kMaxHeightSide);
+                (void)decodeGrayPng(std::as_bytes(std::span(bad)), "bad", {"", kMaxHeightSide});
             } catch (const InvalidInput&) {
             } catch (const Unsupported&) {
             }

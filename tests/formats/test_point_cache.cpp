@@ -8,11 +8,11 @@
 #include <cstdlib>
 #include <random>
 
-#include "formats/cache/point_cache.h"
 #include "formats/cache/zip_archive.h"
 #include "formats/common/errors.h"
 #include "formats/common/parallel_for.h"
 #include "formats/common/random_bytes.h"
+#include "formats/source/source_readers.h"
 #include "tests/formats/flapping_sheet.h"
 #include "tests/formats/rig_samples.h"
 #include "tests/formats/sheet_files.h"

@@ -6,8 +6,8 @@
 #include <bit>
 
 #include "formats/cache/mesh_file.h"
-#include "formats/cache/point_cache.h"
 #include "formats/common/errors.h"
+#include "formats/source/source_readers.h"
 #include "tests/formats/flapping_sheet.h"
 #include "tests/formats/rig_samples.h"
 #include "tests/formats/sheet_files.h"

@@ -5,8 +5,8 @@
 
 #include <limits>
 
-#include "formats/cache/point_cache.h"
 #include "formats/common/errors.h"
+#include "formats/source/source_readers.h"
 #include "tests/formats/flapping_sheet.h"
 #include "tests/formats/rig_samples.h"
 

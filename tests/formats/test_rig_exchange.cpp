@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "formats/common/errors.h"
+#include "formats/source/source_readers.h"
 #include "tests/difference.h"
 #include "tests/formats/rig_samples.h"
 

@@ -19,6 +19,7 @@
 #include "formats/common/write_file.h"
 #include "formats/rig/rig_bytes.h"
 #include "formats/rig/rig_import.h"
+#include "formats/source/source_readers.h"
 #include "tests/formats/rig_samples.h"
 #include "tests/formats/stage_samples.h"
 

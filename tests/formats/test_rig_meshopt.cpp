@@ -8,6 +8,7 @@
 
 #include "formats/common/errors.h"
 #include "formats/rig/rig_meshopt.h"
+#include "formats/source/source_readers.h"
 #include "tests/formats/rig_samples.h"
 
 namespace penumbra {

@@ -6,6 +6,7 @@
 
 #include "formats/rig/rig_matrix.h"
 #include "formats/rig/rig_poses.h"
+#include "formats/source/source_readers.h"
 #include "tests/difference.h"
 #include "tests/formats/rig_samples.h"
 #include "tests/formats/stage_samples.h"

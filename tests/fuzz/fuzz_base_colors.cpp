@@ -7,6 +7,7 @@
 
 #include "bake/source/base_colors.h"
 #include "formats/common/errors.h"
+#include "formats/source/source_readers.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace penumbra;

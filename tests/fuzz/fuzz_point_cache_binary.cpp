@@ -3,8 +3,8 @@
 #include <string_view>
 
 #include "formats/cache/mesh_file.h"
-#include "formats/cache/point_cache.h"
 #include "formats/common/errors.h"
+#include "formats/source/source_readers.h"
 #include "tests/fuzz/memory_file.h"
 
 namespace {

@@ -1,6 +1,6 @@
 // Feeds bytes to the reader of morph targets as a .glb, and samples what it accepts. Start it with sheet_morph.glb.
-#include "formats/cache/point_cache.h"
 #include "formats/common/errors.h"
+#include "formats/source/source_readers.h"
 #include "tests/fuzz/memory_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -2,8 +2,8 @@
 // byte, as an .npy, and samples what they accept.
 #include <algorithm>
 
-#include "formats/cache/point_cache.h"
 #include "formats/common/errors.h"
+#include "formats/source/source_readers.h"
 #include "tests/fuzz/memory_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -6,7 +6,7 @@
 #include <fstream>
 
 #include "formats/common/errors.h"
-#include "formats/rig/rig_file.h"
+#include "formats/source/source_readers.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace penumbra;

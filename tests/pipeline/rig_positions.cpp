@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "formats/common/errors.h"
-#include "formats/rig/rig_file.h"
+#include "formats/source/source_readers.h"
 
 namespace {
 

@@ -1,0 +1,26 @@
+#include "formats/image/picture_kinds.h"
+
+#include <algorithm>
+#include <iterator>
+
+#include "formats/image/image_codecs.h"
+
+namespace penumbra {
+
+namespace {
+
+constexpr PictureKind kKinds[] = {
+    {.name = "OpenEXR", .looks = looksLikeExr, .light = decodeExr, .gray = decodeExrChannel},
+    {.name = "Radiance HDR", .looks = looksLikeHdr, .light = decodeHdr},
+    {.name = "PNG", .looks = looksLikePng, .texture = decodePng, .gray = decodeGrayPng},
+    {.name = "JPEG", .looks = looksLikeJpeg, .texture = decodeJpeg},
+};
+
+}  // namespace
+
+const PictureKind* findPictureKind(std::span<const std::byte> bytes) {
+    const auto found = std::ranges::find_if(kKinds, [&](const PictureKind& kind) { return kind.looks(bytes); });
+    return found == std::end(kKinds) ? nullptr : found;
+}
+
+}  // namespace penumbra
