@@ -131,9 +131,10 @@ void probeFrame(const BakePlan& plan, const BakeDirections& directions, std::siz
     for (std::size_t i = 0; i < tasks.size(); ++i) {
         const auto [begin, size] = span(i);
         traced += double(size);
-        const auto add = [begin = begin, size = size, vertices](std::span<const float> values, std::vector<float>& to) {
+        const auto add = [first = begin, count = size, vertices](std::span<const float> values,
+                                                                 std::vector<float>& to) {
             const std::size_t numbers = values.size() / vertices;
-            append(values.subspan(begin * numbers, size * numbers), to);
+            append(values.subspan(first * numbers, count * numbers), to);
         };
         add(posed.frame.coefficients, run.coefficients[i]);
         add(posed.frame.local_coefficients, run.local[i]);
