@@ -1,15 +1,17 @@
 #pragma once
 // The dense loops of the neural fit. Numbers are stored unit by unit: a row holds one number per frame and is padded
-// with zeros to a whole number of lanes, so that every loop runs along the frames. There are two paths from one source:
-// a portable one and one for AVX2.
+// with zeros to a whole number of lanes, so that every loop runs along the frames.
 #include <cstddef>
 #include <vector>
+
+#include "sh/kernel.h"
 
 namespace penumbra {
 
 constexpr std::size_t kNetLanes = 4;  // doubles in a vector
 
 struct NetKernels {
+    static const NetKernels portable, avx2;
     const char* name = "";
     // out[n][f] += sum_i a[n][i] b[i][f]. `a` is [rows, inner] with a_stride numbers from row to row, `b` is [inner,
     // stride] and `out` is [rows, stride]. The stride is a multiple of kNetLanes.
@@ -24,8 +26,6 @@ struct NetKernels {
 };
 
 // Returns the paths that this processor can run, slowest first. PENUMBRA_NO_SIMD leaves only the portable one.
-std::vector<NetKernels> netKernelPaths();
-
-extern const NetKernels* const kNetKernelsAvx2;  // null where the compiler cannot make AVX2 code
+inline std::vector<NetKernels> netKernelPaths() { return pathsOf<NetKernels>(); }
 
 }  // namespace penumbra

@@ -14,7 +14,7 @@ namespace penumbra {
 
 namespace {
 
-constexpr int kChannels = 3;
+constexpr int kColors = 3;
 
 // Returns y_even of every view, [views, E].
 std::vector<double> evenBasisTable(const std::vector<Vec3d>& views, int view_order) {
@@ -30,7 +30,7 @@ std::vector<double> evenBasisTable(const std::vector<Vec3d>& views, int view_ord
 }  // namespace
 
 std::vector<double> fitSlices(const SliceTable& table, const SliceOrders& orders) {
-    const std::size_t rows = std::size_t(kChannels * coefficientCount(orders.slice_order)),
+    const std::size_t rows = std::size_t(kColors * coefficientCount(orders.slice_order)),
                       columns = evenIndices(orders.view_order).size();
     assert(table.slices.size() == table.views.size() * rows);
     const std::vector<double> y = evenBasisTable(table.views, orders.view_order);
@@ -47,7 +47,7 @@ std::vector<double> fitSlices(const SliceTable& table, const SliceOrders& orders
     std::vector<double> c(rows * columns);
     for (std::size_t i = 0; i < rows; ++i)
         for (std::size_t e = 0; e < columns; ++e)
-            c[(i / kChannels * columns + e) * kChannels + i % kChannels] = by_row(Eigen::Index(e), Eigen::Index(i));
+            c[(i / kColors * columns + e) * kColors + i % kColors] = by_row(Eigen::Index(e), Eigen::Index(i));
     return c;
 }
 
@@ -62,7 +62,7 @@ double fitError(const SliceTable& table, const std::vector<double>& c, int view_
         for (std::size_t i = 0; i < rows; ++i) {
             double fitted = 0;
             for (std::size_t e = 0; e < columns; ++e)
-                fitted += c[(i / kChannels * columns + e) * kChannels + i % kChannels] * y[o * columns + e];
+                fitted += c[(i / kColors * columns + e) * kColors + i % kColors] * y[o * columns + e];
             const double exact = table.slices[o * rows + i];
             error += table.weights[o] * (fitted - exact) * (fitted - exact);
             total += table.weights[o] * exact * exact;
@@ -81,7 +81,7 @@ Albedo albedoOf(const SliceTable& table) {
     double weight = 0;
     for (std::size_t o = 0; o < table.views.size(); ++o) {
         weight += table.weights[o];
-        for (int channel = 0; channel < kChannels; ++channel) {
+        for (int channel = 0; channel < kColors; ++channel) {
             const double value = std::sqrt(4 * std::numbers::pi) * table.slices[o * rows + std::size_t(channel)];
             albedo.mean[channel] += table.weights[o] * value;
             albedo.largest = std::max(albedo.largest, value);

@@ -7,19 +7,10 @@
 #include <thread>
 
 #include "formats/common/write_file.h"
-#include "player/bench/roofline_kernels.h"
-#include "sh/cpu_features.h"
 
 namespace penumbra {
 
 namespace {
-
-const RooflinePath kPortable{"portable", multiplyAdds, 2 * kChains* kRoofLanes, readAll, triad};
-
-const RooflinePath& fastestPath() {
-    const bool simd = kRooflineAvx2 && cpuHasAvx2();
-    return simd ? *kRooflineAvx2 : kPortable;
-}
 
 double secondsSince(std::chrono::steady_clock::time_point start) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -92,7 +83,7 @@ Bandwidth bandwidthOf(const RooflinePath& path, int threads, std::size_t bytes, 
 }  // namespace
 
 Roofline measureRoofline(int threads, const std::vector<std::size_t>& working_sets) {
-    const RooflinePath& path = fastestPath();
+    const RooflinePath& path = fastestPath<RooflinePath>();
     Roofline roofline;
     roofline.path = path.name;
     roofline.threads = threads;

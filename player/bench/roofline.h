@@ -5,10 +5,14 @@
 #include <cstddef>
 #include <vector>
 
+#include "sh/kernel.h"
+
 namespace penumbra {
 
-// The kernels for one kind of processor. Counts are multiples of 64 floats, and arrays are aligned to 64 bytes.
+// The kernels for one kind of processor (roofline_kernels.cpp). Counts are multiples of 64 floats, and arrays are
+// aligned to 64 bytes.
 struct RooflinePath {
+    static const RooflinePath portable, avx2;
     const char* name = "";
     // nobody needs the result, but it keeps compilers from removing the loop
     float (*multiply_adds)(std::size_t rounds) = nullptr;
@@ -16,7 +20,6 @@ struct RooflinePath {
     float (*read)(const float* from, std::size_t count) = nullptr;
     void (*triad)(const float* b, const float* c, float* a, std::size_t count) = nullptr;  // a = b + 0.5 c
 };
-extern const RooflinePath* const kRooflineAvx2;  // roofline_avx2.cpp; null where the compiler has no such target
 
 struct Bandwidth {
     std::size_t bytes = 0;       // the working set of all threads together

@@ -125,7 +125,7 @@ StageWork skinWork(const AssetView& asset) {
 
 namespace {
 
-// Counts far_lanes.h. A product has some 200 pairs of two multiplications and 560 multiply-adds.
+// Counts far_lanes.cpp. A product has some 200 pairs of two multiplications and 560 multiply-adds.
 constexpr double kProductFlop = 200 * 3 + 560 * 2;
 // A lookup is 8 corners of 36 numbers; a rotation by bands of 1..11 numbers is 285 multiply-adds.
 constexpr double kFarPartFlop = 2 * 8 * 36 + 2 * 285 + 4 * 36;
@@ -167,13 +167,13 @@ StageWork evaluateWork(const AssetView& asset) {
 
 namespace {
 
-// Counts laneBasis (runtime/shade_lanes.h).
+// Counts laneBasis (runtime/shade/shade_lanes.cpp).
 double basisFlop(int order) {
     const double n = order;
     return n * (n - 1) / 2 * 4 + n * n + 6 * n;
 }
 
-// Counts liveTransfer (runtime/shade_live_lanes.h).
+// Counts liveTransfer (runtime/shade/shade_live_lanes.h).
 double liveFlop(const ShadeLive& live) {
     const double n = live.order, turn = 6 * n * (n - 1) / 2;
     return 2 * double(live.moment_terms + live.turn_terms + live.turn_back_terms + live.matrix_terms) + 2 * turn +

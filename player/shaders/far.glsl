@@ -1,4 +1,4 @@
-// The far parts of a composed asset on the GPU, as sh/far/far_lanes.h has them for 8 receivers at a time. Before this
+// The far parts of a composed asset on the GPU, as sh/far/far_lanes.cpp has them for 8 receivers at a time. Before this
 // stand farGlsl() (runtime/glsl/far_glsl.h, which also has the layout of the tables), field.glsl, and the shader's own
 // surfaces and buffers.
 //

@@ -1,4 +1,4 @@
-// What height fields leave visible: the twin of sh/height/height_lanes.h, one point at a time. heights_glsl.cpp puts a
+// What height fields leave visible: the twin of sh/height/height_lanes.cpp, one point at a time. heights_glsl.cpp puts a
 // preamble before this text, with SIDE, CORNER, CELL, AZIMUTHS, TAPS (of an azimuth), ORDER, LEAST (the tangent of the
 // least horizon), and WRAPS and OPEN where the border is such.
 layout(std430, binding = 0) readonly buffer Heights { float heights[]; };  // of all levels

@@ -1,13 +1,14 @@
 #pragma once
-// The evaluator's inner loops. They compute numbers = mean + sum_k weight_k basis_k for all numbers of a cluster in
-// one pass over the arrays, and clamp the ambient term. A tile of numbers stays in registers while the components go
-// by.
+// The evaluator's inner loops (combine_lanes.cpp). They compute numbers = mean + sum_k weight_k basis_k for all numbers
+// of a cluster in one pass over the arrays, and clamp the ambient term. A tile of numbers stays in registers while the
+// components go by.
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "sh/far/far_kernel.h"
+#include "sh/kernel.h"
 
 namespace penumbra {
 
@@ -56,6 +57,7 @@ using CombinePairs = void (*)(const PairInput& input, const AmbientClamp& clamp,
 
 // One implementation of the loops, for one kind of processor.
 struct EvaluatorPath {
+    static const EvaluatorPath portable, avx2, avx512;
     const char* name = "";
     CombinePairs i8 = nullptr;
     Combine f16 = nullptr, f32 = nullptr;
@@ -65,11 +67,6 @@ struct EvaluatorPath {
 
 // Returns the paths that this processor can run, slowest first. Tests compare each of them with the first. With
 // PENUMBRA_NO_SIMD in the environment there is only the portable one.
-std::vector<EvaluatorPath> evaluatorPaths();
-
-// evaluator_avx2.cpp uses AVX2, FMA and F16C; evaluator_vnni.cpp also AVX-512 VNNI and VL. A pointer is null where
-// the compiler has no such target.
-extern const EvaluatorPath* const kEvaluatorAvx2;
-extern const EvaluatorPath* const kEvaluatorVnni;
+inline std::vector<EvaluatorPath> evaluatorPaths() { return pathsOf<EvaluatorPath>(); }
 
 }  // namespace penumbra

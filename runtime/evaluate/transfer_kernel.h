@@ -1,8 +1,9 @@
 #pragma once
-// The inner loop of transfer: sums of rows, each times a factor of the pose. transfer_lanes.h has its source, which is
-// compiled once for any processor and once for AVX2.
+// The inner loop of transfer: sums of rows, each times a factor of the pose (transfer_lanes.cpp).
 #include <cstddef>
 #include <vector>
+
+#include "sh/kernel.h"
 
 namespace penumbra {
 
@@ -19,13 +20,12 @@ struct TransferRows {
 };
 
 struct TransferPath {
+    static const TransferPath portable, avx2;
     const char* name = "";
     void (*add)(const TransferRows& rows) = nullptr;
 };
 
 // Returns the paths that this processor can run, slowest first. PENUMBRA_NO_SIMD leaves only the portable one.
-std::vector<TransferPath> transferPaths();
-
-extern const TransferPath* const kTransferAvx2;  // null where the compiler has no such target
+inline std::vector<TransferPath> transferPaths() { return pathsOf<TransferPath>(); }
 
 }  // namespace penumbra

@@ -1,7 +1,7 @@
 #pragma once
 // The parts of a composed asset for shaders: the arrays that they read, and the SH functions that are written out for
 // them. player/shaders/ has the rest: far.glsl for a character's own far parts, cast_fields.glsl for those of others.
-// Both compute what sh/far/far_lanes.h computes.
+// Both compute what sh/far/far_lanes.cpp computes.
 #include <cstdint>
 #include <span>
 #include <string>

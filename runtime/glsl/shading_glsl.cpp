@@ -127,7 +127,7 @@ std::string lobesGlsl(const ShadingLayout& layout) {
     return text + "    }\n";
 }
 
-// Writes t = R(Z(-angle)) t, as turnBack() of shade_lanes.h does it.
+// Writes t = R(Z(-angle)) t, as turnBack() of shade_lanes.cpp does it.
 std::string turnBackGlsl(int order, const std::string& angle, const char* t) {
     std::string text;
     for (int l = 1; l < order; ++l)
@@ -164,7 +164,7 @@ std::string quarterTurnGlsl(int order, const std::string& type, bool transposed,
 }
 
 // Writes L = l . Z(-c) X(-90) Z(-b) X(90) Z(-a) t, Q = Z(a) Y(b) Z(c), as makeTurns() and lightByRotation() of
-// shade_lanes.h compute it.
+// shade_lanes.cpp compute it.
 std::string rotationGlsl(const ShadingLayout& layout, const std::string& type) {
     const int order = layout.light_order;
     std::string text;
@@ -274,7 +274,7 @@ std::string membraneGlsl(const ShadingLayout& layout) {
            ".rgb * own + " + texel(1) + ".rgb * other;\n}\n";
 }
 
-// Writes the light that bounces to a vertex, before its material: turnIndirect() and addBounced() of shade_lanes.h.
+// Writes the light that bounces to a vertex, before its material: turnIndirect() and addBounced() of shade_lanes.cpp.
 std::string bouncedGlsl(const ShadingLayout& layout) {
     const auto light = [&](std::size_t i) {
         return "PENUMBRA_LIGHT(" + std::to_string(layout.directTexels() + i) + ").rgb";

@@ -1,6 +1,6 @@
 #pragma once
-// The inner loop of shading reads plain tables and shades 8 vertices at a time. Its source (shade_lanes.h) is
-// compiled once for any processor and once for AVX2. The formulas are those of section 3 of docs/formulas.md.
+// The inner loop of shading reads plain tables and shades 8 vertices at a time (shade_lanes.cpp). The formulas are
+// those of section 3 of docs/formulas.md.
 //
 // Per vertex, with Q the rotation into the local frame and o = Q (eye - p) / |eye - p|, it computes
 //   f_k = sum_e A_ke y_e(o)                by the view terms; A is C of the slices, or w of the operators
@@ -20,12 +20,11 @@
 #include <cstdint>
 #include <vector>
 
+#include "sh/kernel.h"
 #include "sh/sh_basis.h"
 #include "sh/vec3.h"
 
 namespace penumbra {
-
-constexpr std::size_t kShadeLanes = 8;
 
 // An entry of A: f_k += value y_e(o).
 struct ViewTerm {
@@ -121,14 +120,13 @@ struct ShadeInput {
 };
 
 struct ShadePath {
+    static const ShadePath portable, avx2;
     const char* name = "";
     void (*shade)(const ShadeMaterial& material, const ShadeLight& light, const ShadeInput& input, std::size_t begin,
                   std::size_t end) = nullptr;
 };
 
 // Returns the paths that this processor can run, slowest first. PENUMBRA_NO_SIMD leaves only the portable one.
-std::vector<ShadePath> shadePaths();
-
-extern const ShadePath* const kShadeAvx2;  // null where the compiler has no such target
+inline std::vector<ShadePath> shadePaths() { return pathsOf<ShadePath>(); }
 
 }  // namespace penumbra

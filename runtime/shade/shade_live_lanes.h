@@ -1,5 +1,5 @@
 // Shades lobes about the mirror direction of the view (docs/formulas.md, section 16). This is a part of
-// shade_lanes.h, which includes it and has the rules for such sources.
+// shade_lanes.cpp, which includes it.
 //
 // Problem: the lobe may change in every frame, so nothing of it may be tabulated by view.
 //
@@ -23,8 +23,8 @@ inline void addSparse(const SparseTerm* term, std::size_t count, const Lanes* in
     }
 }
 
-inline void clear(int count, const Lanes& any, Lanes* out) {
-    for (int i = 0; i < count; ++i) out[i] = any * 0.0f;
+inline void clear(int count, Lanes* out) {
+    for (int i = 0; i < count; ++i) out[i] = kZeros;
 }
 
 // The turn Y(-theta) Z(-phi) that takes the mirror direction (sin theta cos phi, sin theta sin phi, cos theta) to z.
@@ -34,13 +34,13 @@ struct MirrorTurns {
 
 // The eye is mirrored to the side of the normal.
 inline void makeMirrorTurns(int order, const LaneVec3& view, MirrorTurns& out) {
-    for (std::size_t lane = 0; lane < kShadeLanes; ++lane) {
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
         const float x = -view.x[lane], y = -view.y[lane], z = view.z[lane], square = x * x + y * y;
         const float sine = __builtin_sqrtf(square), scale = square > 1e-30f ? 1 / sine : 0;
-        out.cos_phi[1][lane] = square > 1e-30f ? x * scale : 1;
-        out.sin_phi[1][lane] = y * scale;
-        out.cos_theta[1][lane] = z < 0 ? -z : z;
-        out.sin_theta[1][lane] = sine;
+        setLane(out.cos_phi[1], lane, square > 1e-30f ? x * scale : 1);
+        setLane(out.sin_phi[1], lane, y * scale);
+        setLane(out.cos_theta[1], lane, z < 0 ? -z : z);
+        setLane(out.sin_theta[1], lane, sine);
     }
     multiples(order, out.cos_phi, out.sin_phi);
     multiples(order, out.cos_theta, out.sin_theta);
@@ -62,19 +62,18 @@ inline void liveTransfer(const ShadeLive& live, int light_order, Block& block) {
     MirrorTurns turns;
     makeMirrorTurns(live.order, block.frames.view, turns);
     const int count = live.order * live.order;
-    const Lanes& any = block.frames.normal.x;
     // 1. The moments of the visibility above the surface.
-    for (int i = 0; i < count; ++i) moments[i] = any * 0.0f + live.offset[i];
+    for (int i = 0; i < count; ++i) moments[i] = kZeros + live.offset[i];
     addSparse(live.moment, live.moment_terms, block.v, moments);
     // 2. In the mirror frame, by Y(-theta) Z(-phi) = X(-90) Z(-theta) X(90) Z(-phi).
     turnBack(live.order, turns.cos_phi, turns.sin_phi, moments);
-    clear(count, any, turned);
+    clear(count, turned);
     addSparse(live.turn, live.turn_terms, moments, turned);
     turnBack(live.order, turns.cos_theta, turns.sin_theta, turned);
-    clear(count, any, moments);
+    clear(count, moments);
     addSparse(live.turn_back, live.turn_back_terms, turned, moments);
     // 3. Times the lobe.
-    clear(light_order * light_order, any, block.t[0]);
+    clear(light_order * light_order, block.t[0]);
     addSparse(live.matrix, live.matrix_terms, moments, block.t[0]);
     turnToMirror(turns, block.frames);
 }
@@ -84,8 +83,9 @@ inline void liveTransfer(const ShadeLive& live, int light_order, Block& block) {
 inline void liveHiddenAlbedo(const ShadeLive& live, Block& block) {
     constexpr float kRootFourPi = 3.54490770f;
     const Lanes& z = block.frames.view.z;
-    const Lanes cosine = z < 0 ? -z : z;
-    Lanes before = z * 0.0f + 1.0f, p = cosine, albedo = live.albedo[0] * before;
+    Lanes cosine;
+    choose(z < 0, -z, z, cosine);
+    Lanes before = kZeros + 1, p = cosine, albedo = live.albedo[0] * before;
     for (int l = 1; l < live.order; ++l) {
         albedo += live.albedo[l] * p;
         const Lanes next = (float(2 * l + 1) * cosine * p - float(l) * before) / float(l + 1);

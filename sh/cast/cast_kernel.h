@@ -1,11 +1,12 @@
 #pragma once
 // The inner loop of castVisibility() (sh/cast/cast_visibility.h). It reads plain tables and works on 8 receivers at a
-// time. Its source (cast_lanes.h) is compiled for any processor and for AVX2.
+// time (cast_lanes.cpp).
 #include <cstddef>
 #include <cstdint>
 
 #include "sh/cast/repeated_product.h"
 #include "sh/far/far_kernel.h"
+#include "sh/kernel.h"
 #include "sh/vec3.h"
 
 namespace penumbra {
@@ -34,11 +35,10 @@ using CastVisibilityLanes = void (*)(const CastTables&, const CastScene&, float*
 using CastAnchorLanes = void (*)(const CastTables&, const CastScene&, float* values);
 
 struct CastPath {
+    static const CastPath portable, avx2;
     CastVisibilityLanes visibility;
     CastAnchorLanes anchors;  // of order 5
 };
-extern const CastPath kCastPortable;
-extern const CastPath* const kCastAvx2;  // null where the compiler cannot make it
-const CastPath& fastestCastPath();
+inline const CastPath& fastestCastPath() { return fastestPath<CastPath>(); }
 
 }  // namespace penumbra

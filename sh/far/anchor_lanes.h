@@ -1,6 +1,7 @@
 #pragma once
-// Takes what anchors know to 8 receivers around them. Part of far_lanes.h and of sh/cast/cast_lanes.h.
-#include "sh/far/far_vectors.h"
+// Takes what anchors know to 8 receivers around them. Part of far_lanes.cpp and of sh/cast/cast_lanes.cpp.
+#include "sh/far/far_kernel.h"
+#include "sh/lanes.h"
 
 namespace penumbra {
 
@@ -20,8 +21,8 @@ inline void interpolate(const FarAnchors& anchors, std::size_t count, std::size_
                         std::size_t step) {
     constexpr std::size_t kMaxColumns = anchorStride(kMaxNearParts) / 8;
     const std::size_t columns = anchors.stride / 8;
-    Lanes rows[kFarLanes][kMaxColumns];
-    for (std::size_t lane = 0; lane < kFarLanes; ++lane) {
+    Lanes rows[kLanes][kMaxColumns];
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
         const std::size_t r = first + lane < count ? first + lane : count - 1;
         const std::uint16_t* anchor = anchors.anchor + r * kAnchorsOfReceiver;
         const float* weight = anchors.weight + r * kAnchorsOfReceiver;

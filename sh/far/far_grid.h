@@ -1,5 +1,5 @@
 #pragma once
-// Products of mirrored functions, 8 at a time. Part of far_lanes.h.
+// Products of mirrored functions, 8 at a time. Part of far_lanes.cpp.
 #include "sh/far/far_turns.h"
 
 namespace penumbra {
@@ -38,6 +38,11 @@ inline void sumBands(const float* ring, const Lanes* f, Lanes& out) {
         if constexpr (kFirst + 4 < kN) out += ring[evenPlace(kFirst + 4, M)] * f[evenPlace(kFirst + 4, M)];
     }
 }
+template <int kN, int... M>
+inline void sumOrders(const float* ring, const Lanes* f, Lanes* c, Lanes* s, Numbers<M...>) {
+    (sumBands<kN, M>(ring, f, c[M]), ...);
+    (sumBands<kN, -M>(ring, f, s[M]), ...);
+}
 // Adds ring times x to the bands of order m of f, or begins them.
 template <int kN, int M>
 inline void addToBands(const float* ring, const Lanes& x, bool begins, Lanes* f) {
@@ -51,6 +56,13 @@ inline void addToBands(const float* ring, const Lanes& x, bool begins, Lanes* f)
     if constexpr (kFirst + 4 < kN) add(kFirst + 4);
 }
 
+template <int kN, int... M>
+inline void addOrders(const float* ring, const Lanes* c, const Lanes* s, bool begins, Lanes* f, Numbers<0, M...>) {
+    addToBands<kN, 0>(ring, c[0], begins, f);
+    (addToBands<kN, M>(ring, c[M], begins, f), ...);
+    (addToBands<kN, -M>(ring, s[M], begins, f), ...);
+}
+
 // Writes the values of f [count of order kN] at the directions. Around a ring f is sum of c_m cos(m phi) + s_m sin(m
 // phi), phi = pi q / 8. Even and odd m repeat or turn over after half a round, so that half of each is computed.
 template <int kN>
@@ -58,17 +70,7 @@ inline void toGrid(const FarGrid& grid, const Lanes* f, Lanes* values) {
     for (int k = 0; k < kRings; ++k, values += kAround) {
         const float* ring = grid.ring[k];
         Lanes c[kOrder], s[kOrder];
-        sumBands<kN, 0>(ring, f, c[0]);
-        sumBands<kN, 1>(ring, f, c[1]);
-        sumBands<kN, 2>(ring, f, c[2]);
-        sumBands<kN, 3>(ring, f, c[3]);
-        sumBands<kN, 4>(ring, f, c[4]);
-        sumBands<kN, 5>(ring, f, c[5]);
-        sumBands<kN, -1>(ring, f, s[1]);
-        sumBands<kN, -2>(ring, f, s[2]);
-        sumBands<kN, -3>(ring, f, s[3]);
-        sumBands<kN, -4>(ring, f, s[4]);
-        sumBands<kN, -5>(ring, f, s[5]);
+        sumOrders<kN>(ring, f, c, s, Upto<kOrder>());
         // 1. Even m: 4 values that repeat, and 4 that turn over.
         const Lanes same[4] = {c[0] + c[4], c[0] + s[4], c[0] - c[4], c[0] - s[4]};
         const Lanes over[4] = {c[2], kCos2 * (c[2] + s[2]), s[2], kCos2 * (s[2] - c[2])};
@@ -127,17 +129,7 @@ inline void fromGrid(const FarGrid& grid, const Lanes* values, Lanes* f) {
         s[3] = kCos1 * sine[1] + s2 - kCos3 * sine[3] - odd[4];
         s[5] = kCos1 * sine[1] - s2 - kCos3 * sine[3] + odd[4];
         const bool begins = k == 0;
-        addToBands<kN, 0>(ring, c[0], begins, f);
-        addToBands<kN, 1>(ring, c[1], begins, f);
-        addToBands<kN, 2>(ring, c[2], begins, f);
-        addToBands<kN, 3>(ring, c[3], begins, f);
-        addToBands<kN, 4>(ring, c[4], begins, f);
-        addToBands<kN, 5>(ring, c[5], begins, f);
-        addToBands<kN, -1>(ring, s[1], begins, f);
-        addToBands<kN, -2>(ring, s[2], begins, f);
-        addToBands<kN, -3>(ring, s[3], begins, f);
-        addToBands<kN, -4>(ring, s[4], begins, f);
-        addToBands<kN, -5>(ring, s[5], begins, f);
+        addOrders<kN>(ring, c, s, begins, f, Upto<kOrder>());
     }
 }
 

@@ -1,15 +1,14 @@
 #pragma once
 // The inner loop of far visibility (farVisibility(), sh/far/far_visibility.h) for many receivers of one part. It reads
-// plain tables and works on 8 receivers at a time. Its source (far_lanes.h) is compiled for any processor, for AVX2 and
-// for AVX-512. docs/formulas.md, section 7, has the formulas.
+// plain tables and works on 8 receivers at a time (far_lanes.cpp). docs/formulas.md, section 7, has the formulas.
 #include <cstddef>
 #include <cstdint>
 
+#include "sh/kernel.h"
 #include "sh/vec3.h"
 
 namespace penumbra {
 
-constexpr std::size_t kFarLanes = 8;
 constexpr int kMaxSpheres = 4;             // of a field
 constexpr std::size_t kMaxReceivers = 64;  // of a call
 
@@ -107,6 +106,7 @@ struct FarAnchors {
 };
 
 struct FarPath {
+    static const FarPath portable, avx2, avx512;
     // Writes the values of anchors at `receivers`. It does not read their tangents. part_count <= kMaxAnchorParts.
     void (*anchors)(const FarConstants& constants, const FarScene& scene, const FarReceivers& receivers,
                     float* values) = nullptr;
@@ -118,10 +118,6 @@ struct FarPath {
                     std::size_t stride, float* numbers) = nullptr;
 };
 
-extern const FarPath kFarPortable;
-// Null where the compiler has no such target.
-extern const FarPath* const kFarAvx2;
-extern const FarPath* const kFarAvx512;
-const FarPath& fastestFarPath();  // of this processor
+inline const FarPath& fastestFarPath() { return fastestPath<FarPath>(); }
 
 }  // namespace penumbra

@@ -1,5 +1,5 @@
 #pragma once
-// Looks up what a part blocks at 8 receivers. Part of far_lanes.h.
+// Looks up what a part blocks at 8 receivers. Part of far_lanes.cpp.
 #include "sh/far/far_turns.h"
 
 namespace penumbra {
@@ -14,7 +14,7 @@ struct Level {
 };
 
 inline void boxLevel(const FarBox& box, const Lanes* p, Level& out) {
-    out.first = (Ints)kZeros + box.first;
+    out.first = Ints{} + box.first;
     Lanes depth = (kZeros + 1e30f);
     for (int axis = 0; axis < 3; ++axis) {
         const Lanes above = p[axis] - box.low[axis], below = box.high[axis] - p[axis];
@@ -23,8 +23,10 @@ inline void boxLevel(const FarBox& box, const Lanes* p, Level& out) {
         Lanes t = above * box.per_cell[axis], cell;
         clamp(t, kZeros, (kZeros + box.cells[axis]));
         least(t, (kZeros + box.cells[axis] - 1), cell);
-        const Ints whole = __builtin_convertvector(cell, Ints);
-        out.part[axis] = t - __builtin_convertvector(whole, Lanes);
+        Ints whole;
+        toInts(cell, whole);
+        toFloats(whole, cell);
+        out.part[axis] = t - cell;
         out.first += whole * box.stride[axis];
         out.stride[axis] = box.stride[axis];
     }
@@ -40,7 +42,7 @@ inline void sphereLevel(const FarConstants& constants, const FarTable& table, co
     choose(distance > 0, table.radius / distance, (kZeros + 1), u);
     clamp(u, (kZeros + constants.sphere_scales[0]), (kZeros + constants.sphere_scales[kMaxSpheres - 1]));
     Lanes low = (kZeros + constants.sphere_scales[0]), high = (kZeros + constants.sphere_scales[1]);
-    Ints sphere = (Ints)kZeros;
+    Ints sphere = {};
     for (int s = 1; s < kMaxSpheres - 1; ++s) {
         const Ints beyond = u > constants.sphere_scales[s];
         sphere -= beyond;
@@ -65,8 +67,10 @@ inline void sphereLevel(const FarConstants& constants, const FarTable& table, co
         Lanes t = (map[axis] + 1) * (0.5f * (kSide - 1)), cell;
         clamp(t, kZeros, (kZeros + kSide - 1));
         least(t, (kZeros + kSide - 2), cell);
-        const Ints whole = __builtin_convertvector(cell, Ints);
-        out.part[axis] = t - __builtin_convertvector(whole, Lanes);
+        Ints whole;
+        toInts(cell, whole);
+        toFloats(whole, cell);
+        out.part[axis] = t - cell;
         out.first += whole * stride[axis];
     }
     out.part[2] = (u - low) / (high - low);
@@ -131,7 +135,7 @@ inline void sample(const FarConstants& constants, const FarTable& table, const F
     levels[2].share = 1 - levels[0].share - levels[1].share;
     if (any(levels[2].share > 0)) sphereLevel(constants, table, offset, square, levels[2]);
     // The corners of all receivers are on their way while the first of them are read.
-    for (std::size_t lane = 0; lane < kFarLanes; ++lane)
+    for (std::size_t lane = 0; lane < kLanes; ++lane)
         for (int level = 0; level < 3; ++level) {
             if (!wanted[lane] || !(levels[level].share[lane] > 0)) continue;
             const std::int8_t* first = table.points + std::int64_t(levels[level].first[lane]) * kRow;
@@ -141,8 +145,8 @@ inline void sample(const FarConstants& constants, const FarTable& table, const F
             __builtin_prefetch(first + dz);
             __builtin_prefetch(first + dy + dz);
         }
-    Lanes rows[kFarLanes][5];
-    for (std::size_t lane = 0; lane < kFarLanes; ++lane) {
+    Lanes rows[kLanes][5];
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
         for (int i = 0; i < 5; ++i) rows[lane][i] = kZeros;
         if (!wanted[lane]) continue;
         for (int level = 0; level < 3; ++level)

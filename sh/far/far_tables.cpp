@@ -16,7 +16,7 @@ namespace penumbra {
 
 static_assert(kFieldOrder == 6 && kFarNumbers == 21 && FieldTable::kStride == 40 && kFieldSpheres == kMaxSpheres &&
                   kFieldSphereSide == 13,
-              "far_lanes.h has these numbers too");
+              "far_lanes.cpp has these numbers too");
 static_assert(mirroredCount(kMaxOrder) == 36 && rotationEntryCount(kFieldOrder) == 286);
 
 namespace {

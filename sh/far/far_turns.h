@@ -1,11 +1,19 @@
 #pragma once
 // Turns SH functions from part to model to local frames, 8 at a time, and mirrors them at the horizon. Part of
-// far_lanes.h.
-#include "sh/far/far_vectors.h"
+// far_lanes.cpp.
+#include <utility>
+
+#include "sh/far/far_kernel.h"
+#include "sh/lanes.h"
 
 namespace penumbra {
 
 namespace {
+
+constexpr int kOrder = 6, kFull = 36, kEven = 21, kRow = 40, kDistance = 36;
+constexpr int kMaxEven = 36;                           // numbers of a mirrored function of order kMaxOrder
+constexpr int kPaddedEven = 24, kPaddedMostEven = 40;  // whole vectors of them
+constexpr float kRootOfSphere = 3.5449077f;            // sqrt(4 pi): the coefficient of the function 1
 
 // Q = Z(a) Y(b) Z(c), by multiples of its angles.
 struct Turns {
@@ -16,12 +24,11 @@ struct Frames {
 };
 
 inline void gatherFrames(const FarReceivers& receivers, std::size_t first, Frames& out) {
-    for (std::size_t lane = 0; lane < kFarLanes; ++lane) {
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
         const std::size_t r = first + lane < receivers.count ? first + lane : receivers.count - 1;
-        const Vec3 p = receivers.positions[r], n = receivers.normals[r], t = receivers.tangents[r];
-        out.position[0][lane] = p.x, out.position[1][lane] = p.y, out.position[2][lane] = p.z;
-        out.normal[0][lane] = n.x, out.normal[1][lane] = n.y, out.normal[2][lane] = n.z;
-        out.tangent[0][lane] = t.x, out.tangent[1][lane] = t.y, out.tangent[2][lane] = t.z;
+        setLane(out.position, lane, receivers.positions[r]);
+        setLane(out.normal, lane, receivers.normals[r]);
+        setLane(out.tangent, lane, receivers.tangents[r]);
     }
     const Lanes *n = out.normal, *t = out.tangent;
     out.bitangent[0] = n[1] * t[2] - n[2] * t[1];
@@ -36,7 +43,7 @@ inline void multiples(Lanes* cosine, Lanes* sine) {
     }
 }
 
-// The turns of Q, whose rows are tangent, bitangent and normal, as makeTurns() of shade_lanes.h.
+// The turns of Q, whose rows are tangent, bitangent and normal, as makeTurns() of shade_lanes.cpp.
 inline void makeTurns(const Lanes* tangent, const Lanes* bitangent, const Lanes& normal_z, Turns& q) {
     const Lanes x = tangent[2], y = bitangent[2], square = x * x + y * y;
     const Ints upright = square <= 1e-30f;  // any angle will do
@@ -68,17 +75,11 @@ inline void makeTurnsFromPart(const FarPart& posed, const Frames& frames, Turns&
     makeTurns(tangent, bitangent, normal[2], q);
 }
 
-// Lists numbers 0..n-1 as template arguments, so that a loop over them unrolls and its indices are constants.
+// Numbers 0..n-1 as template arguments, so that a loop over them unrolls and its indices are constants.
 template <int... I>
-struct Numbers {};
-template <int N, int... I>
-struct Count : Count<N - 1, N - 1, I...> {};
-template <int... I>
-struct Count<0, I...> {
-    using List = Numbers<I...>;
-};
+using Numbers = std::integer_sequence<int, I...>;
 template <int N>
-using Upto = typename Count<N>::List;
+using Upto = std::make_integer_sequence<int, N>;
 
 // Sets f to R(Z(angle)) f.
 template <int L, int... M>

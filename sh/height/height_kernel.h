@@ -1,9 +1,10 @@
 #pragma once
-// The inner loops of height fields (height_visibility.h). They read plain tables and work on 8 points at a time. Their
-// source (height_lanes.h) is compiled for any processor and for AVX2.
+// The inner loops of height fields (height_visibility.h). They read plain tables and work on 8 points at a time
+// (height_lanes.cpp).
 #include <cstddef>
 #include <cstdint>
 
+#include "sh/kernel.h"
 #include "sh/vec3.h"
 
 namespace penumbra {
@@ -65,6 +66,7 @@ struct HeightBlend {
 };
 
 struct HeightPath {
+    static const HeightPath portable, avx2;
     const char* name;
     // out[p * stride + i], i < order^2.
     void (*visibility)(const HeightScene&, const HeightPoints&, std::size_t stride, float* out);
@@ -74,8 +76,6 @@ struct HeightPath {
     // out[b * row_size + i] = sum of the weighted corners; row_size is a multiple of 8.
     void (*blend)(const HeightBlend* blends, std::size_t count, std::size_t row_size, float* out);
 };
-extern const HeightPath kHeightPortable;
-extern const HeightPath* const kHeightAvx2;  // null where the compiler cannot make it
-const HeightPath& fastestHeightPath();
+inline const HeightPath& fastestHeightPath() { return fastestPath<HeightPath>(); }
 
 }  // namespace penumbra

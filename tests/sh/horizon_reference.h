@@ -1,6 +1,6 @@
 #pragma once
 // The plain form of horizons and of what lies above them, one point at a time. It is the reference for
-// sh/height/height_lanes.h.
+// sh/height/height_lanes.cpp.
 #include <algorithm>
 #include <array>
 #include <cassert>

@@ -15,13 +15,6 @@
 namespace penumbra {
 namespace {
 
-// Those that this processor can run.
-std::vector<CastPath> castPaths() {
-    std::vector<CastPath> paths = {kCastPortable};
-    if (fastestCastPath().visibility != kCastPortable.visibility) paths.push_back(fastestCastPath());
-    return paths;
-}
-
 // Around a person, inside of it and far away.
 std::vector<Vec3> somePlaces(std::size_t count) {
     std::vector<Vec3> places;
@@ -35,7 +28,7 @@ std::vector<Vec3> somePlaces(std::size_t count) {
 // Measured: 1.7e-6 to 4.1e-6.
 TEST(CastVisibility, IsTheExponentialOfTheNetLogOnEveryPath) {
     const std::vector<CasterSphere> person = inFloats(goldenPerson());
-    for (const CastPath& path : castPaths())
+    for (const CastPath& path : pathsOf<CastPath>())
         for (int order = kMinLogOrder; order <= kMaxLogOrder; ++order) {
             const std::size_t n = std::size_t(coefficientCount(order));
             const std::vector<Vec3> places = somePlaces(403);  // the last block is not full
@@ -54,7 +47,7 @@ TEST(CastVisibility, IsTheExponentialOfTheNetLogOnEveryPath) {
 // sphere).
 TEST(CastVisibility, ComesNearGolden) {
     const auto golden = readGolden("cast_and_self.json");
-    for (const CastPath& path : castPaths())
+    for (const CastPath& path : pathsOf<CastPath>())
         for (const auto& test : golden.at("cases")) {
             const std::vector<CasterSphere> spheres = inFloats(goldenSpheres(test.at("centres"), test.at("radii")));
             const std::vector<Vec3> at = {toFloat(vec3(test.at("position")))};
@@ -77,7 +70,7 @@ TEST(CastVisibility, IsMirroredAtEachHorizon) {
         normals.push_back({std::cos(a) * std::cos(b), std::sin(b), std::sin(a) * std::cos(b)});
         tangents.push_back({-std::sin(a), 0, std::cos(a)});
     }
-    for (const CastPath& path : castPaths()) {
+    for (const CastPath& path : pathsOf<CastPath>()) {
         std::vector<float> out(places.size() * kMirroredCast), log(25), v(36), expected(kMirroredCast);
         castMirrored(person, {places, normals, tangents}, {}, out, path);
         for (std::size_t r = 0; r < places.size(); ++r) {
@@ -107,7 +100,7 @@ TEST(CastVisibility, AnchorsShareTheSpheresWithTheirReceivers) {
         for (std::size_t a = 0; a < 4; ++a) anchor[4 * r + a] = std::uint16_t(r);
         weight[4 * r] = 0.75f, weight[4 * r + 1] = 0.25f;
     }
-    for (const CastPath& path : castPaths())
+    for (const CastPath& path : pathsOf<CastPath>())
         for (const float spacing : {0.001f, 0.05f, 10.0f}) {  // all far, some near, all near
             const CastFade fade{0.0001f, 0.0003f};
             std::vector<float> values(places.size() * anchorStride(person.size())), out(places.size() * kMirroredCast),
@@ -157,7 +150,7 @@ TEST(CastVisibility, FadesTowardsTheCentre) {
 }
 
 TEST(CastVisibility, OfNothingIsFreeSight) {
-    for (const CastPath& path : castPaths()) {
+    for (const CastPath& path : pathsOf<CastPath>()) {
         const std::vector<CasterSphere> nothing = {{{0, 0, 0}, 1}, {{0, 0, 1e-7f}, 1e-8f}, {{1, 0, 0}, 0}};
         const std::vector<Vec3> places = {{0, 0, 0}, {0, 0, 1e-7f}};
         std::vector<float> out(2 * 25, 7.0f);

@@ -139,7 +139,7 @@ TEST(HeightRefinement, FadesInAnAnimationWithoutPopping) {
 TEST(HeightRefinement, OfEveryPathIsThePortableOne) {
     const HeightField field({50, 90, 1, 1}, fractalHeights(50, 90, 2.3, 4));
     for (const int order : {4, 5}) {
-        const Looked portable = lookedAt(field, order, 4, kHeightTolerance, kHeightPortable);
+        const Looked portable = lookedAt(field, order, 4, kHeightTolerance, HeightPath::portable);
         EXPECT_GT(portable.finer, 100u);
         EXPECT_LT(portable.finer, field.grid().size() * 9 / 10);
         // A share moves by 100 times what V does, in units of V. Measured: 4e-6.

@@ -17,12 +17,6 @@
 namespace penumbra {
 namespace {
 
-std::vector<HeightPath> heightPaths() {
-    std::vector<HeightPath> paths = {kHeightPortable};
-    if (fastestHeightPath().visibility != kHeightPortable.visibility) paths.push_back(fastestHeightPath());
-    return paths;
-}
-
 HeightField goldenField() {
     const nlohmann::json golden = readGolden("heightfield.json");
     std::vector<float> heights;
@@ -103,7 +97,7 @@ TEST(HeightVisibility, IsThePlainFormOnEveryPathAndBorder) {
                 at_height.push_back(field.at(at_row.back(), at_column.back()) + float(k % 3));
             }
             const HorizonTaps taps = horizonTaps(field);
-            for (const HeightPath& path : heightPaths())
+            for (const HeightPath& path : pathsOf<HeightPath>())
                 for (int order = 4; order <= 5; ++order) {
                     const std::size_t n = std::size_t(coefficientCount(order));
                     std::vector<float> out(59 * n);
@@ -124,7 +118,7 @@ TEST(HeightVisibility, IsThePlainFormOnEveryPathAndBorder) {
 
 // Half of the sphere, to the last digit: every horizon is 0, whatever the height and the cells.
 TEST(HeightVisibility, OfALevelFieldIsExactlyAHemisphereAndItsNumbersAreFreeSight) {
-    for (const HeightPath& path : heightPaths())
+    for (const HeightPath& path : pathsOf<HeightPath>())
         for (const HeightBorder border : {HeightBorder::kClamped, HeightBorder::kPeriodic}) {
             const HeightField field({19, 23, 0.3f, 0.7f, border}, std::vector<float>(19 * 23, 1234.567f));
             std::vector<float> tangents(kHorizonAzimuths);
@@ -195,7 +189,7 @@ TEST(HeightVisibility, NumbersAreVInTheFrameOfThePointMirroredAtItsHorizon) {
         normals.push_back(toFloat(Vec3d{flat * std::cos(2.4 * k), flat * std::sin(2.4 * k), z}));
         tangents.push_back(tangentOf(normals.back(), {float(std::sin(k)), float(std::cos(3 * k)), 0.3f}));
     }
-    for (const HeightPath& path : heightPaths())
+    for (const HeightPath& path : pathsOf<HeightPath>())
         for (int order = 4; order <= 5; ++order) {
             const std::size_t n = std::size_t(coefficientCount(order));
             for (const bool on_field : {false, true}) {
@@ -259,7 +253,7 @@ TEST(HeightVisibility, OfExtremeReliefIsFinite) {
         for (std::size_t i = 0; i < heights.size(); ++i) heights[i] = i % 7 == 3 ? relief : -relief;
         for (const HeightBorder border : {HeightBorder::kOpen, HeightBorder::kClamped, HeightBorder::kPeriodic}) {
             const HeightField field({33, 65, kMinCell, 10, border}, heights);
-            for (const HeightPath& path : heightPaths()) {
+            for (const HeightPath& path : pathsOf<HeightPath>()) {
                 HeightVisibility visibility(field, 5, 4, path);
                 visibility.evaluate(field, 0, visibility.receiverRows());
                 std::array<Vec3, 65> normals, tangents;

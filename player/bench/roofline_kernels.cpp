@@ -1,6 +1,3 @@
-// The source of both paths of the roofline. roofline.cpp and roofline_avx2.cpp include it and differ in the processor
-// that they are compiled for. As in runtime/shade_lanes.h it has internal linkage, and uses nothing inline from the
-// standard library.
 #include "player/bench/roofline.h"
 
 namespace penumbra {
@@ -40,12 +37,15 @@ float readAll(const float* from, std::size_t count) {
     return anyOf(a, 8);
 }
 
-void triad(const float* b, const float* c, float* a, std::size_t count) {
+void addHalf(const float* b, const float* c, float* a, std::size_t count) {
     const auto *pb = reinterpret_cast<const RoofLanes*>(b), *pc = reinterpret_cast<const RoofLanes*>(c);
     auto* pa = reinterpret_cast<RoofLanes*>(a);
     for (std::size_t i = 0; i < count / kRoofLanes; ++i) pa[i] = pb[i] + 0.5f * pc[i];
 }
 
 }  // namespace
+
+const RooflinePath RooflinePath::PENUMBRA_TARGET{PENUMBRA_TARGET_NAME, multiplyAdds, 2 * kChains* kRoofLanes, readAll,
+                                                 addHalf};
 
 }  // namespace penumbra

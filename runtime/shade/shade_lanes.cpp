@@ -10,29 +10,24 @@
 // Here: tables list only what is not zero (material_tables.h). They are the same for all vertices, so each entry is
 // read once and used for the lanes of several blocks. The light is not rotated: t is turned into the model frame by
 // three turns about z and two fixed ones, all without trigonometry.
-//
-// shade_portable.cpp and shade_avx2.cpp include this source and differ in the processor that they are compiled for.
-// Everything has internal linkage and calls nothing inline from the standard library, so that no copy made for one
-// processor can end up in the other's path. Vectors go by reference: passing 32-byte vectors by value has no fixed
-// ABI without AVX.
 #include "runtime/shade/shade_kernel.h"
 #include "sh/indirect_numbers.h"
+#include "sh/lanes.h"
 
 namespace penumbra {
 
 namespace {
 
-typedef float Lanes __attribute__((vector_size(4 * kShadeLanes)));
-
 struct LaneVec3 {
     Lanes x, y, z;
 };
+inline void setLane(LaneVec3& out, std::size_t lane, const Vec3& value) { setLane(&out.x, lane, value); }
 
 // Evaluates the SH basis at 8 unit directions by the recurrences of shade_kernel.h.
 inline void laneBasis(const ShadeLight& light, int order, const LaneVec3& d, Lanes* out) {
-    Lanes re = d.x * 0.0f + 1.0f, im = d.x * 0.0f;
+    Lanes re = kZeros + 1, im = kZeros;
     for (int m = 0; m < order; ++m) {
-        Lanes q = d.x * 0.0f + light.basis_a[m * kMaxOrder + m], before = d.x * 0.0f;
+        Lanes q = kZeros + light.basis_a[m * kMaxOrder + m], before = kZeros;
         for (int l = m; l < order; ++l) {
             if (l > m) {
                 const float a = light.basis_a[l * kMaxOrder + m], b = light.basis_b[l * kMaxOrder + m];
@@ -62,7 +57,7 @@ inline std::size_t vertexOf(const ShadeInput& in, std::size_t first, std::size_t
 
 // Gathers the frames of 8 vertices, and their view directions in these frames.
 inline void gather(const ShadeInput& in, std::size_t first, std::size_t end, LaneFrames& out) {
-    for (std::size_t lane = 0; lane < kShadeLanes; ++lane) {
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
         const std::size_t v = vertexOf(in, first, end, lane);
         const Vec3 n = in.normals[v], t = in.tangents[v], p = in.positions[v];
         const float bx = n.y * t.z - n.z * t.y, by = n.z * t.x - n.x * t.z, bz = n.x * t.y - n.y * t.x;
@@ -70,19 +65,19 @@ inline void gather(const ShadeInput& in, std::size_t first, std::size_t end, Lan
         const float square = ox * ox + oy * oy + oz * oz;
         const float scale = square > 0 ? 1 / __builtin_sqrtf(square) : 0;
         ox *= scale, oy *= scale, oz *= scale;
-        out.tangent.x[lane] = t.x, out.tangent.y[lane] = t.y, out.tangent.z[lane] = t.z;
-        out.bitangent.x[lane] = bx, out.bitangent.y[lane] = by, out.bitangent.z[lane] = bz;
-        out.normal.x[lane] = n.x, out.normal.y[lane] = n.y, out.normal.z[lane] = n.z;
-        out.view.x[lane] = ox * t.x + oy * t.y + oz * t.z;
-        out.view.y[lane] = ox * bx + oy * by + oz * bz;
-        out.view.z[lane] = square > 0 ? ox * n.x + oy * n.y + oz * n.z : 1;
+        setLane(out.tangent, lane, t);
+        setLane(out.bitangent, lane, {bx, by, bz});
+        setLane(out.normal, lane, n);
+        setLane(out.view, lane,
+                {ox * t.x + oy * t.y + oz * t.z, ox * bx + oy * by + oz * bz,
+                 square > 0 ? ox * n.x + oy * n.y + oz * n.z : 1});
     }
 }
 
 inline void gatherNumbers(const ShadeInput& in, std::size_t first, std::size_t end, Lanes* v) {
-    for (std::size_t lane = 0; lane < kShadeLanes; ++lane) {
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
         const float* numbers = in.numbers + vertexOf(in, first, end, lane) * std::size_t(in.stride);
-        for (int j = 0; j < in.size; ++j) v[j][lane] = numbers[j];
+        for (int j = 0; j < in.size; ++j) setLane(v[j], lane, numbers[j]);
     }
 }
 
@@ -107,14 +102,14 @@ inline void productSum(int terms, const Lanes (*f)[kBlocks], const ProductTerm*&
         for (int b = 0; b < kBlocks; ++b) s[b] += term->value * f[term->k][b];
 }
 
-inline void raiseTo(float least, Lanes& x) { x = x > least ? x : x * 0.0f + least; }
+inline void raiseTo(float least, Lanes& x) { choose(x > least, x, x * 0.0f + least, x); }
 
 // Computes what the material sends to the eye of the light that comes from where the sky is hidden, as if it were
 // white.
 inline void hiddenAlbedo(const ShadeMaterial& material, std::size_t channel, const Lanes (*f)[kBlocks], Block* blocks) {
     constexpr float kFourPi = 12.5663706f, kRootFourPi = 3.54490770f;
     Lanes s[kBlocks];
-    for (int b = 0; b < kBlocks; ++b) s[b] = blocks[b].v[0] * 0.0f;
+    for (int b = 0; b < kBlocks; ++b) s[b] = kZeros;
     const ProductTerm* term = material.products[channel] + material.albedo_first;
     for (const ProductTerm* end = term + material.albedo_terms; term < end; ++term)
         for (int b = 0; b < kBlocks; ++b) s[b] += term->value * f[term->k][b];
@@ -138,7 +133,7 @@ inline void transfer(const ShadeMaterial& material, int light_order, bool bounce
     }
     // 2. Product rows add to t. Rows with a mirror come first and use their sum twice.
     for (int b = 0; b < kBlocks; ++b)
-        for (int i = 0; i < light_order * light_order; ++i) blocks[b].t[channel][i] = blocks[b].v[0] * 0.0f;
+        for (int i = 0; i < light_order * light_order; ++i) blocks[b].t[channel][i] = kZeros;
     const ProductTerm* term = material.products[channel];
     std::size_t r = 0;
     for (; r < material.mirrored_rows; ++r) {
@@ -199,11 +194,11 @@ inline void multiples(int order, Lanes* cosine, Lanes* sine) {
 // The rows of Q are tangent, bitangent and normal, so that its last column is (cos a sin b, sin a sin b, cos b). Near
 // the pole a is ill defined, and any value will do: b and c are taken from Z(-a) Q, which makes up for it.
 inline void makeTurns(int order, const LaneFrames& q, LaneTurns& out) {
-    for (std::size_t lane = 0; lane < kShadeLanes; ++lane) {
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
         const float x = q.tangent.z[lane], y = q.bitangent.z[lane], square = x * x + y * y;
         const float scale = square > 1e-30f ? 1 / __builtin_sqrtf(square) : 0;
-        out.cos_a[1][lane] = square > 1e-30f ? x * scale : 1;
-        out.sin_a[1][lane] = y * scale;
+        setLane(out.cos_a[1], lane, square > 1e-30f ? x * scale : 1);
+        setLane(out.sin_a[1], lane, y * scale);
     }
     const Lanes cos_a = out.cos_a[1], sin_a = out.sin_a[1];
     out.cos_b[1] = q.normal.z;
@@ -235,11 +230,11 @@ inline void lightByRotation(const ShadeLight& light, std::size_t channels, const
     for (std::size_t c = 0; c < channels; ++c) {
         Lanes *in = t[c], turned[kMaxOrder * kMaxOrder];
         turnBack(light.order, turns.cos_a, turns.sin_a, in);
-        for (int i = 0; i < count; ++i) turned[i] = in[0] * 0.0f;
+        for (int i = 0; i < count; ++i) turned[i] = kZeros;
         for (const TurnTerm* s = light.turns; s < light.turns + light.turn_count; ++s)
             turned[s->to] += s->value * in[s->from];
         turnBack(light.order, turns.cos_b, turns.sin_b, turned);
-        for (int i = 0; i < count; ++i) in[i] = turned[0] * 0.0f;
+        for (int i = 0; i < count; ++i) in[i] = kZeros;
         for (const TurnTerm* s = light.turns; s < light.turns + light.turn_count; ++s)
             in[s->from] += s->value * turned[s->to];
         turnBack(light.order, turns.cos_c, turns.sin_c, in);
@@ -285,9 +280,9 @@ inline void addBounced(const ShadeMaterial& material, const ShadeInput& in, std:
                        const Block& block, Lanes* radiance) {
     constexpr float kPi = 3.14159265f, kMinHidden = 0.01f;  // below it the light fades out
     Lanes n[kIndirectNumbers], turned[kBouncedLight], light[3] = {};
-    for (std::size_t lane = 0; lane < kShadeLanes; ++lane) {
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
         const float* numbers = in.indirect + vertexOf(in, first, end, lane) * kIndirectStride;
-        for (std::size_t i = 0; i < kIndirectNumbers; ++i) n[i][lane] = numbers[i];
+        for (std::size_t i = 0; i < kIndirectNumbers; ++i) setLane(n[i], lane, numbers[i]);
     }
     LaneFrames own = block.frames;
     if (material.is_live) gather(in, first, end, own);  // the block has the mirror frame
@@ -297,7 +292,7 @@ inline void addBounced(const ShadeMaterial& material, const ShadeInput& in, std:
         light[1] += in.bounced[i].y * turned[i];
         light[2] += in.bounced[i].z * turned[i];
     }
-    Lanes hidden = block.v[0] * 0.0f + 1.0f;
+    Lanes hidden = kZeros + 1;
     for (int j = 0; j < in.size; ++j) hidden -= in.ambient[j] * block.v[j];
     raiseTo(kMinHidden, hidden);
     const Lanes scale = 1 / (kPi * hidden);
@@ -326,7 +321,7 @@ inline void shadeBlock(const ShadeMaterial& material, const ShadeLight& light, c
     else if (in.direct)
         lightByRotation(light, material.channels, block.frames, block.t, radiance);
     if (in.indirect) addBounced(material, in, first, end, block, radiance);
-    for (std::size_t lane = 0; lane < kShadeLanes && first + lane < end; ++lane) {
+    for (std::size_t lane = 0; lane < kLanes && first + lane < end; ++lane) {
         Vec3& out = in.packed ? in.packed[first + lane - in.packed_first] : in.radiance[vertexOf(in, first, end, lane)];
         out.x = material.color[0] * radiance[0][lane];
         out.y = material.color[1] * radiance[1][lane];
@@ -337,21 +332,22 @@ inline void shadeBlock(const ShadeMaterial& material, const ShadeLight& light, c
 inline void shadeLanes(const ShadeMaterial& material, const ShadeLight& light, const ShadeInput& in, std::size_t begin,
                        std::size_t end) {
     Block blocks[kBlocks];
-    for (std::size_t first = begin; first < end; first += kBlocks * kShadeLanes) {
+    for (std::size_t first = begin; first < end; first += kBlocks * kLanes) {
         for (std::size_t b = 0; b < kBlocks; ++b) {
-            gather(in, first + b * kShadeLanes, end, blocks[b].frames);
-            gatherNumbers(in, first + b * kShadeLanes, end, blocks[b].v);
+            gather(in, first + b * kLanes, end, blocks[b].frames);
+            gatherNumbers(in, first + b * kLanes, end, blocks[b].v);
             if (material.is_live) liveTransfer(material.live, light.order, blocks[b]);
             if (material.is_live && in.indirect) liveHiddenAlbedo(material.live, blocks[b]);
             if (!material.is_live) laneBasis(light, material.view_order, blocks[b].frames.view, blocks[b].view_basis);
         }
         for (std::size_t c = 0; c < material.channels && !material.is_live; ++c)
             transfer(material, light.order, in.indirect, c, blocks);
-        for (std::size_t b = 0; b < kBlocks; ++b)
-            shadeBlock(material, light, in, first + b * kShadeLanes, end, blocks[b]);
+        for (std::size_t b = 0; b < kBlocks; ++b) shadeBlock(material, light, in, first + b * kLanes, end, blocks[b]);
     }
 }
 
 }  // namespace
+
+const ShadePath ShadePath::PENUMBRA_TARGET{PENUMBRA_TARGET_NAME, shadeLanes};
 
 }  // namespace penumbra

@@ -8,34 +8,22 @@
 // Here: points fill the lanes of vectors. All of them take the same tap at once, so that its level and its distance are
 // constants. Slopes are compared, not angles, and the radial integrals are polynomials of the sine and cosine of the
 // horizon and of its angle, so that an azimuth takes one root and one arc tangent.
-//
-// height_portable.cpp and height_avx2.cpp include this source and differ in the processor that they are compiled for.
-// Everything has internal linkage and calls nothing inline from the standard library
-// (runtime/shade/shade_lanes.h tells why).
-#include "sh/far/far_vectors.h"
 #include "sh/height/height_kernel.h"
+#include "sh/lanes.h"
 
 namespace penumbra {
 
 namespace {
 
-constexpr std::size_t kHeightLanes = kFarLanes;
-
-inline void gather(const float* numbers, const Ints& at, Lanes& out) {
-#ifdef __AVX2__
-    out = (Lanes)_mm256_i32gather_ps(numbers, (__m256i)at, 4);
-#else
-    for (std::size_t i = 0; i < kHeightLanes; ++i) out[i] = numbers[at[i]];
-#endif
-}
-
 // x - count floor(x / count), for x >= -many count.
 inline void wrap(Lanes& x, float count) {
-#ifdef __AVX2__
-    x -= count * (Lanes)_mm256_floor_ps((__m256)(x * (1 / count)));
-#else
-    for (std::size_t i = 0; i < kHeightLanes; ++i) x[i] -= count * __builtin_floorf(x[i] * (1 / count));
-#endif
+    const Lanes rounds = x * (1 / count);
+    Ints whole;
+    Lanes floor;
+    toInts(rounds, whole);
+    toFloats(whole, floor);
+    choose(floor > rounds, floor - 1, floor, floor);
+    x -= count * floor;
     // What rounding leaves outside.
     clamp(x, kZeros, kZeros + count);
 }
@@ -48,17 +36,18 @@ struct AroundLanes {
 
 template <bool Wraps>
 inline void around(const Lanes& x, float last, AroundLanes& out) {
-    const Ints one = (Ints)kZeros + 1, end = (Ints)kZeros + std::int32_t(last);
+    const Ints one = Ints{} + 1, end = Ints{} + std::int32_t(last);
+    Lanes low;
+    toInts(Wraps ? x + 1 : x, out.low);
+    if (Wraps) out.low -= one;  // x >= -1/2
+    toFloats(out.low, low);
+    out.share = x - low;
     if (Wraps) {
-        out.low = __builtin_convertvector(x + 1, Ints) - one;  // x >= -1/2
-        out.share = x - __builtin_convertvector(out.low, Lanes);
         out.high = out.low + one;
         out.low += (out.low < 0) & (end + one);
         out.high &= ~(out.high > end);
         return;
     }
-    out.low = __builtin_convertvector(x, Ints);
-    out.share = x - __builtin_convertvector(out.low, Lanes);
     out.high = out.low + ((out.low < end) & one);
 }
 
@@ -163,14 +152,12 @@ inline void addAzimuth(const HeightScene& scene, const float* turn, const Lanes&
 }
 
 inline void loadLanes(const float* from, std::size_t count, Lanes& out) {
-    float lanes[kHeightLanes];
-    for (std::size_t i = 0; i < kHeightLanes; ++i) lanes[i] = from[i < count ? i : 0];
-    loadFloats(lanes, out);
+    for (std::size_t i = 0; i < kLanes; ++i) setLane(out, i, from[i < count ? i : 0]);
 }
 
 void visibilityLanes(const HeightScene& scene, const HeightPoints& points, std::size_t stride, float* out) {
-    for (std::size_t first = 0; first < points.count; first += kHeightLanes) {
-        const std::size_t count = points.count - first < kHeightLanes ? points.count - first : kHeightLanes;
+    for (std::size_t first = 0; first < points.count; first += kLanes) {
+        const std::size_t count = points.count - first < kLanes ? points.count - first : kLanes;
         PointLanes at;
         loadLanes(points.rows + first, count, at.row);
         loadLanes(points.columns + first, count, at.column);
@@ -195,17 +182,10 @@ struct TurnLanes {
 };
 
 inline void turnsOf(const HeightFrames& frames, std::size_t first, std::size_t count, TurnLanes& out) {
-    float lanes[6][kHeightLanes];
-    for (std::size_t i = 0; i < kHeightLanes; ++i) {
-        const Vec3 &normal = frames.normals[first + (i < count ? i : 0)],
-                   &tangent = frames.tangents[first + (i < count ? i : 0)];
-        lanes[0][i] = normal.x, lanes[1][i] = normal.y, lanes[2][i] = normal.z;
-        lanes[3][i] = tangent.x, lanes[4][i] = tangent.y, lanes[5][i] = tangent.z;
-    }
     Lanes n[3], t[3];
-    for (int axis = 0; axis < 3; ++axis) {
-        loadFloats(lanes[axis], n[axis]);
-        loadFloats(lanes[3 + axis], t[axis]);
+    for (std::size_t i = 0; i < kLanes; ++i) {
+        setLane(n, i, frames.normals[first + (i < count ? i : 0)]);
+        setLane(t, i, frames.tangents[first + (i < count ? i : 0)]);
     }
     const Lanes b0 = n[1] * t[2] - n[2] * t[1], b1 = n[2] * t[0] - n[0] * t[2];
     out.sin_beta = n[0] * n[0] + n[1] * n[1];
@@ -272,8 +252,8 @@ inline void clampAmbientLanes(const HeightMirror& mirror, Lanes* v) {
 
 void mirrorLanes(const HeightMirror& mirror, const HeightFrames& frames, const float* rows, std::size_t row_stride,
                  std::size_t count, std::size_t stride, float* out) {
-    for (std::size_t first = 0; first < count; first += kHeightLanes) {
-        const std::size_t n = count - first < kHeightLanes ? count - first : kHeightLanes;
+    for (std::size_t first = 0; first < count; first += kLanes) {
+        const std::size_t n = count - first < kLanes ? count - first : kLanes;
         TurnLanes turns;
         turnsOf(frames, first, n, turns);
         Lanes v[40], upright[40] = {}, local[24] = {};
@@ -294,16 +274,18 @@ void mirrorLanes(const HeightMirror& mirror, const HeightFrames& frames, const f
 
 void blendLanes(const HeightBlend* blends, std::size_t count, std::size_t row_size, float* out) {
     for (std::size_t b = 0; b < count; ++b)
-        for (std::size_t i = 0; i < row_size; i += kHeightLanes) {
+        for (std::size_t i = 0; i < row_size; i += kLanes) {
             Lanes sum = kZeros, corner;
             for (int k = 0; k < 4; ++k) {
                 loadFloats(blends[b].corners[k] + i, corner);
                 sum += blends[b].weights[k] * corner;
             }
-            __builtin_memcpy(out + b * row_size + i, (const void*)&sum, sizeof sum);
+            storeFloats(sum, out + b * row_size + i);
         }
 }
 
 }  // namespace
+
+const HeightPath HeightPath::PENUMBRA_TARGET{PENUMBRA_TARGET_NAME, visibilityLanes, mirrorLanes, blendLanes};
 
 }  // namespace penumbra

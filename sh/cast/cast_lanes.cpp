@@ -8,10 +8,6 @@
 // Here: receivers fill the lanes of vectors. All of them go through the same spheres and the same terms, so that
 // nothing but the rows of the table is gathered, 32 bytes each. Only the number of squarings differs; lanes that have
 // enough keep what they have.
-//
-// cast_portable.cpp and cast_avx2.cpp include this source and differ in the processor that they are compiled for.
-// Everything has internal linkage and calls nothing inline from the standard library
-// (runtime/shade/shade_lanes.h tells why).
 #include "sh/cast/cap_visibility.h"
 #include "sh/cast/cast_kernel.h"
 #include "sh/far/anchor_lanes.h"
@@ -22,14 +18,9 @@ namespace penumbra {
 
 namespace {
 
-constexpr std::size_t kCastLanes = kFarLanes;
 constexpr float kEntryOfHalfSine = 515.40939f;  // (kCapLogEntries - 1) / sin(kMaxCapAngle / 2)
 constexpr int kMaxCastSquarings = 8;
 constexpr float kMaxNorm = 24;  // of a logarithm; those of one person are below 15
-
-struct CastPosition {
-    Lanes x, y, z;
-};
 
 // The unit direction to the centre, and the place of the cap in the table; both are 0 where nothing is hidden.
 struct CapLanes {
@@ -39,9 +30,8 @@ struct CapLanes {
 // Returns whether any receiver sees the sphere. The comments are in sineOfCap(). `weight` is that of its logarithm.
 // Spheres that fade with distance also fade towards their centres instead of near their surfaces: sin^2, and with it E
 // where the normal points at the centre, is linear in the distance from there.
-inline bool seeSphere(const CastScene& scene, const float* sphere, const CastPosition& at, CapLanes& cap,
-                      Lanes& weight) {
-    const Lanes x = sphere[0] - at.x, y = sphere[1] - at.y, z = sphere[2] - at.z;
+inline bool seeSphere(const CastScene& scene, const float* sphere, const Lanes* at, CapLanes& cap, Lanes& weight) {
+    const Lanes x = sphere[0] - at[0], y = sphere[1] - at[1], z = sphere[2] - at[2];
     const float radius = sphere[3];
     if (!(radius > 0)) return false;
     Lanes distance = x * x + y * y + z * z, per_distance, inside, sine, cosine, both;
@@ -80,8 +70,8 @@ inline void turnCap(const Frames& frames, CapLanes& cap) {
 
 // Reads the row of each lane. out[l] is that of band l, of 8.
 inline void lookUpLogs(const float* logs, const Lanes& entry, Lanes* out) {
-    Lanes rows[kCastLanes];
-    for (std::size_t lane = 0; lane < kCastLanes; ++lane) {
+    Lanes rows[kLanes];
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
         const int e = int(entry[lane]);  // caps of spheres are 90 degrees at most, so e + 1 is in the table
         Lanes low, high;
         loadFloats(logs + 8 * e, low);
@@ -170,7 +160,7 @@ inline void exponentialLanes(const CastTables& tables, Lanes* v) {
     }
     // 2. Take the power series up to x^3/6.
     Lanes x[n], power[n], cube[n], constant = v[0] * scale * (1 / kRootOfSphere);
-    for (std::size_t lane = 0; lane < kCastLanes; ++lane) constant[lane] = __builtin_expf(constant[lane]);
+    for (std::size_t lane = 0; lane < kLanes; ++lane) setLane(constant, lane, __builtin_expf(constant[lane]));
     x[0] = kZeros;
     for (int i = 1; i < n; ++i) x[i] = v[i] * scale;
     squareLanes<Order>(tables, x, power);
@@ -193,17 +183,8 @@ inline void mirrorLanes(const CastTables& tables, const Lanes* v, Lanes* out, Nu
 }
 
 // Lanes beyond the last position get the first one of the block.
-inline void loadPositions(const Vec3* positions, std::size_t lanes, CastPosition& at) {
-    float xyz[3][kCastLanes];
-    for (std::size_t lane = 0; lane < kCastLanes; ++lane) {
-        const Vec3* p = positions + (lane < lanes ? lane : 0);
-        xyz[0][lane] = p->x;
-        xyz[1][lane] = p->y;
-        xyz[2][lane] = p->z;
-    }
-    loadFloats(xyz[0], at.x);
-    loadFloats(xyz[1], at.y);
-    loadFloats(xyz[2], at.z);
+inline void loadPositions(const Vec3* positions, std::size_t lanes, Lanes* at) {
+    for (std::size_t lane = 0; lane < kLanes; ++lane) setLane(at, lane, positions[lane < lanes ? lane : 0]);
 }
 
 // Takes the sum of the spheres that are not near into the frames of 8 receivers. Returns whether there are any.
@@ -220,9 +201,9 @@ inline bool takeAnchors(const CastTables& tables, const CastScene& scene, std::s
 template <int Order>
 inline void castLanesOf(const CastTables& tables, const CastScene& scene, float* out) {
     constexpr int n = Order * Order;
-    for (std::size_t first = 0; first < scene.count; first += kCastLanes) {
-        const std::size_t lanes = scene.count - first < kCastLanes ? scene.count - first : kCastLanes;
-        CastPosition at;
+    for (std::size_t first = 0; first < scene.count; first += kLanes) {
+        const std::size_t lanes = scene.count - first < kLanes ? scene.count - first : kLanes;
+        Lanes at[3];
         loadPositions(scene.positions + first, lanes, at);
         Frames frames = {};
         if (scene.normals) gatherFrames({scene.positions, scene.normals, scene.tangents, scene.count}, first, frames);
@@ -257,9 +238,9 @@ inline void castLanesOf(const CastTables& tables, const CastScene& scene, float*
 void castAnchorLanes(const CastTables& tables, const CastScene& scene, float* values) {
     constexpr int kLogOrder = 5;
     const std::size_t stride = anchorStride(scene.sphere_count);
-    for (std::size_t first = 0; first < scene.count; first += kCastLanes) {
-        const std::size_t lanes = scene.count - first < kCastLanes ? scene.count - first : kCastLanes;
-        CastPosition at;
+    for (std::size_t first = 0; first < scene.count; first += kLanes) {
+        const std::size_t lanes = scene.count - first < kLanes ? scene.count - first : kLanes;
+        Lanes at[3];
         loadPositions(scene.positions + first, lanes, at);
         Lanes v[kAnchorSums] = {}, row[8];
         CapLanes cap;
@@ -267,7 +248,7 @@ void castAnchorLanes(const CastTables& tables, const CastScene& scene, float* va
         float* const out = values + first * stride;
         for (std::size_t s = 0; s < scene.sphere_count; ++s) {
             const float* sphere = scene.spheres + 4 * s;
-            const Lanes way[3] = {sphere[0] - at.x, sphere[1] - at.y, sphere[2] - at.z};
+            const Lanes way[3] = {sphere[0] - at[0], sphere[1] - at[1], sphere[2] - at[2]};
             Lanes near;
             nearness(way, sphere[3], scene.spacing, near);
             for (std::size_t lane = 0; lane < lanes; ++lane) out[lane * stride + kAnchorSums + s] = near[lane];
@@ -297,5 +278,7 @@ void castLanes(const CastTables& tables, const CastScene& scene, float* out) {
 }
 
 }  // namespace
+
+const CastPath CastPath::PENUMBRA_TARGET{castLanes, castAnchorLanes};
 
 }  // namespace penumbra

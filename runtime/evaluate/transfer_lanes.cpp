@@ -1,46 +1,37 @@
 // Adds up rows for 16 vertices at a time: transfer_kernel.h has the formula.
-//
-// transfer_portable.cpp and transfer_avx2.cpp include this source and differ in the processor that they are compiled
-// for. Everything has internal linkage and calls nothing inline from the standard library, so that no copy made for one
-// processor can end up in the other's path.
 #include "runtime/evaluate/transfer_kernel.h"
+#include "sh/lanes.h"
 
 namespace penumbra {
 
 namespace {
 
-constexpr std::size_t kTransferLanes = 8;
-typedef float TransferLanes __attribute__((vector_size(4 * kTransferLanes)));
-
-inline void loadLanes(const float* from, TransferLanes& to) { __builtin_memcpy(&to, from, sizeof to); }
-inline void storeLanes(const TransferLanes& from, float* to) { __builtin_memcpy(to, &from, sizeof from); }
-
 template <std::size_t kSums>
 inline void addBlock(const TransferRows& in, std::size_t at) {
-    TransferLanes low[kSums], high[kSums];
+    Lanes low[kSums], high[kSums];
     for (std::size_t o = 0; o < kSums; ++o) {
-        loadLanes(in.out + o * in.out_stride + at, low[o]);
-        loadLanes(in.out + o * in.out_stride + at + kTransferLanes, high[o]);
+        loadFloats(in.out + o * in.out_stride + at, low[o]);
+        loadFloats(in.out + o * in.out_stride + at + kLanes, high[o]);
     }
     for (std::size_t i = 0; i < in.count; ++i) {
-        TransferLanes first, second;
-        loadLanes(in.rows + i * in.row_stride + at, first);
-        loadLanes(in.rows + i * in.row_stride + at + kTransferLanes, second);
+        Lanes first, second;
+        loadFloats(in.rows + i * in.row_stride + at, first);
+        loadFloats(in.rows + i * in.row_stride + at + kLanes, second);
         for (std::size_t o = 0; o < kSums; ++o) {
             low[o] += in.factors[i * kSums + o] * first;
             high[o] += in.factors[i * kSums + o] * second;
         }
     }
     for (std::size_t o = 0; o < kSums; ++o) {
-        storeLanes(low[o], in.out + o * in.out_stride + at);
-        storeLanes(high[o], in.out + o * in.out_stride + at + kTransferLanes);
+        storeFloats(low[o], in.out + o * in.out_stride + at);
+        storeFloats(high[o], in.out + o * in.out_stride + at + kLanes);
     }
 }
 
 template <std::size_t kSums>
 inline void addRows(const TransferRows& in) {
     std::size_t at = 0;
-    for (; at + 2 * kTransferLanes <= in.width; at += 2 * kTransferLanes) addBlock<kSums>(in, at);
+    for (; at + 2 * kLanes <= in.width; at += 2 * kLanes) addBlock<kSums>(in, at);
     for (; at < in.width; ++at)
         for (std::size_t o = 0; o < kSums; ++o) {
             float sum = in.out[o * in.out_stride + at];
@@ -57,5 +48,7 @@ void addTransferRows(const TransferRows& in) {
 }
 
 }  // namespace
+
+const TransferPath TransferPath::PENUMBRA_TARGET{PENUMBRA_TARGET_NAME, addTransferRows};
 
 }  // namespace penumbra
