@@ -4,11 +4,11 @@
 #include <memory>
 
 #include "fit/fit_verbs.h"
-#include "fit/reflectance/brdf_operators.h"
+#include "fit/papers/papers.h"
 #include "fit/reflectance/fit_brdf.h"
 #include "fit/reflectance/fit_steps.h"
 #include "fit/reflectance/live_shading_error.h"
-#include "fit/reflectance/lobe_error.h"
+#include "fit/reflectance/shading_error.h"
 #include "formats/brdf/brdf_source.h"
 #include "formats/brdf/fit_lobes.h"
 #include "formats/common/errors.h"
@@ -28,8 +28,7 @@ constexpr int kDefaultSteps = int(kMaxBrdfSteps);
 struct BrdfCommand {
     BrdfSource source;
     std::filesystem::path output;
-    int operators = 0;  // k; 0 means none
-    std::string operators_from = "slices";
+    OperatorsCommand operators;
     SliceOrders orders;
     int steps = 0;                                // most steps of a range; 0: kDefaultSteps
     std::string name;                             // empty: the name of the source
@@ -45,14 +44,7 @@ void define(CLI::App& app, BrdfCommand& command) {
     app.add_option("--table", command.source.table,
                    "scattered measurements (Cornell's .brdf), fits (.csv) or a Penumbra BRDF table");
     app.add_option("--material", command.source.material, "which row of a --table of fits");
-    CLI::Option* operators = app.add_option("--operators", command.operators,
-                                            "also K reflection product operators (Nowrouzezahrai 2009), 1..16; one "
-                                            "more or less where K would cut a pair")
-                                 ->check(CLI::Range(1, kMaxOperators));
-    app.add_option("--operators-from", command.operators_from,
-                   "slices (default), table (SVD of the BRDF itself), literal (the paper as printed, for comparisons)")
-        ->check(CLI::IsMember({"slices", "table", "literal"}))
-        ->needs(operators);
+    addOperatorOptions(app, command.operators);
     app.add_option("--slice-order", command.orders.slice_order, "bands of the slices over the incident direction")
         ->check(CLI::Range(1, kMaxOrder));
     app.add_option("--view-order", command.orders.view_order, "bands of the slices over the view")
@@ -78,9 +70,9 @@ nlohmann::ordered_json optionsOf(const BrdfCommand& command, const RgbBrdf& brdf
     options["slice_order"] = command.orders.slice_order;
     options["view_order"] = command.orders.view_order;
     if (!command.name.empty()) options["name"] = command.name;
-    if (command.operators > 0) {
-        options["operators"] = command.operators;
-        options["operators_from"] = command.operators_from;
+    if (command.operators.count > 0) {
+        options["operators"] = command.operators.count;
+        options["operators_from"] = command.operators.from;
     }
     return options;
 }
@@ -92,15 +84,6 @@ std::string rounded(double value, int digits) {
     char text[32];
     std::snprintf(text, sizeof text, "%.*f", digits, value);
     return text;
-}
-
-// The budget for Nowrouzezahrai 2009's operators at run time: bytes of M^b and w for a colour channel, with light and
-// visibility of order 4.
-constexpr std::size_t kMaxOperatorBytes = 10240;
-
-std::size_t operatorBytes(const BrdfOperators& operators) {
-    const Convention a4{BelowHorizon::kOpen, 4};
-    return expandedBytes(operators, a4.order, a4) / 3;
 }
 
 void warn(const BrdfReading& reading, const BrdfFile& brdf) {
@@ -120,29 +103,6 @@ void warn(const BrdfReading& reading, const BrdfFile& brdf) {
             " cells above the horizon have no measurement and were filled");
     if (const double albedo = brdf.isLive() ? 0 : brdf.errors.at("albedo_max"); albedo > kMaxAlbedo)
         say(brdf.name + " gains energy: its largest directional albedo is " + rounded(albedo, 3));
-    if (brdf.operators.count == 0) return;
-    const std::size_t bytes = operatorBytes(brdf.operators),
-                      most = kMaxOperatorBytes / (bytes / std::size_t(brdf.operators.count));
-    if (bytes > kMaxOperatorBytes)
-        say(brdf.name + ": " + std::to_string(brdf.operators.count) + " operators are " + std::to_string(bytes) +
-            " bytes a channel, more than " + std::to_string(kMaxOperatorBytes) + "; --operators " +
-            std::to_string(most) + " is the most that fits");
-    if (parseOperatorSource(brdf.operators.source) == OperatorSource::kLiteral)
-        say(brdf.name + ": operators from \"literal\" are for comparisons only: penumbra-pack refuses them");
-}
-
-void addOperators(const BrdfCommand& command, const RgbBrdf& source, BrdfFile& brdf, const CommonOptions& common,
-                  Report& report) {
-    const OperatorSource from = parseOperatorSource(command.operators_from);
-    brdf.operators = fitOperators(source, brdf, from, command.operators, common.threads);
-    report.figures["operators"] = brdf.operators.count;
-    report.figures["operators_asked"] = command.operators;
-    report.figures["operators_from"] = command.operators_from;
-    report.figures["operators_bytes_per_channel"] = operatorBytes(brdf.operators);
-    if (brdf.operators.count != command.operators && !common.quiet)
-        std::printf("%d operators instead of %d: %s\n", brdf.operators.count, command.operators,
-                    brdf.operators.count < command.operators - 1 ? "the BRDF has no more terms"
-                                                                 : "no pair of equal singular values is cut");
 }
 
 // A live material has no slices to fit.
@@ -155,12 +115,20 @@ BrdfFile liveFile(const BrdfReading& reading) {
     return brdf;
 }
 
-// An analytic model is its own lobe.
-void addLobes(const BrdfReading& reading, BrdfFile& brdf, int threads) {
+// Measures the errors, fits lobes to a material that is no analytic model (which is its own lobe), and the papers'
+// operators where they are asked for.
+void measure(const BrdfCommand& command, const BrdfReading& reading, BrdfFile& brdf, const CommonOptions& common,
+             Report& report) {
+    report.phase("shading error");
+    const ShadingTruth truth = shadingTruth(reading.brdf, common.threads);
+    measureShading(truth, brdf);
+    report.phase("lobes");
     brdf.lobes = reading.lobes;
-    if (!brdf.lobes.empty()) return;
-    brdf.lobes = fitLobes(samplesOf(reading.brdf));
-    brdf.lobe_error = lobeError(reading.brdf, brdf.lobes, threads);
+    if (brdf.lobes.empty()) {
+        brdf.lobes = fitLobes(samplesOf(reading.brdf));
+        brdf.lobe_error = lobeError(truth, brdf.lobes, common.threads);
+    }
+    if (command.operators.count > 0) addOperators(command.operators, truth, reading.brdf, brdf, common, report);
 }
 
 void describe(const BrdfFile& brdf) {
@@ -181,10 +149,7 @@ void describe(const BrdfFile& brdf) {
     if (brdf.steps)
         std::printf("%zu steps of %s, error between them at most %.4f\n", brdf.steps->values.size(),
                     parametersOf(brdf.lobes[0].model)[brdf.steps->parameter].name, brdf.steps->error);
-    if (brdf.operators.count > 0)
-        std::printf("%d operators from %s: shading error %.4f (A4), %.4f (D5), %zu bytes a channel\n",
-                    brdf.operators.count, brdf.operators.source.c_str(), error("shading_operators"),
-                    error("shading_operators_d5"), operatorBytes(brdf.operators));
+    if (brdf.operators.count > 0) describeOperators(brdf);
 }
 
 void run(const BrdfCommand& command, const CommonOptions& common, Report& report) {
@@ -192,7 +157,7 @@ void run(const BrdfCommand& command, const CommonOptions& common, Report& report
     const BrdfReading reading = readBrdfSource(command.source, common.threads);
     const bool is_live = reading.lobes.size() == 1 && isMirrorLobe(reading.lobes[0].model);
     if (!reading.range && command.steps > 0) throw UsageError("--steps needs a range, as alpha=0.1..0.6");
-    if (reading.range && command.operators > 0)
+    if (reading.range && command.operators.count > 0)
         throw UsageError("--operators: " + reading.brdf.name + " has a range, and operators are not interpolated");
     for (const CLI::Option* option : command.of_tables)
         if ((is_live || reading.membrane) && option->count() > 0)
@@ -212,20 +177,15 @@ void run(const BrdfCommand& command, const CommonOptions& common, Report& report
         brdf.steps =
             fitSteps(*reading.range, orders, command.steps > 0 ? command.steps : kDefaultSteps, common.threads);
     }
-    report.phase("lobes");
-    if (!is_live) addLobes(reading, brdf, common.threads);
     if (!command.name.empty()) brdf.name = command.name;
     brdf.provenance =
         makeProvenance("penumbra-fit brdf", optionsOf(command, reading.brdf).dump(), command.source.files());
-    if (command.operators > 0) {
-        report.phase("operators");
-        addOperators(command, reading.brdf, brdf, common, report);
-    }
-    report.phase("shading error");
-    if (is_live)
+    if (is_live) {
+        report.phase("shading error");
         brdf.errors["shading_d5"] = liveShadingError(reading.brdf, brdf.lobes[0], common.threads);
-    else
-        measureShading(reading.brdf, brdf, common.threads);
+    } else {
+        measure(command, reading, brdf, common, report);
+    }
     report.phase("write");
     writeBrdf(command.output, brdf);
     report.figures["name"] = brdf.name;

@@ -1,5 +1,6 @@
 #include "fit/fit_verbs.h"
-#include "fit/numerics/fixed_blocks.h"
+#include "fit/numerics/dense_solvers.h"
+#include "fit/papers/papers.h"
 #include "formats/common/program_version.h"
 #include "formats/stage/blocker_file.h"
 #include "formats/stage/brdf_file.h"

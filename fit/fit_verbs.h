@@ -5,9 +5,7 @@
 namespace penumbra {
 
 Verb visibilityVerb();
-Verb compareVerb();
 Verb predictVerb();
-Verb transferVerb();
 Verb indirectVerb();
 Verb brdfVerb();
 Verb lightVerb();

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "fit/fit_verbs.h"
+#include "fit/report/run_report.h"
 #include "fit/visibility/fit_indirect.h"
 #include "formats/common/errors.h"
 
@@ -70,16 +71,9 @@ void run(const IndirectCommand& command, const CommonOptions& common, Report& re
     Model model = readModel(command.model);
     const VisibilityReader reader(command.bake);
     checkIndirectFit(model, reader.header(), command.bake);
-    if (common.dry_run) {
-        std::printf("would fit %zu frames of %zu vertices and write %s\n", reader.header().frames.frameCount(),
-                    model.mesh.vertexCount(), command.output.c_str());
-        return;
-    }
-    Progress progress(common.quiet ? ProgressStyle::kNone : parseProgressStyle(common.progress), "fit", "%", 100);
-    FitObserver observer;
-    observer.phase = [&](const char* name) { report.phase(name); };
-    observer.progress = [&](double share) { progress.update(100 * share); };
-    IndirectFit fit = fitIndirect(model, reader, command.bake, options, observer);
+    if (common.dry_run) return printFitPlan(reader.header(), command.output);
+    Progress progress = progressOf(common, "fit");
+    IndirectFit fit = fitIndirect(model, reader, command.bake, options, observerOf(report, progress));
     report.phase("write");
     reportFit(fit, report);
     if (!common.quiet) printFit(fit);

@@ -4,8 +4,8 @@
 #include <iterator>
 #include <memory>
 
-#include "fit/compare/page_json.h"
 #include "fit/fit_verbs.h"
+#include "fit/page/page_json.h"
 #include "formats/common/errors.h"
 #include "formats/common/write_file.h"
 

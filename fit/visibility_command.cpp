@@ -4,10 +4,9 @@
 #include <cstdio>
 #include <memory>
 
-#include "fit/clip_table.h"
 #include "fit/fit_verbs.h"
-#include "fit/visibility/fit_visibility.h"
-#include "fit/visibility_lobes.h"
+#include "fit/papers/papers.h"
+#include "fit/report/run_report.h"
 #include "formats/common/errors.h"
 #include "formats/common/name_list_option.h"
 #include "formats/stage/pose_file.h"
@@ -28,9 +27,8 @@ struct VisibilityCommand {
     std::string model = kAuto, local_model = nameOf(FitOptions{}.model), features = nameOf(FeatureKind::kRelativeBones),
                 clusters = "auto", parts = "auto", input_variance = "auto", convention = "D5";
     FitOptions options;
-    int lobes = LobeFitOptions{}.lobes;
-    const CLI::Option *lobes_option = nullptr, *features_option = nullptr, *convention_option = nullptr;
-    std::vector<const CLI::Option*> not_of_lobes;  // options that zh-lobes have no use for
+    const CLI::App* app = nullptr;
+    int lobes = 0;
 };
 
 // The model that is meant.
@@ -39,15 +37,9 @@ std::string modelOf(const VisibilityCommand& command) {
     return command.fields.empty() ? nameOf(FitOptions{}.model) : kComposed;
 }
 
-template <class Kinds>
-std::vector<std::string> namesOf(const Kinds& kinds) {
-    std::vector<std::string> names;
-    for (auto kind : kinds) names.push_back(nameOf(kind));
-    return names;
-}
-
 void define(CLI::App& app, VisibilityCommand& command) {
     FitOptions& options = command.options;
+    command.app = &app;
     app.add_option("visibility_file", command.input, "baked visibility, X.vis.h5")->required();
     app.add_option("-o,--output", command.output, "model to write, X.model.h5, or X.lobes.h5 of zh-lobes")->required();
     app.add_option("--model", command.model,
@@ -61,19 +53,17 @@ void define(CLI::App& app, VisibilityCommand& command) {
             return names;
         }()))
         ->capture_default_str();
-    command.lobes_option = app.add_option("--lobes", command.lobes, "zonal lobes of a vertex, of --model zh-lobes")
-                               ->check(CLI::Range(1, kMaxVisibilityLobes))
-                               ->capture_default_str();
+    addLobesOption(app, command.lobes);
     app.add_option("--fields", command.fields,
                    "X.fields.h5 of `penumbra-bake fields`, for --model composed: of the character and of occluders");
     app.add_option("--local-model", command.local_model,
                    "how a composed model predicts what nearby parts hide, and what the composition leaves")
         ->check(CLI::IsMember(namesOf(kModelKinds)))
         ->capture_default_str();
-    command.features_option = app.add_option("--features", command.features,
-                                             "what the numbers are predicted from; zh-lobes know joint-angles alone")
-                                  ->check(CLI::IsMember(namesOf(kFeatureKinds)))
-                                  ->capture_default_str();
+    app.add_option("--features", command.features,
+                   "what the numbers are predicted from; zh-lobes know joint-angles alone")
+        ->check(CLI::IsMember(namesOf(kFeatureKinds)))
+        ->capture_default_str();
     app.add_option("--clusters", command.clusters, "number of clusters, or auto")->capture_default_str();
     app.add_option("--parts", command.parts,
                    "near-rigid parts of a mesh without skeleton, its bones for relative-bones; a number or auto")
@@ -88,11 +78,8 @@ void define(CLI::App& app, VisibilityCommand& command) {
     addNameListOption(app, "--holdout", options.holdout, "clips that no step of the fit sees, for the errors");
     app.add_option("--train-frames", command.train_frames,
                    "X.poses.h5 of `penumbra-bake poses`: train on these frames alone");
-    command.convention_option =
-        app.add_option("--convention", command.convention, "A, B or D and the order: A4, D5, ...; zh-lobes have B4")
-            ->capture_default_str();
-    for (const char* name : {"--fields", "--local-model", "--parts", "--output-variance"})
-        command.not_of_lobes.push_back(app.get_option(name));
+    app.add_option("--convention", command.convention, "A, B or D and the order: A4, D5, ...; zh-lobes have B4")
+        ->capture_default_str();
 }
 
 double parseInputVariance(const std::string& text) {
@@ -121,26 +108,30 @@ Convention conventionOf(const std::string& name) {
     }
 }
 
-FitOptions resolveOptions(const VisibilityCommand& command, const CommonOptions& common) {
+// Returns the options that all models of visibility share. CLI11 has checked the names.
+FitOptions sharedOptions(const VisibilityCommand& command, const CommonOptions& common) {
     FitOptions options = command.options;
-    const std::string model = modelOf(command);
-    const bool composed = model == kComposed;
-    if (composed == command.fields.empty())
-        throw UsageError(composed ? "--model composed needs --fields X.fields.h5 (penumbra-bake fields)"
-                                  : "--fields: only --model composed reads them");
-    if (command.lobes_option->count() > 0) throw UsageError("--lobes: only --model zh-lobes has them");
-    if (!composed && command.local_model != VisibilityCommand{}.local_model)
-        throw UsageError("--local-model: only --model composed has one");
-    // CLI11 has checked the names.
-    options.model = kindNamed(kModelKinds, composed ? command.local_model : model).value();
     options.features = kindNamed(kFeatureKinds, command.features).value();
     options.clusters = parseCount("--clusters", command.clusters, 1000000);
     options.parts = parseCount("--parts", command.parts, 65000);
     options.input_variance = parseInputVariance(command.input_variance);
     options.convention = conventionOf(command.convention);
-    for (const std::string& file : command.fields) options.fields.push_back(readFields(file));
     if (!command.train_frames.empty()) options.train_frames = readPoseFile(command.train_frames).frames;
     options.threads = common.threads;
+    return options;
+}
+
+FitOptions resolveOptions(const VisibilityCommand& command, FitOptions options) {
+    const std::string model = modelOf(command);
+    const bool composed = model == kComposed;
+    if (composed == command.fields.empty())
+        throw UsageError(composed ? "--model composed needs --fields X.fields.h5 (penumbra-bake fields)"
+                                  : "--fields: only --model composed reads them");
+    if (command.app->count("--lobes") > 0) throw UsageError("--lobes: only --model zh-lobes has them");
+    if (!composed && command.local_model != VisibilityCommand{}.local_model)
+        throw UsageError("--local-model: only --model composed has one");
+    options.model = kindNamed(kModelKinds, composed ? command.local_model : model).value();
+    for (const std::string& file : command.fields) options.fields.push_back(readFields(file));
     if (const std::string problem = findProblem(options); !problem.empty()) throw UsageError(problem);
     return options;
 }
@@ -150,29 +141,6 @@ std::vector<std::filesystem::path> inputsOf(const VisibilityCommand& command) {
     if (!command.train_frames.empty()) inputs.emplace_back(command.train_frames);
     inputs.insert(inputs.end(), command.fields.begin(), command.fields.end());
     return inputs;
-}
-
-// Returns the options of Nowrouzezahrai 2008's model, which has no use for some of the others.
-LobesCommand lobesOf(const VisibilityCommand& command, const CommonOptions& common) {
-    for (const CLI::Option* option : command.not_of_lobes)
-        if (option->count() > 0) throw UsageError(option->get_name() + " is of no use to --model zh-lobes");
-    if (command.features_option->count() > 0 && command.features != nameOf(FeatureKind::kJointAngles))
-        throw UsageError("--features " + command.features + ": --model zh-lobes knows joint-angles alone");
-    LobeFitOptions options;
-    if (command.convention_option->count() > 0) {
-        const Convention convention = conventionOf(command.convention);
-        if (convention.below != BelowHorizon::kBlocked || convention.order < 2)
-            throw UsageError("--convention " + command.convention + ": --model zh-lobes takes B2 to B" +
-                             std::to_string(kMaxOrder) + ", visibility that is 0 below the horizon");
-        options.order = convention.order;
-    }
-    options.lobes = command.lobes;
-    options.clusters = parseCount("--clusters", command.clusters, 1000000);
-    if (const double share = parseInputVariance(command.input_variance); share > 0) options.input_variance = share;
-    options.holdout = command.options.holdout;
-    if (!command.train_frames.empty()) options.train_frames = readPoseFile(command.train_frames).frames;
-    options.threads = common.threads;
-    return {command.input, command.output, inputsOf(command), options};
 }
 
 std::string optionsJson(const VisibilityCommand& command, const FitOptions& options) {
@@ -277,20 +245,16 @@ void printTable(const FitResult& result) {
 }
 
 void run(const VisibilityCommand& command, const CommonOptions& common, Report& report) {
-    if (command.model == kZhLobes) return runLobes(lobesOf(command, common), common, report);
-    const FitOptions options = resolveOptions(command, common);
+    const FitOptions shared = sharedOptions(command, common);
+    if (command.model == kZhLobes)
+        return runLobes({command.app, command.input, command.output, inputsOf(command), command.lobes}, shared, common,
+                        report);
+    const FitOptions options = resolveOptions(command, shared);
     const VisibilityReader reader(command.input);
     checkFit(reader.header(), command.input, options);
-    if (common.dry_run) {
-        std::printf("would fit %zu frames of %zu vertices and write %s\n", reader.header().frames.frameCount(),
-                    reader.header().mesh.vertexCount(), command.output.c_str());
-        return;
-    }
-    Progress progress(common.quiet ? ProgressStyle::kNone : parseProgressStyle(common.progress), "fit", "%", 100);
-    FitObserver observer;
-    observer.phase = [&](const char* name) { report.phase(name); };
-    observer.progress = [&](double share) { progress.update(100 * share); };
-    FitResult result = fitVisibility(reader, command.input, options, observer);
+    if (common.dry_run) return printFitPlan(reader.header(), command.output);
+    Progress progress = progressOf(common, "fit");
+    FitResult result = fitVisibility(reader, command.input, options, observerOf(report, progress));
     report.phase("write");
     result.model.provenance =
         makeProvenance("penumbra-fit visibility", optionsJson(command, options), inputsOf(command));

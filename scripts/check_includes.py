@@ -14,6 +14,8 @@ SH = {"sh", "sh/brdf", "sh/cast", "sh/far", "sh/height", "sh/light"}  # everybod
 FORMATS = {f"formats/{room}" for room in ("common", "asset", "brdf", "image", "stage", "rig", "cache", "source", "scene",
                                       "height")}
 RUNTIME = {"runtime", *(f"runtime/{room}" for room in ("evaluate", "sun", "shade", "cast", "glsl", "capi"))}
+FIT = {f"fit/{room}" for room in ("numerics", "clusters", "models", "light", "reflectance", "blockers", "visibility")}
+PAPERS = {f"fit/papers/{room}" for room in ("transfer", "lobes", "operators", "compare")}
 VIEW = {"player/view", "player/view/playback", "player/view/window"}
 MAY_INCLUDE = {
     "sh": set(),
@@ -38,12 +40,12 @@ MAY_INCLUDE = {
     **{f"fit/{room}": SH | {"fit/numerics"} | FORMATS
        for room in ("blockers", "clusters", "models", "light", "reflectance")},
     "fit/visibility": SH | {"fit/numerics", "fit/clusters", "fit/models"} | FORMATS,
-    "fit/transfer": SH | {"fit/numerics"} | FORMATS,
-    "fit/lobes": SH | {"fit/numerics", "fit/clusters", "fit/models", "fit/light", "fit/visibility"} | FORMATS,
-    "fit/compare": SH | {"fit/numerics", "fit/clusters", "fit/models", "fit/light", "fit/visibility", "fit/transfer",
-                         "fit/lobes"} | FORMATS,
-    "fit": SH | {"fit/numerics", "fit/clusters", "fit/models", "fit/light", "fit/reflectance", "fit/visibility",
-            "fit/transfer", "fit/lobes", "fit/blockers", "fit/compare"} | FORMATS,
+    "fit/page": SH | FORMATS,
+    "fit/report": SH | FIT | FORMATS,  # what several commands do alike
+    **{f"fit/papers/{room}": SH | FIT | FORMATS for room in ("transfer", "lobes", "operators")},
+    "fit/papers/compare": SH | FIT | PAPERS | {"fit/page"} | FORMATS,
+    "fit/papers": SH | FIT | PAPERS | {"fit/report", "fit/page"} | FORMATS,
+    "fit": SH | FIT | {"fit/report", "fit/page", "fit/papers"} | FORMATS,  # no other room includes fit/papers
     "pack": SH | RUNTIME | FORMATS,  # penumbra-pack check runs the evaluator that engines link
     **{f"runtime{room}": SH | {"formats/common", "formats/asset"} for room in ("", "/evaluate", "/sun")},
     "runtime/shade": SH | {"runtime/evaluate", "formats/common", "formats/asset"},

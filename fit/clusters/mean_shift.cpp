@@ -14,7 +14,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
 
 #include "fit/numerics/matrix.h"
 #include "formats/common/parallel_for.h"
@@ -104,8 +103,7 @@ void climb(const MatrixF& points, std::span<const double> counts, double bandwid
 // Gives every point the number of its mode. Points come in descending order of count; each joins the first mode within
 // one bandwidth, or else founds a new mode.
 std::vector<std::uint32_t> labelModes(std::span<const double> counts, const MatrixF& ends, double bandwidth) {
-    std::vector<std::size_t> order(ends.rows), modes;
-    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::vector<std::size_t> order = indices(ends.rows), modes;
     std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return counts[a] > counts[b]; });
     std::vector<std::uint32_t> label(ends.rows);
     for (std::size_t b : order) {

@@ -158,10 +158,8 @@ PoseTable readPoses(const VisibilityReader& reader, const PoseRequest& asked) {
                 : std::vector<Affine>(raw.bones.begin() + long(f * own), raw.bones.begin() + long((f + 1) * own));
         appendInputBones(poses.input_joints, poses.joint_centers, std::span(raw.inputs).subspan(f * inputs, inputs),
                          bones);
-        for (std::size_t j = 0; j < bones.size(); ++j) {
-            poses.bones[f * poses.joints + j] = bones[j];
-            poses.rotations[f * poses.joints + j] = nearestRotation(bones[j].linear());
-        }
+        std::ranges::copy(bones, poses.bones.begin() + long(f * poses.joints));
+        std::ranges::copy(rotationsOf(bones), poses.rotations.begin() + long(f * poses.joints));
     });
     // 5. Compute the pose of every frame.
     if (!raw.angles.values.empty()) reduceAngles(raw, request, poses);
@@ -172,6 +170,10 @@ PoseTable readPoses(const VisibilityReader& reader, const PoseRequest& asked) {
     return poses;
 }
 
-PoseTable readPoses(const VisibilityReader& reader, int threads) { return readPoses(reader, {{}, 0, 0, threads}); }
+std::vector<Mat3> rotationsOf(std::span<const Affine> bones) {
+    std::vector<Mat3> rotations;
+    for (const Affine& bone : bones) rotations.push_back(nearestRotation(bone.linear()));
+    return rotations;
+}
 
 }  // namespace penumbra

@@ -29,14 +29,15 @@ struct PoseTable {
     std::span<const float> poseOf(std::size_t f) const { return std::span(pose).subspan(f * pose_size, pose_size); }
 };
 
+// Returns nearestRotation() of each bone's linear part.
+std::vector<Mat3> rotationsOf(std::span<const Affine> bones);
+
 struct PoseRequest {
-    std::vector<std::size_t> train;  // frames that parts, ranges of inputs and angles come from; empty means all
-    std::size_t parts = 0;           // number of parts of a deforming mesh; 0 lets findRigidParts() choose
+    std::vector<std::size_t> train = {};  // frames that parts, ranges of inputs and angles come from; empty means all
+    std::size_t parts = 0;                // number of parts of a deforming mesh; 0 lets findRigidParts() choose
     double angle_variance = 0;  // share of the variance that the PCA of the dihedral angles keeps; 0 means no angles
     int threads = 0;
 };
 PoseTable readPoses(const VisibilityReader& reader, const PoseRequest& request);
-// Reads the poses with parts, ranges and centres from all frames, and without angles.
-PoseTable readPoses(const VisibilityReader& reader, int threads);
 
 }  // namespace penumbra

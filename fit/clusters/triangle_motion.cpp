@@ -61,9 +61,7 @@ MatrixF triangleMotions(const DeformingFrames& mesh, int threads) {
     parallelFor(sample.size(), threads,
                 [&](std::size_t r) { writeRotations(mesh, frames, mesh.triangles[sample[r]], rows.row(r)); });
     // 2. Reduce them by PCA.
-    std::vector<std::size_t> all(rows.rows);
-    for (std::size_t r = 0; r < all.size(); ++r) all[r] = r;
-    const std::vector<double> mean = meanOfRows(rows, all);
+    const std::vector<double> mean = meanOfRows(rows, indices(rows.rows));
     for (std::size_t r = 0; r < rows.rows; ++r)
         for (std::size_t c = 0; c < rows.columns; ++c) rows(r, c) -= float(mean[c]);
     const Pca pca = principalComponents(rows);

@@ -26,6 +26,7 @@
 #include <string>
 
 #include "fit/numerics/dense_solvers.h"
+#include "fit/numerics/matrix.h"
 #include "fit/numerics/minimise_directions.h"
 #include "sh/quadrature.h"
 #include "sh/sh_basis.h"
@@ -231,13 +232,11 @@ Lobes fitJointly(const Bands& bands, int count, std::span<const Vec3d> candidate
 // Returns |a - b| / |b|, where the squares of band l count weight_l times.
 double relativeDifference(int order, std::span<const double> a, std::span<const double> b,
                           std::span<const double> weight) {
-    double left = 0, whole = 0;
+    RelativeRms difference;
     for (int l = 0; l < order; ++l)
-        for (std::size_t i = std::size_t(3 * l * l); i < std::size_t(3 * (l + 1) * (l + 1)); ++i) {
-            left += weight[std::size_t(l)] * (a[i] - b[i]) * (a[i] - b[i]);
-            whole += weight[std::size_t(l)] * b[i] * b[i];
-        }
-    return whole > 0 ? std::sqrt(left / whole) : 0;
+        for (std::size_t i = std::size_t(3 * l * l); i < std::size_t(3 * (l + 1) * (l + 1)); ++i)
+            difference.add(a[i], b[i], weight[std::size_t(l)]);
+    return difference.value();
 }
 
 // Turns the axes of lobes that point away from the light to the opposite direction. The lobes stay the same, because
@@ -257,8 +256,7 @@ std::vector<std::size_t> byEnergy(int order, const Lobes& lobes) {
     for (int l = 0; l < order; ++l)
         for (std::size_t d = 0; d < energy.size(); ++d)
             energy[d] += lobes.z[std::size_t(l)].row(Index(d)).squaredNorm();
-    std::vector<std::size_t> sorted(energy.size());
-    std::iota(sorted.begin(), sorted.end(), std::size_t(0));
+    std::vector<std::size_t> sorted = indices(energy.size());
     std::stable_sort(sorted.begin(), sorted.end(), [&](std::size_t a, std::size_t b) { return energy[a] > energy[b]; });
     return sorted;
 }
@@ -300,8 +298,8 @@ LightLobesFit fitLobes(int order, std::span<const double> sh, int count, LobeFit
                                            : withBestCoefficients(bands, {fixed.begin(), fixed.end()});
     // 2. Bring them into a definite form. Fixed lobes keep the order of their table.
     if (how != LobeFit::kFixed) turnTowardsLight(order, lobes);
-    std::vector<std::size_t> sorted = byEnergy(order, lobes);
-    if (how == LobeFit::kFixed) std::iota(sorted.begin(), sorted.end(), std::size_t(0));
+    const std::vector<std::size_t> sorted =
+        how == LobeFit::kFixed ? indices(lobes.directions.size()) : byEnergy(order, lobes);
     // 3. Measure the error.
     return measured(order, sh, bands.scale, lobes, sorted,
                     how == LobeFit::kGreedy  ? "greedy"
@@ -323,9 +321,7 @@ LightLobesFit fitLobesFrom(int order, std::span<const double> sh, std::span<cons
                 pull.towards[l](Index(d), Index(c)) = towards[(d * std::size_t(order) + l) * 3 + c] / bands.scale;
     }
     const Lobes lobes = withBestCoefficients(bands, refine(bands, directions, pull).directions, pull);
-    std::vector<std::size_t> as_they_are(directions.size());
-    std::iota(as_they_are.begin(), as_they_are.end(), std::size_t(0));
-    return measured(order, sh, bands.scale, lobes, as_they_are, "joint");
+    return measured(order, sh, bands.scale, lobes, indices(directions.size()), "joint");
 }
 
 double irradianceDifference(int order, std::span<const double> sh, std::span<const double> truth) {

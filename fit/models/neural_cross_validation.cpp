@@ -4,9 +4,7 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
-#include "fit/models/many_starts.h"
 #include "fit/models/neural_start.h"
 #include "fit/models/variable_projection.h"
 #include "fit/numerics/cross_validation.h"
@@ -44,20 +42,12 @@ struct NetFold {
     NetData data;  // x and y as the fit reads them
 };
 
-// Merges folds until `count` are left: starting with the largest, each goes to the group that has the fewest rows so
-// far.
+// Merges folds until `count` are left.
 std::vector<int> mergeFolds(const std::vector<int>& folds, int count) {
     std::vector<std::size_t> size(folds.empty() ? 0 : std::size_t(1 + *std::max_element(folds.begin(), folds.end())));
     for (int f : folds) ++size[std::size_t(f)];
-    std::vector<std::size_t> order(size.size()), filled(std::min(size.size(), std::size_t(count)));
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return size[a] > size[b]; });
-    std::vector<int> group(size.size()), merged;
-    for (std::size_t f : order) {
-        const auto least = std::min_element(filled.begin(), filled.end()) - filled.begin();
-        group[f] = int(least);
-        filled[std::size_t(least)] += size[f];
-    }
+    const std::vector<int> group = dealOut(size, std::min(size.size(), std::size_t(count)));
+    std::vector<int> merged;
     for (int f : folds) merged.push_back(group[std::size_t(f)]);
     return merged;
 }
@@ -99,7 +89,7 @@ double advance(const NetFold& fold, double prior, TanhNet& net) {
 // Returns one net for each fold to start the search from.
 std::vector<TanhNet> startNets(const std::vector<NetFold>& folds, std::size_t neurons, std::uint64_t seed) {
     std::vector<TanhNet> nets;
-    for (const NetFold& fold : folds) nets.push_back(startNet(fold.x, fold.y, neurons, {}, seed));
+    for (const NetFold& fold : folds) nets.push_back(startNet(fold.x, fold.y, neurons, seed));
     return nets;
 }
 
@@ -153,7 +143,7 @@ NetChoice chooseNet(const Matrix& inputs, const Matrix& outputs, const std::vect
 TanhNet fitChosenNet(const Matrix& inputs, const Matrix& outputs, const NetChoice& choice, const NetSearch& search) {
     const double input_scale = scaleOf(inputs), output_scale = scaleOf(outputs);
     const Matrix x = scaled(inputs, input_scale), y = scaled(outputs, output_scale);
-    const StartPlan plan{.neurons = choice.neurons, .ranges = {}, .seed = search.seed};
+    const StartPlan plan{.neurons = choice.neurons, .seed = search.seed};
     NetFit best = fitFromManyStarts(x, y, choice.prior * double(x.rows), plan, kFinal);
     asEigen(best.net.hidden) *= input_scale;
     asEigen(best.net.output) /= output_scale;

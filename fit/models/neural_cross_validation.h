@@ -34,7 +34,7 @@ struct NetChoice {
 NetChoice chooseNet(const Matrix& inputs, const Matrix& outputs, const std::vector<int>& folds,
                     const NetSearch& search);
 
-// Fits the chosen net by a round of many starts (many_starts.h). Inputs and outputs are in their own units, and so is
+// Fits the chosen net by a round of many starts (neural_start.h). Inputs and outputs are in their own units, and so is
 // the net that is returned.
 TanhNet fitChosenNet(const Matrix& inputs, const Matrix& outputs, const NetChoice& choice, const NetSearch& search);
 

@@ -4,10 +4,7 @@
 #include <cassert>
 #include <cmath>
 
-#include "fit/models/train_additive.h"
-#include "fit/models/train_linear.h"
-#include "fit/models/train_neural.h"
-#include "fit/models/train_quadratic.h"
+#include "fit/models/trainers.h"
 #include "fit/numerics/eigen_map.h"
 
 namespace penumbra {
@@ -93,9 +90,9 @@ RegressionErrors trainRegressor(ModelKind kind, const RegressionProblem& problem
     assert(problem.prior || kind == ModelKind::kNeural || kind == ModelKind::kAdditive);
     switch (kind) {
         case ModelKind::kLinear:
-            return trainLinear(problem, model);
+            return trainRidge(problem, 1, model);
         case ModelKind::kQuadratic:
-            return trainQuadratic(problem, model);
+            return trainRidge(problem, 2, model);
         case ModelKind::kNeural:
             return trainNeural(problem, model);
         case ModelKind::kAdditive:
@@ -153,6 +150,13 @@ ScoredPose scoreCluster(ModelKind kind, const FeatureRecipe& recipe, const Clust
         pose.scores.push_back(float(sum));
     }
     return pose;
+}
+
+std::vector<float> sumOfComponents(const ClusterModel& cluster, std::span<const float> scores) {
+    std::vector<float> sum = cluster.mean;
+    for (std::size_t k = 0; k < scores.size(); ++k)
+        for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += scores[k] * cluster.basis[k * sum.size() + i];
+    return sum;
 }
 
 Matrix keptScores(const RegressionProblem& problem) {

@@ -54,6 +54,9 @@ struct ScoredPose {
 ScoredPose scoreCluster(ModelKind kind, const FeatureRecipe& recipe, const ClusterModel& cluster,
                         std::span<const double> raw);
 
+// Returns mean plus scores times basis.
+std::vector<float> sumOfComponents(const ClusterModel& cluster, std::span<const float> scores);
+
 // Copies the given rows of a matrix.
 template <class T>
 BasicMatrix<T> selectRows(const BasicMatrix<T>& m, std::span<const std::size_t> rows) {

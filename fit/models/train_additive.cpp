@@ -23,12 +23,11 @@
 //
 // Derivation: docs/formulas.md, section 4.
 
-#include "fit/models/train_additive.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "fit/models/trainers.h"
 #include "fit/numerics/dense_solvers.h"
 #include "fit/numerics/eigen_map.h"
 
@@ -64,10 +63,8 @@ struct Candidates {
 // Returns rows that lie far apart. The first is the row nearest the mean, and each next one is the row farthest from
 // all before it. There are fewer than `count` when the remaining rows repeat the chosen ones.
 std::vector<std::size_t> farthestRows(const Matrix& x, std::size_t count) {
-    std::vector<std::size_t> all(x.rows);
-    for (std::size_t r = 0; r < x.rows; ++r) all[r] = r;
     // 1. Start at the row nearest the mean.
-    const std::vector<double> mean = meanOfRows(x, all);
+    const std::vector<double> mean = meanOfRows(x, indices(x.rows));
     std::vector<double> distance(x.rows);
     for (std::size_t r = 0; r < x.rows; ++r) distance[r] = squaredDistance(x.row(r), mean);
     std::vector<std::size_t> chosen{std::size_t(std::min_element(distance.begin(), distance.end()) - distance.begin())};
@@ -350,16 +347,18 @@ RegressionErrors trainAdditive(const RegressionProblem& problem, ClusterModel& m
     //    components count alike.
     const Eigen::RowVectorXd energies = y.colwise().squaredNorm();
     Eigen::RowVectorXd ratios = Eigen::RowVectorXd::Ones(energies.size());
-    if (problem.prior) ratios = energies[0] / energies.array().max(1e-12 * energies[0]);
     // 3. Choose lambda and the number of units by cross-validation.
     Moments centred = momentsOf(all.phi, y);
     Choice choice{std::end(kUnitCounts)[-1], 0, none};
-    if (problem.prior) choice = crossValidate(all, y, ratios, problem.folds, centred);
+    if (problem.prior) {
+        ratios = energies[0] / energies.array().max(1e-12 * energies[0]);
+        choice = crossValidate(all, y, ratios, problem.folds, centred);
+    }
     // 4. Choose the units again on all training rows and compute their coefficients.
     centre(centred);
     const std::vector<Eigen::Index> units = chooseUnits(all, centred, ratios, choice.units);
     const RidgePath path(all, centred, units);
-    if (!problem.prior) choice.lambda = kNoAdditivePrior * path.largest();
+    if (choice.lambda == 0) choice.lambda = kNoAdditivePrior * path.largest();
     const Eigen::MatrixXd weights = path.solve(choice.lambda, ratios);
     // 5. The bias moves the centred prediction back: mean of y less the mean of the units times their coefficients.
     const Eigen::RowVectorXd offset = centred.y_sum / centred.rows - centred.phi_sum(units) / centred.rows * weights;

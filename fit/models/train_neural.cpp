@@ -1,10 +1,8 @@
-#include "fit/models/train_neural.h"
-
 #include <algorithm>
 #include <cmath>
 
-#include "fit/models/input_pca.h"
 #include "fit/models/neural_cross_validation.h"
+#include "fit/models/trainers.h"
 #include "fit/numerics/eigen_map.h"
 
 namespace penumbra {

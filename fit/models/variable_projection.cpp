@@ -27,31 +27,11 @@ namespace penumbra {
 
 namespace {
 
-// Neighbouring neurons that see the same range of inputs. One matrix product serves all of them.
-struct Group {
-    std::size_t first, count;
-    InputRange range;
-    std::size_t offset;  // first of their variables; each neuron has its weights over the range, then its bias
-};
-
-std::vector<Group> groupsOf(const TanhNet& net) {
-    std::vector<Group> groups;
-    std::size_t offset = 0;
-    for (std::size_t n = 0; n < net.neurons(); ++n) {
-        const InputRange range = net.rangeOf(n);
-        if (groups.empty() || !(groups.back().range == range)) groups.push_back({n, 0, range, offset});
-        ++groups.back().count;
-        offset += range.count + 1;
-    }
-    return groups;
-}
-
 // The objective as a function of the hidden weights and biases alone.
 class ProjectedObjective {
 public:
     ProjectedObjective(const NetData& data, const TanhNet& start, double alpha)
         : data_(data),
-          groups_(groupsOf(start)),
           kernels_(netKernelPaths().back()),
           neurons_(start.neurons()),
           alpha_(alpha),
@@ -79,14 +59,10 @@ public:
     // slope^2 x^2 + 2 alpha.
     void curvature(std::span<double> diagonal) {
         for (std::size_t i = 0; i < slope_.size(); ++i) back_[i] = slope_[i] * slope_[i];
-        for (const Group& g : groups_) {
-            const std::size_t width = g.range.count + 1;
-            products(g, data_.x_squared, &diagonal[g.offset]);
-            for (std::size_t n = 0; n < g.count; ++n) {
-                const double factor = 2 * asEigen(output_).row(Eigen::Index(g.first + n)).squaredNorm();
-                double* row = &diagonal[g.offset + n * width];
-                for (std::size_t i = 0; i < width; ++i) row[i] = factor * row[i] + 2 * alpha_;
-            }
+        products(data_.x_squared, diagonal);
+        for (std::size_t n = 0; n < neurons_; ++n) {
+            const double factor = 2 * asEigen(output_).row(Eigen::Index(n)).squaredNorm();
+            for (double& d : diagonal.subspan(n * width(), width())) d = factor * d + 2 * alpha_;
         }
     }
 
@@ -104,13 +80,8 @@ private:
     void setActivations(std::span<const double> x) {
         const std::size_t stride = data_.stride, frames = data_.frames;
         // 1. Fill each row with the neuron's bias, then add the product of weights and inputs.
-        for (const Group& g : groups_) {
-            const std::size_t width = g.range.count + 1;
-            for (std::size_t n = 0; n < g.count; ++n)
-                std::fill_n(&h_[(g.first + n) * stride], stride, x[g.offset + n * width + g.range.count]);
-            kernels_.addProduct(g.count, g.range.count, stride, &x[g.offset], width, &data_.x[g.range.first * stride],
-                                &h_[g.first * stride]);
-        }
+        for (std::size_t n = 0; n < neurons_; ++n) std::fill_n(&h_[n * stride], stride, x[n * width() + data_.inputs]);
+        kernels_.addProduct(neurons_, data_.inputs, stride, x.data(), width(), data_.x.data(), h_.data());
         // 2. Apply tanh.
         kernels_.tanhAndSlope(h_.size(), h_.data(), slope_.data());
         // 3. Centre every row over the frames and clear the padding.
@@ -154,32 +125,28 @@ private:
         for (std::size_t i = 0; i < back_.size(); ++i) back_[i] *= -2 * slope_[i];
         // 2. Multiply by the inputs and add the derivative of the penalty. Biases have none.
         double square = 0;
-        for (const Group& g : groups_) {
-            const std::size_t width = g.range.count + 1;
-            products(g, data_.x, &gradient[g.offset]);
-            for (std::size_t n = 0; n < g.count; ++n)
-                for (std::size_t i = 0; i < g.range.count; ++i) {
-                    const double d = x[g.offset + n * width + i];
-                    gradient[g.offset + n * width + i] += 2 * alpha_ * d;
-                    square += d * d;
-                }
-        }
+        products(data_.x, gradient);
+        for (std::size_t n = 0; n < neurons_; ++n)
+            for (std::size_t i = 0; i < data_.inputs; ++i) {
+                const double d = x[n * width() + i];
+                gradient[n * width() + i] += 2 * alpha_ * d;
+                square += d * d;
+            }
         return alpha_ * square;
     }
 
-    // Computes, for each neuron of the group, the sums over frames of back_ times the inputs of the range, then the sum
-    // of back_ alone.
-    void products(const Group& g, const std::vector<double>& inputs, double* out) {
-        const std::size_t width = g.range.count + 1, stride = data_.stride;
-        kernels_.innerProducts(g.count, g.range.count, stride, &back_[g.first * stride],
-                               &inputs[g.range.first * stride], out, width);
-        for (std::size_t n = 0; n < g.count; ++n)
-            out[n * width + g.range.count] =
-                Eigen::Map<const Eigen::VectorXd>(&back_[(g.first + n) * stride], Eigen::Index(stride)).sum();
+    // Computes, for each neuron, the sums over frames of back_ times the inputs, then the sum of back_ alone.
+    void products(const std::vector<double>& inputs, std::span<double> out) {
+        const std::size_t stride = data_.stride;
+        kernels_.innerProducts(neurons_, data_.inputs, stride, back_.data(), inputs.data(), out.data(), width());
+        for (std::size_t n = 0; n < neurons_; ++n)
+            out[n * width() + data_.inputs] =
+                Eigen::Map<const Eigen::VectorXd>(&back_[n * stride], Eigen::Index(stride)).sum();
     }
+    // The variables of a neuron: its weights, then its bias.
+    std::size_t width() const { return data_.inputs + 1; }
 
     const NetData& data_;
-    std::vector<Group> groups_;
     NetKernels kernels_;
     std::size_t neurons_;
     double alpha_;
@@ -189,12 +156,11 @@ private:
     Matrix gram_, output_;                  // [N, N] and [N, K]
 };
 
-// Returns the hidden weights within their ranges, each neuron's followed by its bias.
+// Returns the hidden weights, each neuron's followed by its bias.
 std::vector<double> variablesOf(const TanhNet& net) {
     std::vector<double> x;
     for (std::size_t n = 0; n < net.neurons(); ++n) {
-        const std::span<const double> row = net.hidden.row(n).subspan(net.rangeOf(n).first, net.rangeOf(n).count);
-        x.insert(x.end(), row.begin(), row.end());
+        x.insert(x.end(), net.hidden.row(n).begin(), net.hidden.row(n).end());
         x.push_back(net.hidden_bias[n]);
     }
     return x;
@@ -202,11 +168,10 @@ std::vector<double> variablesOf(const TanhNet& net) {
 
 // The inverse of variablesOf().
 void setHidden(TanhNet& net, std::span<const double> x) {
-    for (std::size_t n = 0, at = 0; n < net.neurons(); ++n) {
-        const InputRange range = net.rangeOf(n);
-        std::copy_n(&x[at], range.count, &net.hidden(n, range.first));
-        net.hidden_bias[n] = x[at + range.count];
-        at += range.count + 1;
+    const std::size_t inputs = net.hidden.columns;
+    for (std::size_t n = 0; n < net.neurons(); ++n) {
+        std::copy_n(&x[n * (inputs + 1)], inputs, net.hidden.row(n).begin());
+        net.hidden_bias[n] = x[n * (inputs + 1) + inputs];
     }
 }
 

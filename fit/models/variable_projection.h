@@ -26,7 +26,7 @@ struct NetFit {
     int iterations = 0, evaluations = 0;
 };
 
-// Minimises eq 13 from the hidden weights, biases and ranges of `start`. The output weights of `start` are not read.
+// Minimises eq 13 from the hidden weights and biases of `start`. The output weights of `start` are not read.
 // alpha must be positive.
 NetFit fitByProjection(const NetData& data, const TanhNet& start, double alpha, const SearchOptions& options);
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "fit/numerics/eigen_map.h"
 
@@ -106,19 +105,24 @@ std::vector<double> foldErrors(const Matrix& features, const Matrix& outputs, co
 
 }  // namespace
 
+std::vector<int> dealOut(std::span<const std::size_t> sizes, std::size_t groups) {
+    std::vector<std::size_t> order = indices(sizes.size()), filled(groups);
+    std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return sizes[a] > sizes[b]; });
+    std::vector<int> group(sizes.size());
+    for (const std::size_t i : order) {
+        group[i] = int(std::ranges::min_element(filled) - filled.begin());
+        filled[std::size_t(group[i])] += sizes[i];
+    }
+    return group;
+}
+
 std::vector<int> makeFolds(const FrameList& list, std::span<const std::size_t> frames) {
     const std::vector<Block> blocks = makeBlocks(list, frames);
-    // Deal the blocks out to folds, the longest first.
-    std::vector<std::size_t> order(blocks.size()), size(std::min(blocks.size(), kMaxFolds));
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return blocks[a].size() > blocks[b].size(); });
-    std::vector<int> folds(frames.size());
-    for (std::size_t b : order) {
-        const auto fold = std::min_element(size.begin(), size.end()) - size.begin();
-        size[std::size_t(fold)] += blocks[b].size();
-        std::fill(folds.begin() + std::ptrdiff_t(blocks[b].begin), folds.begin() + std::ptrdiff_t(blocks[b].end),
-                  int(fold));
-    }
+    std::vector<std::size_t> sizes;
+    for (const Block& block : blocks) sizes.push_back(block.size());
+    const std::vector<int> fold_of_block = dealOut(sizes, std::min(blocks.size(), kMaxFolds));
+    std::vector<int> folds;
+    for (std::size_t b = 0; b < blocks.size(); ++b) folds.insert(folds.end(), sizes[b], fold_of_block[b]);
     return folds;
 }
 

@@ -5,8 +5,6 @@
 #include <Eigen/QR>
 #include <Eigen/SVD>
 
-#include "fit/numerics/fixed_blocks.h"
-
 namespace penumbra {
 
 namespace {

@@ -18,4 +18,12 @@ Eigen::Map<const EigenRows<T>> asEigen(const BasicMatrix<T>& m) {
     return {m.values.data(), Eigen::Index(m.rows), Eigen::Index(m.columns)};
 }
 
+// The sign that makes the entry of largest magnitude positive; the sign that a decomposition returns is arbitrary.
+template <class Vector>
+int signOf(const Vector& v) {
+    Eigen::Index largest = 0;
+    v.cwiseAbs().maxCoeff(&largest);
+    return v[largest] < 0 ? -1 : 1;
+}
+
 }  // namespace penumbra

@@ -129,9 +129,7 @@ LeadingSpace leadingOf(const Rows& q, const EigenPairs& pairs, std::size_t count
     MatrixXd vectors = pairs.vectors.rowwise().reverse().leftCols(Index(count));
     Rows u = q * vectors.cast<float>();
     for (Index k = 0; k < u.cols(); ++k) {
-        Index largest = 0;
-        u.col(k).cwiseAbs().maxCoeff(&largest);
-        if (u(largest, k) < 0) u.col(k) *= -1;
+        u.col(k) *= float(signOf(u.col(k)));
         space.energies.push_back(std::max(pairs.values[pairs.values.size() - 1 - k], 0.0));
     }
     asEigen(space.u) = u;

@@ -1,6 +1,8 @@
 #pragma once
 // Row-major matrices as plain data, so that no header of this stage needs a linear algebra library.
+#include <cmath>
 #include <cstddef>
+#include <numeric>
 #include <span>
 #include <vector>
 
@@ -21,6 +23,13 @@ struct BasicMatrix {
 using Matrix = BasicMatrix<double>;
 using MatrixF = BasicMatrix<float>;
 
+// Returns 0, 1, .., count - 1: all rows of a matrix, or an order to sort.
+inline std::vector<std::size_t> indices(std::size_t count) {
+    std::vector<std::size_t> all(count);
+    std::iota(all.begin(), all.end(), std::size_t(0));
+    return all;
+}
+
 // Returns the mean of the given rows, summed in double and in their order.
 template <class T>
 std::vector<double> meanOfRows(const BasicMatrix<T>& m, std::span<const std::size_t> rows) {
@@ -32,12 +41,30 @@ std::vector<double> meanOfRows(const BasicMatrix<T>& m, std::span<const std::siz
 }
 
 // Returns the given rows minus `mean`.
-inline Matrix centredRows(const Matrix& m, std::span<const std::size_t> rows, std::span<const double> mean) {
-    Matrix out(rows.size(), m.columns);
+template <class T>
+BasicMatrix<T> centredRows(const BasicMatrix<T>& m, std::span<const std::size_t> rows, std::span<const double> mean) {
+    BasicMatrix<T> out(rows.size(), m.columns);
     for (std::size_t r = 0; r < rows.size(); ++r)
-        for (std::size_t c = 0; c < m.columns; ++c) out(r, c) = m(rows[r], c) - mean[c];
+        for (std::size_t c = 0; c < m.columns; ++c) out(r, c) = T(double(m(rows[r], c)) - mean[c]);
     return out;
 }
+// The same with their own mean.
+template <class T>
+BasicMatrix<T> centredRows(const BasicMatrix<T>& m, std::span<const std::size_t> rows) {
+    return centredRows(m, rows, meanOfRows(m, rows));
+}
+
+// sqrt(sum weight (ours - exact)^2 / sum weight exact^2), and 0 where all exact values are.
+struct RelativeRms {
+    double error = 0, total = 0;
+
+    void add(double ours, double exact, double weight = 1) {
+        error += weight * (ours - exact) * (ours - exact);
+        total += weight * exact * exact;
+    }
+    void add(const RelativeRms& other) { error += other.error, total += other.total; }
+    double value() const { return total > 0 ? std::sqrt(error / total) : 0; }
+};
 
 inline double squaredDistance(std::span<const double> a, std::span<const double> b) {
     double sum = 0;

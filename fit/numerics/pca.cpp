@@ -31,11 +31,7 @@ Eigen::MatrixXd smallerGram(const BasicMatrix<T>& rows, bool from_rows) {
 
 // Makes the entry of largest magnitude of each column positive.
 void fixSign(Eigen::MatrixXd& vectors) {
-    for (Eigen::Index k = 0; k < vectors.cols(); ++k) {
-        Eigen::Index largest = 0;
-        vectors.col(k).cwiseAbs().maxCoeff(&largest);
-        if (vectors(largest, k) < 0) vectors.col(k) *= -1;
-    }
+    for (Eigen::Index k = 0; k < vectors.cols(); ++k) vectors.col(k) *= signOf(vectors.col(k));
 }
 
 template <class T>

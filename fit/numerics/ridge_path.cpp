@@ -117,9 +117,7 @@ RidgeSvd makeRidgeSvd(const Matrix& inputs, std::size_t most) {
     path.u = Matrix(inputs.rows, std::size_t(k));
     path.v = Matrix(inputs.columns, std::size_t(k));
     for (Index c = 0; c < k; ++c) {
-        Index largest = 0;
-        svd.v.col(c).cwiseAbs().maxCoeff(&largest);
-        const double sign = svd.v(largest, c) < 0 ? -1 : 1;  // the sign that the routine returns is arbitrary
+        const double sign = signOf(svd.v.col(c));
         asEigen(path.u).col(c) = sign * svd.u.col(c);
         asEigen(path.v).col(c) = sign * svd.v.col(c);
     }
@@ -131,6 +129,13 @@ std::vector<double> alphaGrid(double largest_singular_value) {
     for (double e = kMinAlphaExponent; e <= kMaxAlphaExponent; e += kAlphaExponentStep)
         alphas.push_back(std::pow(10.0, e) * std::max(largest_singular_value, 1e-12));
     return alphas;
+}
+
+std::size_t strongestOfBest(std::span<const double> errors) {
+    std::size_t best = 0;
+    for (std::size_t a = 1; a < errors.size(); ++a)
+        if (errors[a] <= errors[best]) best = a;
+    return best;
 }
 
 std::vector<double> leaveOneOutErrors(const RidgeSvd& path, const Matrix& gram, std::span<const double> alphas) {

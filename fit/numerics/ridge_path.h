@@ -25,6 +25,8 @@ RidgeSvd makeRidgeSvd(const Matrix& inputs, std::size_t most);
 // Returns the values of alpha to try, as multiples of the inputs' largest singular value. They reach from almost no
 // prior to nearly the mean alone.
 std::vector<double> alphaGrid(double largest_singular_value);
+// Returns the place of the least error, of equal ones the last: that of the strongest prior.
+std::size_t strongestOfBest(std::span<const double> errors);
 
 // Each returns, for every alpha, the squared error over all rows and columns of the outputs, each row predicted without
 // its own fold. `gram` is outputs outputs^T, [n, n].

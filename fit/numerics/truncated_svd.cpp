@@ -34,9 +34,7 @@ TruncatedSvd stored(const MatrixXd& u, const Eigen::VectorXd& sigma, const Matri
     const std::size_t k = std::min(count, std::size_t(sigma.size()));
     TruncatedSvd out{{sigma.data(), sigma.data() + k}, {k, std::size_t(u.rows())}, {k, std::size_t(v.rows())}};
     for (std::size_t b = 0; b < k; ++b) {
-        Index largest = 0;
-        u.col(Index(b)).cwiseAbs().maxCoeff(&largest);
-        const double sign = u(largest, Index(b)) < 0 ? -1 : 1;  // the sign that the routine returns is arbitrary
+        const double sign = signOf(u.col(Index(b)));
         for (Index i = 0; i < u.rows(); ++i) out.u(b, std::size_t(i)) = sign * u(i, Index(b));
         for (Index i = 0; i < v.rows(); ++i) out.v(b, std::size_t(i)) = sign * v(i, Index(b));
     }

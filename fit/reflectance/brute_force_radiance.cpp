@@ -80,7 +80,7 @@ Radiance onSharedGrid(const ShadingTest& test, const RgbBrdf& brdf, int threads)
 
 // Returns a grid for one view that is dense around its mirror direction r: angles a sinh(b u) from r, azimuths about r.
 std::vector<WeightedDirection> gridAbout(Vec3d view) {
-    constexpr int kAngles = 96, kAzimuths = 64;
+    constexpr int kAngles = 96, kTurns = 64;
     constexpr double kWidth = 0.003;  // a in radians: a third of the nodes are nearer to r than 7 times this
     const Vec3d r{-view.x, -view.y, view.z};
     const Vec3d side = normalized(cross(std::abs(r.z) < 0.9 ? Vec3d{0, 0, 1} : Vec3d{1, 0, 0}, r)), up = cross(r, side);
@@ -88,11 +88,11 @@ std::vector<WeightedDirection> gridAbout(Vec3d view) {
     std::vector<WeightedDirection> grid;
     for (const auto& [u, weight] : gaussInterval(kAngles)) {
         const double angle = kWidth * std::sinh(b * u), step = kWidth * b * std::cosh(b * u) * weight;
-        for (int j = 0; j < kAzimuths; ++j) {
-            const double azimuth = 2 * std::numbers::pi * (j + 0.5) / kAzimuths;
+        for (int j = 0; j < kTurns; ++j) {
+            const double azimuth = 2 * std::numbers::pi * (j + 0.5) / kTurns;
             const Vec3d direction =
                 std::cos(angle) * r + std::sin(angle) * (std::cos(azimuth) * side + std::sin(azimuth) * up);
-            if (direction.z > 0) grid.push_back({direction, std::sin(angle) * step * 2 * std::numbers::pi / kAzimuths});
+            if (direction.z > 0) grid.push_back({direction, std::sin(angle) * step * 2 * std::numbers::pi / kTurns});
         }
     }
     return grid;
@@ -118,12 +118,9 @@ double albedoDifference(const ShadingTest& test, const RgbBrdf& brdf, const std:
     parallelFor(own.size(), threads, [&](std::size_t v) {
         for (const Reflected& r : reflectedOf(brdf, test.scenes.views[v])) own[v] += r.value.x + r.value.y + r.value.z;
     });
-    double difference = 0, total = 0;
-    for (std::size_t v = 0; v < own.size(); ++v) {
-        difference += (shared[v] - own[v]) * (shared[v] - own[v]);
-        total += own[v] * own[v];
-    }
-    return total > 0 ? std::sqrt(difference / total) : 0;
+    RelativeRms difference;
+    for (std::size_t v = 0; v < own.size(); ++v) difference.add(shared[v], own[v]);
+    return difference.value();
 }
 
 // Integrates each view on its own grid.

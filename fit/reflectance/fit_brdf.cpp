@@ -7,14 +7,13 @@
 #include <stdexcept>
 
 #include "fit/numerics/dense_solvers.h"
+#include "fit/numerics/matrix.h"
 #include "formats/common/errors.h"
 #include "sh/reflectance.h"
 
 namespace penumbra {
 
 namespace {
-
-constexpr int kColors = 3;
 
 // Returns y_even of every view, [views, E].
 std::vector<double> evenBasisTable(const std::vector<Vec3d>& views, int view_order) {
@@ -30,7 +29,7 @@ std::vector<double> evenBasisTable(const std::vector<Vec3d>& views, int view_ord
 }  // namespace
 
 std::vector<double> fitSlices(const SliceTable& table, const SliceOrders& orders) {
-    const std::size_t rows = std::size_t(kColors * coefficientCount(orders.slice_order)),
+    const std::size_t rows = std::size_t(kSliceChannels * coefficientCount(orders.slice_order)),
                       columns = evenIndices(orders.view_order).size();
     assert(table.slices.size() == table.views.size() * rows);
     const std::vector<double> y = evenBasisTable(table.views, orders.view_order);
@@ -47,7 +46,8 @@ std::vector<double> fitSlices(const SliceTable& table, const SliceOrders& orders
     std::vector<double> c(rows * columns);
     for (std::size_t i = 0; i < rows; ++i)
         for (std::size_t e = 0; e < columns; ++e)
-            c[(i / kColors * columns + e) * kColors + i % kColors] = by_row(Eigen::Index(e), Eigen::Index(i));
+            c[(i / kSliceChannels * columns + e) * kSliceChannels + i % kSliceChannels] =
+                by_row(Eigen::Index(e), Eigen::Index(i));
     return c;
 }
 
@@ -57,17 +57,16 @@ namespace {
 double fitError(const SliceTable& table, const std::vector<double>& c, int view_order) {
     const std::size_t columns = evenIndices(view_order).size(), rows = c.size() / columns;
     const std::vector<double> y = evenBasisTable(table.views, view_order);
-    double error = 0, total = 0;
+    RelativeRms error;
     for (std::size_t o = 0; o < table.views.size(); ++o)
         for (std::size_t i = 0; i < rows; ++i) {
             double fitted = 0;
             for (std::size_t e = 0; e < columns; ++e)
-                fitted += c[(i / kColors * columns + e) * kColors + i % kColors] * y[o * columns + e];
-            const double exact = table.slices[o * rows + i];
-            error += table.weights[o] * (fitted - exact) * (fitted - exact);
-            total += table.weights[o] * exact * exact;
+                fitted +=
+                    c[(i / kSliceChannels * columns + e) * kSliceChannels + i % kSliceChannels] * y[o * columns + e];
+            error.add(fitted, table.slices[o * rows + i], table.weights[o]);
         }
-    return total > 0 ? std::sqrt(error / total) : 0;
+    return error.value();
 }
 
 // The directional albedo of a view is sqrt(4pi) F_0, because y_0 is constant. `mean` weighs the views by their cosine.
@@ -81,7 +80,7 @@ Albedo albedoOf(const SliceTable& table) {
     double weight = 0;
     for (std::size_t o = 0; o < table.views.size(); ++o) {
         weight += table.weights[o];
-        for (int channel = 0; channel < kColors; ++channel) {
+        for (int channel = 0; channel < kSliceChannels; ++channel) {
             const double value = std::sqrt(4 * std::numbers::pi) * table.slices[o * rows + std::size_t(channel)];
             albedo.mean[channel] += table.weights[o] * value;
             albedo.largest = std::max(albedo.largest, value);

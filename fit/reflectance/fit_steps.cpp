@@ -11,6 +11,8 @@
 #include <cassert>
 #include <cmath>
 
+#include "fit/numerics/matrix.h"
+
 namespace penumbra {
 
 namespace {
@@ -29,13 +31,10 @@ struct Interval {
 // Slices belong to orthonormal functions of the incident and of the outgoing direction, so the norm of a difference is
 // that of the functions.
 double errorOf(const Step& low, const Step& high, const Step& middle) {
-    double error = 0, total = 0;
-    for (std::size_t i = 0; i < middle.slices.size(); ++i) {
-        const double difference = (low.slices[i] + high.slices[i]) / 2 - middle.slices[i];
-        error += difference * difference;
-        total += middle.slices[i] * middle.slices[i];
-    }
-    return total > 0 ? std::sqrt(error / total) : 0;
+    RelativeRms error;
+    for (std::size_t i = 0; i < middle.slices.size(); ++i)
+        error.add((low.slices[i] + high.slices[i]) / 2, middle.slices[i]);
+    return error.value();
 }
 
 }  // namespace
@@ -73,18 +72,6 @@ BrdfSteps fitSteps(const BrdfRange& range, const SliceOrders& orders, int most_s
         all.slices.insert(all.slices.end(), step.slices.begin(), step.slices.end());
     }
     return all;
-}
-
-std::vector<double> interpolatedSlices(const BrdfSteps& steps, double value) {
-    const std::vector<double>& at = steps.values;
-    assert(value >= at.front() && value <= at.back());
-    const auto high = std::size_t(std::upper_bound(at.begin() + 1, at.end() - 1, value) - at.begin());
-    const double t = (value - at[high - 1]) / (at[high] - at[high - 1]);
-    const std::size_t size = steps.slices.size() / at.size();
-    std::vector<double> slices(size);
-    for (std::size_t i = 0; i < size; ++i)
-        slices[i] = std::lerp(steps.slices[(high - 1) * size + i], steps.slices[high * size + i], t);
-    return slices;
 }
 
 }  // namespace penumbra

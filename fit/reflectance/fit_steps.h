@@ -13,7 +13,4 @@ constexpr double kMaxStepError = 5e-3;
 // at most `most_steps`, at least 3. Throws as settledSlices() does.
 BrdfSteps fitSteps(const BrdfRange& range, const SliceOrders& orders, int most_steps, int threads);
 
-// Returns the slices of one value from the steps about it, which must enclose it: [J^2, E, 3].
-std::vector<double> interpolatedSlices(const BrdfSteps& steps, double value);
-
 }  // namespace penumbra

@@ -3,6 +3,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "fit/numerics/matrix.h"
 #include "formats/common/parallel_for.h"
 #include "sh/brdf/mirror_lobe.h"
 #include "sh/reflectance.h"
@@ -72,8 +73,8 @@ double liveRadiance(const BrdfLobe& lobe, int light_order, std::span<const doubl
 
 double liveShadingError(const RgbBrdf& source, const BrdfLobe& lobe, int threads) {
     constexpr int kOrder = 5, kMomentOrder = 6;
-    const ShadingTest test = makeShadingTest(referenceScenes(), threads);
-    const std::vector<double> truth = bruteForceRadiance(test, source, threads);
+    const ShadingTruth truth = shadingTruth(source, threads);
+    const ShadingTest& test = truth.test;
     const std::size_t occluders = test.scenes.occluders.size(), lights = test.scenes.lights.size(),
                       views = test.scenes.views.size();
     const std::vector<double> matrix = lobeMatrix(lobe, test.scenes.light_order, kMomentOrder),
@@ -85,25 +86,22 @@ double liveShadingError(const RgbBrdf& source, const BrdfLobe& lobe, int threads
             d[std::size_t(i)] = 2 * test.moments[k * coefficientCount(kMaxOrder) + std::size_t(i)];
         b.push_back(timesVector(to_moments, d));
     }
-    std::vector<double> errors(views), totals(views);
+    std::vector<RelativeRms> errors(views);
     parallelFor(views, threads, [&](std::size_t v) {
         const Mat3d frame = mirrorFrame(test.scenes.views[v]);
         for (std::size_t k = 0; k < occluders; ++k) {
             const std::vector<double> t = timesVector(matrix, turned(kMomentOrder, frame, b[k]));
             for (std::size_t l = 0; l < lights; ++l) {
                 const double ours = product(turned(test.scenes.light_order, frame, test.scenes.lights[l]), t);
-                for (int c = 0; c < 3; ++c) {
-                    const double exact = truth[((std::size_t(c) * views + v) * lights + l) * occluders + k],
-                                 difference = ours * double(lobe.color[c]) - exact;
-                    errors[v] += difference * difference;
-                    totals[v] += exact * exact;
-                }
+                for (int c = 0; c < 3; ++c)
+                    errors[v].add(ours * double(lobe.color[c]),
+                                  truth.radiance[((std::size_t(c) * views + v) * lights + l) * occluders + k]);
             }
         }
     });
-    double error = 0, total = 0;
-    for (std::size_t v = 0; v < views; ++v) error += errors[v], total += totals[v];
-    return total > 0 ? std::sqrt(error / total) : 0;
+    RelativeRms error;
+    for (const RelativeRms& of_view : errors) error.add(of_view);
+    return error.value();
 }
 
 }  // namespace penumbra

@@ -83,26 +83,30 @@ std::vector<double> products(const ShadingTest& test, const Convention& conventi
 
 }  // namespace
 
-double shadingError(const ShadingTest& test, const std::vector<double>& truth, const Convention& convention,
-                    const std::vector<double>& slices_of_views, int slice_order) {
+ShadingTruth shadingTruth(const RgbBrdf& brdf, int threads) {
+    ShadingTest test = makeShadingTest(referenceScenes(), threads);
+    std::vector<double> radiance = bruteForceRadiance(test, brdf, threads);
+    return {std::move(test), std::move(radiance)};
+}
+
+double shadingError(const ShadingTruth& truth, const Convention& convention, const std::vector<double>& slices_of_views,
+                    int slice_order) {
     const auto rows = std::size_t(coefficientCount(slice_order));
-    const std::size_t views = test.scenes.views.size();
+    const std::size_t views = truth.test.scenes.views.size();
     assert(slices_of_views.size() == views * rows * 3);
-    const std::vector<double> p = products(test, convention, slice_order);
+    const std::vector<double> p = products(truth.test, convention, slice_order);
     const std::size_t scenes = p.size() / rows;
-    assert(truth.size() == 3 * views * scenes);
-    double error = 0, total = 0;
+    assert(truth.radiance.size() == 3 * views * scenes);
+    RelativeRms error;
     for (std::size_t c = 0; c < 3; ++c)
         for (std::size_t v = 0; v < views; ++v)
             for (std::size_t k = 0; k < scenes; ++k) {
                 double ours = 0;
                 for (std::size_t i = 0; i < rows; ++i)
                     ours += p[k * rows + i] * slices_of_views[(v * rows + i) * 3 + c];
-                const double exact = truth[(c * views + v) * scenes + k];
-                error += (ours - exact) * (ours - exact);
-                total += exact * exact;
+                error.add(ours, truth.radiance[(c * views + v) * scenes + k]);
             }
-    return total > 0 ? std::sqrt(error / total) : 0;
+    return error.value();
 }
 
 std::vector<double> slicesOfViews(const std::vector<Vec3d>& views, const std::vector<double>& c,
@@ -119,6 +123,21 @@ std::vector<double> slicesOfViews(const std::vector<Vec3d>& views, const std::ve
                         c[(i * index.size() + e) * 3 + channel] * y[std::size_t(index[e])];
     }
     return f;
+}
+
+void measureShading(const ShadingTruth& truth, BrdfFile& brdf) {
+    const std::vector<double> slices = slicesOfViews(truth.test.scenes.views, brdf.slices, brdf.even_index);
+    brdf.errors["shading_d5"] = shadingError(truth, {BelowHorizon::kMirrored, 5}, slices, brdf.slice_order);
+    brdf.errors["shading_a4"] = shadingError(truth, {BelowHorizon::kOpen, 4}, slices, brdf.slice_order);
+}
+
+double lobeError(const ShadingTruth& truth, std::span<const BrdfLobe> lobes, int threads) {
+    const RgbBrdf sum{"lobes", BrdfSymmetry::kOrthotropic,
+                      [lobes](Vec3d wi, Vec3d wo) { return toDouble(evalLobes(lobes, toFloat(wi), toFloat(wo))); }};
+    const std::vector<double> ours = bruteForceRadiance(truth.test, sum, threads);
+    RelativeRms error;
+    for (std::size_t i = 0; i < ours.size(); ++i) error.add(ours[i], truth.radiance[i]);
+    return error.value();
 }
 
 }  // namespace penumbra

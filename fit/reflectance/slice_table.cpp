@@ -32,22 +32,20 @@ namespace penumbra {
 
 namespace {
 
-constexpr int kChannels = 3;
-
 // --- One integral ---------------------------------------------------------------------------------------------------
 
 // Integrates F(o) of one view on the nodes of any grid over the hemisphere. Nodes are added one after the other, so the
 // sum does not depend on threads.
 void integrateOnGrid(const RgbBrdf& brdf, Vec3d view, const std::vector<WeightedDirection>& grid,
                      std::span<double> slice) {
-    const int count = int(slice.size()) / kChannels, order = bandOfIndex(count - 1) + 1;
+    const int count = int(slice.size()) / kSliceChannels, order = bandOfIndex(count - 1) + 1;
     std::array<double, coefficientCount(kMaxOrder)> storage;
     const std::span<double> y = std::span(storage).first(std::size_t(count));
     for (const auto& [direction, weight] : grid) {
         const Vec3d value = brdf.eval(direction, view) * (direction.z * weight);
         evalBasis(order, direction, y);
         for (std::size_t i = 0; i < y.size(); ++i)
-            for (int c = 0; c < kChannels; ++c) slice[kChannels * i + std::size_t(c)] += value[c] * y[i];
+            for (int c = 0; c < kSliceChannels; ++c) slice[kSliceChannels * i + std::size_t(c)] += value[c] * y[i];
     }
 }
 
@@ -77,10 +75,10 @@ void addRing(const Ring& ring, double z, double sine, std::span<double> slice) {
     evalBasis(ring.order, Vec3d{sine, 0, z}, y);
     for (int l = 0; l < ring.order; ++l)
         for (int m = 0; m <= l; ++m)
-            for (int c = 0; c < kChannels; ++c) {
+            for (int c = 0; c < kSliceChannels; ++c) {
                 const double a = y[std::size_t(shIndex(l, m))];
-                slice[std::size_t(kChannels * shIndex(l, m) + c)] += a * ring.cosines[std::size_t(m)][c];
-                if (m > 0) slice[std::size_t(kChannels * shIndex(l, -m) + c)] += a * ring.sines[std::size_t(m)][c];
+                slice[std::size_t(kSliceChannels * shIndex(l, m) + c)] += a * ring.cosines[std::size_t(m)][c];
+                if (m > 0) slice[std::size_t(kSliceChannels * shIndex(l, -m) + c)] += a * ring.sines[std::size_t(m)][c];
             }
 }
 
@@ -130,7 +128,7 @@ void integrateAroundMirror(const RgbBrdf& brdf, Vec3d view, const std::vector<We
     const LobeWidth width = lobeWidth(brdf, view);
     const double t_o = std::sqrt(view.z), radius = std::hypot(view.x, view.y);
     const double mirror_cosine = radius > 0 ? -view.x / radius : 1, mirror_sine = radius > 0 ? -view.y / radius : 0;
-    const int order = bandOfIndex(int(slice.size()) / kChannels - 1) + 1;
+    const int order = bandOfIndex(int(slice.size()) / kSliceChannels - 1) + 1;
     // Takes heights z = t^2 below and above the mirror direction's.
     for (double side : {-1.0, 1.0}) {
         const Graded heights(width.t, side < 0 ? t_o : 1 - t_o);
@@ -157,12 +155,12 @@ void integrateAroundMirror(const RgbBrdf& brdf, Vec3d view, const std::vector<We
 
 // Turns a slice by an angle about the normal: f(s) becomes f(Rz(angle)^-1 s). The pair (m, -m) turns by m angle.
 void rotateAboutNormal(double angle, std::span<const double> in, std::span<double> out) {
-    for (int l = 0; kChannels * coefficientCount(l) < int(in.size()); ++l)
+    for (int l = 0; kSliceChannels * coefficientCount(l) < int(in.size()); ++l)
         for (int m = 0; m <= l; ++m) {
             const double cosine = std::cos(m * angle), sine = std::sin(m * angle);
-            for (int c = 0; c < kChannels; ++c) {
-                const std::size_t i = std::size_t(kChannels * shIndex(l, m) + c),
-                                  j = std::size_t(kChannels * shIndex(l, -m) + c);
+            for (int c = 0; c < kSliceChannels; ++c) {
+                const std::size_t i = std::size_t(kSliceChannels * shIndex(l, m) + c),
+                                  j = std::size_t(kSliceChannels * shIndex(l, -m) + c);
                 const double plus = in[i], minus = m > 0 ? in[j] : 0;
                 if (m > 0) out[j] = sine * plus + cosine * minus;
                 out[i] = cosine * plus - sine * minus;
@@ -172,11 +170,12 @@ void rotateAboutNormal(double angle, std::span<const double> in, std::span<doubl
 
 // Mirrors a slice. y -> -y keeps cosines and flips sines. x -> -x does the same after a factor (-1)^m on both.
 void mirror(bool flip_x, bool flip_y, std::span<double> slice) {
-    for (int l = 0; kChannels * coefficientCount(l) < int(slice.size()); ++l)
+    for (int l = 0; kSliceChannels * coefficientCount(l) < int(slice.size()); ++l)
         for (int m = -l; m <= l; ++m) {
             const bool sine_sign = (m < 0) && (flip_x != flip_y), odd_sign = flip_x && m % 2 != 0;
             if (sine_sign == odd_sign) continue;
-            for (double& value : slice.subspan(std::size_t(kChannels * shIndex(l, m)), kChannels)) value = -value;
+            for (double& value : slice.subspan(std::size_t(kSliceChannels * shIndex(l, m)), kSliceChannels))
+                value = -value;
         }
 }
 
@@ -199,7 +198,7 @@ SliceTable makeTable(int slice_order, int view_n_z) {
         table.weights.push_back(weight * direction.z);
     }
     table.view_n_z = view_n_z;
-    table.slices.resize(table.views.size() * std::size_t(kChannels * coefficientCount(slice_order)));
+    table.slices.resize(table.views.size() * std::size_t(kSliceChannels * coefficientCount(slice_order)));
     return table;
 }
 
@@ -311,7 +310,7 @@ double largestAlbedo(const RgbBrdf& brdf, int threads) {
         throwIfInterrupted();
         const double z = kViewHeights[k / azimuths], r = std::sqrt(1 - z * z),
                      phi = std::numbers::pi / 4 * double(k % azimuths);
-        std::array<double, kChannels> f0{};
+        std::array<double, kSliceChannels> f0{};
         integrateAroundMirror(brdf, {r * std::cos(phi), r * std::sin(phi), z}, nodes, f0);
         // F_0 is the integral with the constant y_0 = 1 / sqrt(4 pi).
         largest[k] = std::sqrt(4 * std::numbers::pi) * *std::max_element(f0.begin(), f0.end());

@@ -8,6 +8,8 @@
 
 namespace penumbra {
 
+constexpr int kSliceChannels = 3;  // colours
+
 struct SliceTable {
     std::vector<double> slices;  // [views, J^2, 3]
     std::vector<Vec3d> views;

@@ -79,10 +79,10 @@ void checkFields(const VisibilityHeader& header, const std::string& file, std::s
         throw UsageError("--fields: none of the files is that of the character in " + file);
 }
 
-Composition compositionOf(const Model& model, std::span<const FieldFile> fields, int steps, bool floor) {
+Composition compositionOf(const Model& model, std::span<const FieldFile> fields, const VisibilityHeader& header) {
     Composition composition;
-    composition.local_steps = steps;
-    composition.floor = floor;
+    composition.local_steps = header.local->steps;
+    composition.floor = header.ground_y.has_value();
     PartFields& parts = composition.fields;
     std::vector<std::uint8_t> own_steps;
     const auto append = [&](const FieldFile& file) {

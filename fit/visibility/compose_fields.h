@@ -16,8 +16,8 @@ void checkFields(const VisibilityHeader& header, const std::string& file, std::s
 
 // Makes the parts of a model whose mesh, skin and input joints are set, from fields that passed checkFields(). Parts of
 // the character come first. Every vertex sees all occluders. The vertices of a deforming mesh belong to part 0 and see
-// nothing else. `floor`: the bake had the floor of --ground.
-Composition compositionOf(const Model& model, std::span<const FieldFile> fields, int steps, bool floor);
+// nothing else. `header` is that of the bake.
+Composition compositionOf(const Model& model, std::span<const FieldFile> fields, const VisibilityHeader& header);
 
 // Tells which joints are input joints that a part of the composition moves with, [J]. No model needs to learn these.
 std::vector<bool> composedInputs(const Model& model);

@@ -1,10 +1,19 @@
 #include "fit/visibility/error_figures.h"
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "fit/visibility/split_frames.h"
+
 namespace penumbra {
+
+void FrameErrors::add(const FrameErrors& other) {
+    for (std::size_t f = 0; f < squared.size(); ++f) {
+        squared[f] += other.squared[f];
+        variance[f] += other.variance[f];
+        ambient[f] += other.ambient[f];
+    }
+}
 
 ErrorFigures figuresOf(const FrameErrors& errors, std::span<const std::size_t> frames, std::size_t vertices) {
     double squared = 0, variance = 0, ambient = 0;
@@ -20,7 +29,7 @@ ErrorFigures figuresOf(const FrameErrors& errors, std::span<const std::size_t> f
 }
 
 std::vector<ClipError> errorsByClip(const FrameErrors& errors, const FrameList& list,
-                                    std::span<const std::string> held_out, std::size_t vertices) {
+                                    const std::vector<std::string>& holdout, std::size_t vertices) {
     std::vector<ClipError> clips;
     for (std::size_t c = 0; c < list.clip_names.size(); ++c) {
         std::vector<std::size_t> frames;
@@ -28,8 +37,7 @@ std::vector<ClipError> errorsByClip(const FrameErrors& errors, const FrameList& 
             if (list.clip[f] == c) frames.push_back(f);
         const ErrorFigures figures = figuresOf(errors, frames, vertices);
         const std::string& name = list.clip_names[c];
-        const bool held = std::find(held_out.begin(), held_out.end(), name) != held_out.end();
-        clips.push_back({name, held, figures.relative_error, figures.rms_v, figures.ambient_error});
+        clips.push_back({name, isHeldOut(holdout, name), figures.relative_error, figures.rms_v, figures.ambient_error});
     }
     return clips;
 }

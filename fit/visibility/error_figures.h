@@ -13,6 +13,9 @@ struct FrameErrors {
     std::vector<double> squared;   // [F] |prediction - truth|^2
     std::vector<double> variance;  // [F] |truth - training mean|^2
     std::vector<double> ambient;   // [F] |E(prediction) - E(truth)|, NaN without ambient_weights
+
+    explicit FrameErrors(std::size_t frames = 0) : squared(frames), variance(frames), ambient(frames) {}
+    void add(const FrameErrors& other);
 };
 
 struct ErrorFigures {
@@ -22,6 +25,6 @@ struct ErrorFigures {
 // Returns the error figures over the given frames.
 ErrorFigures figuresOf(const FrameErrors& errors, std::span<const std::size_t> frames, std::size_t vertices);
 std::vector<ClipError> errorsByClip(const FrameErrors& errors, const FrameList& list,
-                                    std::span<const std::string> held_out, std::size_t vertices);
+                                    const std::vector<std::string>& holdout, std::size_t vertices);
 
 }  // namespace penumbra

@@ -9,33 +9,11 @@
 #include "formats/common/parallel_for.h"
 #include "formats/common/part_table.h"
 #include "formats/common/write_file.h"
+#include "sh/light/dominant_light.h"
 
 namespace penumbra {
 
 namespace {
-
-// Groups consecutive clusters whose numbers together fit in batch_bytes.
-std::vector<std::pair<std::size_t, std::size_t>> makeBatches(const VertexClusters& clusters,
-                                                             std::size_t bytes_per_vertex, std::size_t batch_bytes) {
-    std::vector<std::pair<std::size_t, std::size_t>> batches;
-    std::size_t bytes = 0;
-    for (std::size_t c = 0; c < clusters.vertices.size(); ++c) {
-        const std::size_t size = clusters.vertices[c].size() * bytes_per_vertex;
-        if (batches.empty() || bytes + size > batch_bytes) {
-            batches.emplace_back(c, c);
-            bytes = 0;
-        }
-        bytes += size;
-        batches.back().second = c + 1;
-    }
-    return batches;
-}
-
-Vec3 centerOf(const Mesh& mesh, const std::vector<std::uint32_t>& vertices) {
-    Vec3d sum;
-    for (std::uint32_t v : vertices) sum += toDouble(mesh.rest_positions[v]);
-    return toFloat(sum / double(vertices.size()));
-}
 
 // Tells the observer from whichever thread makes progress. The share never goes down.
 class SharedProgress {
@@ -53,15 +31,13 @@ private:
     std::mutex mutex_;
 };
 
-// Returns the weights that give E = (1/pi) integral of V cos from a vertex' numbers. Cosine-weighted numbers hold that
-// integral as sqrt(4 pi) times the first. In the model frame the weights would turn with the normal, so there are none.
-std::vector<float> ambientWeightsOf(const FitOptions& options) {
-    if (options.frame == Frame::kGlobal) return {};
-    std::vector<float> weights(std::size_t(options.convention.size()));
-    if (options.target == Target::kCosineWeighted)
-        weights[0] = float(2 * std::numbers::inv_sqrtpi);
-    else
-        ambientWeights(options.convention, weights);
+// The weights that give the luminance of E_ind / pi under a light of radiance 1 from everywhere.
+std::vector<float> indirectWeights(const ColorAxes& axes) {
+    std::vector<float> weights(kIndirectNumbers);
+    const std::array<std::size_t, 3> places{0, kIndirectCoefficients, kIndirectCoefficients + 1};
+    for (int k = 0; k < 3; ++k)
+        weights[places[std::size_t(k)]] =
+            float(2 * std::numbers::inv_sqrtpi) * luminance(Vec3{axes(k, 0), axes(k, 1), axes(k, 2)});
     return weights;
 }
 
@@ -72,8 +48,8 @@ using FitBatch = std::function<void(std::size_t begin, std::size_t end, const Re
 
 // Calls `fit` for one batch of clusters after the other. Each takes about `copies` times its numbers in memory.
 void forBatches(const FitJob& job, const Model& model, std::size_t copies, const FitBatch& fit) {
-    const std::size_t bytes_per_vertex =
-        job.poses.frameCount() * std::size_t(model.convention.size()) * sizeof(float) * copies;
+    const std::size_t numbers = job.indirect ? kIndirectNumbers : std::size_t(model.convention.size()),
+                      bytes_per_vertex = job.poses.frameCount() * numbers * sizeof(float) * copies;
     const std::size_t batch_bytes = job.options.batch_bytes
                                         ? job.options.batch_bytes
                                         : std::clamp(bytes_per_vertex * model.mesh.vertexCount() / 5,
@@ -85,28 +61,52 @@ void forBatches(const FitJob& job, const Model& model, std::size_t copies, const
         request.convention = model.convention;
         request.frames = {&model.rest_tangents, &model.cluster_of_vertex, job.clusters.joint};
         request.vertices_of_cluster = std::span(job.clusters.vertices).subspan(begin, end - begin);
-        request.target = job.options.target;
-        request.frame = job.options.frame;
+        request.form = job.options.form;
+        request.indirect = job.indirect;
         request.occluders = occluders;
         request.threads = job.options.threads;
         request.vertices_done = [&](std::size_t n) { progress.add(double(n)); };
         return readClusterNumbers(job.reader, job.poses, request);
     };
-    for (auto [begin, end] : makeBatches(job.clusters, bytes_per_vertex, batch_bytes)) {
+    for (auto [begin, end] : makeBatches(job.clusters.vertices, bytes_per_vertex, batch_bytes)) {
         fit(begin, end, read);
         for (std::size_t c = begin; c < end; ++c) progress.add(double(copies * job.clusters.vertices[c].size()));
     }
 }
 
 ClusterProblem problemOf(const FitJob& job, const Model& model, const FeatureRecipe& recipe, std::size_t cluster) {
-    return {job.options.model, &recipe, &job.poses, job.split.train, &job.folds, ambientWeightsOf(job.options),
-            job.options.clamp,
+    return {job.options.model, &recipe, &job.poses, job.split.train, &job.folds,
+            job.indirect ? indirectWeights(*job.indirect) : job.options.form->ambient_weights(model.convention),
+            !job.indirect && job.options.form->clamp,
             // The angles went through one PCA together, so none is dropped here.
             model.features == FeatureKind::kDihedrals ? 1.0 : inputVariance(job.options), job.options.output_variance,
             job.clusters.joint[cluster], centerOf(model.mesh, job.clusters.vertices[cluster]), job.options.prior};
 }
 
 }  // namespace
+
+std::vector<std::pair<std::size_t, std::size_t>> makeBatches(
+    const std::vector<std::vector<std::uint32_t>>& vertices_of_cluster, std::size_t bytes_per_vertex,
+    std::size_t batch_bytes) {
+    std::vector<std::pair<std::size_t, std::size_t>> batches;
+    std::size_t bytes = 0;
+    for (std::size_t c = 0; c < vertices_of_cluster.size(); ++c) {
+        const std::size_t size = vertices_of_cluster[c].size() * bytes_per_vertex;
+        if (batches.empty() || bytes + size > batch_bytes) {
+            batches.emplace_back(c, c);
+            bytes = 0;
+        }
+        bytes += size;
+        batches.back().second = c + 1;
+    }
+    return batches;
+}
+
+Vec3 centerOf(const Mesh& mesh, const std::vector<std::uint32_t>& vertices) {
+    Vec3d sum;
+    for (std::uint32_t v : vertices) sum += toDouble(mesh.rest_positions[v]);
+    return toFloat(sum / double(vertices.size()));
+}
 
 std::vector<ClusterFit> fitClusters(const FitJob& job, const Model& model) {
     const FeatureRecipe recipe = recipeOf(model);

@@ -17,7 +17,17 @@ struct FitJob {
     const VertexClusters& clusters;
     const Split& split;
     std::vector<int> folds;
+    // Where it is set, the clusters learn the indirect transfer in these colours instead of visibility.
+    const ColorAxes* indirect = nullptr;
 };
+
+// Groups consecutive clusters, [begin, end), whose numbers together fit into so many bytes. No result depends on them.
+constexpr std::size_t kBatchBytes = std::size_t(128) << 20;
+std::vector<std::pair<std::size_t, std::size_t>> makeBatches(
+    const std::vector<std::vector<std::uint32_t>>& vertices_of_cluster, std::size_t bytes_per_vertex,
+    std::size_t batch_bytes = kBatchBytes);
+// Returns the mean rest position of some vertices.
+Vec3 centerOf(const Mesh& mesh, const std::vector<std::uint32_t>& vertices);
 
 // Fits every cluster of `model`, whose mesh, tangents and cluster_of_vertex are set.
 std::vector<ClusterFit> fitClusters(const FitJob& job, const Model& model);

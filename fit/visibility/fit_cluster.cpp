@@ -19,15 +19,6 @@ void subtractFromRows(BasicMatrix<T>& m, std::span<const T> mean) {
         for (std::size_t c = 0; c < m.columns; ++c) m(r, c) -= mean[c];
 }
 
-// Returns the raw features of every frame, [F, N].
-Matrix allRawFeatures(const ClusterProblem& problem) {
-    Matrix raw(problem.poses->frameCount(), problem.recipe->count());
-    for (std::size_t f = 0; f < raw.rows; ++f)
-        rawFeatures(*problem.recipe, problem.joint, problem.poses->bonesOf(f), problem.poses->rotationsOf(f),
-                    problem.poses->poseOf(f), raw.row(f));
-    return raw;
-}
-
 // Turns truth - mean into truth - prediction, row by row.
 void subtractPrediction(const ClusterProblem& problem, const ClusterModel& model, const Matrix& raw,
                         MatrixF& residual) {
@@ -78,6 +69,13 @@ std::vector<double> ambientErrors(const std::vector<float>& w, const MatrixF& re
 
 }  // namespace
 
+Matrix rawFeatures(const FeatureRecipe& recipe, int joint, const PoseTable& poses) {
+    Matrix raw(poses.frameCount(), recipe.count());
+    for (std::size_t f = 0; f < raw.rows; ++f)
+        rawFeatures(recipe, joint, poses.bonesOf(f), poses.rotationsOf(f), poses.poseOf(f), raw.row(f));
+    return raw;
+}
+
 void setErrorRatios(const FrameErrors& errors, std::span<const std::size_t> train, ClusterModel& model) {
     double squared[2] = {}, variance[2] = {};
     std::vector<bool> trained(errors.squared.size());
@@ -108,7 +106,7 @@ ClusterFit fitCluster(const ClusterProblem& problem, MatrixF& numbers) {
     for (std::size_t k = components; k < outputs.energies.size(); ++k) fit.left_by_pca += outputs.energies[k];
 
     // 3. Compute the features, and train a model of the scores.
-    const Matrix raw = allRawFeatures(problem);
+    const Matrix raw = rawFeatures(*problem.recipe, problem.joint, *problem.poses);
     const ClusterPlace place{problem.joint, problem.center};
     const std::vector<double> group_weights = groupWeights(*problem.recipe, place, raw, problem.train);
     const RegressionProblem regression{*problem.recipe, place,   raw,        problem.train,          *problem.folds,

@@ -32,6 +32,9 @@ struct ClusterFit {
     double left_by_pca = 0;      // energy of the outputs that the output PCA dropped
 };
 
+// Returns the raw features of a cluster of this joint in every frame, [F, N].
+Matrix rawFeatures(const FeatureRecipe& recipe, int joint, const PoseTable& poses);
+
 // Sets the relative squared errors of a cluster over training frames and over all other frames.
 void setErrorRatios(const FrameErrors& errors, std::span<const std::size_t> train, ClusterModel& model);
 

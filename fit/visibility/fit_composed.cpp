@@ -36,7 +36,9 @@ void addFrame(std::span<const float> ambient, std::span<const float> truth, std:
 }
 
 FrameErrors noErrors(const std::vector<double>& variance) {
-    return {std::vector<double>(variance.size()), variance, std::vector<double>(variance.size())};
+    FrameErrors errors(variance.size());
+    errors.variance = variance;
+    return errors;
 }
 
 std::vector<double> varianceOf(const MatrixF& numbers, std::span<const std::size_t> train) {

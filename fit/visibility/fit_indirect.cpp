@@ -14,35 +14,19 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "fit/numerics/cross_validation.h"
-#include "fit/visibility/fit_cluster.h"
+#include "fit/visibility/fit_batches.h"
+#include "fit/visibility/predict.h"
+#include "fit/visibility/split_frames.h"
 #include "formats/common/errors.h"
-#include "formats/common/parallel_for.h"
 #include "formats/common/write_file.h"
 #include "formats/stage/pose_file.h"
-#include "sh/light/dominant_light.h"
 #include "sh/symmetric_eigen.h"
 
 namespace penumbra {
 
 namespace {
-
-// Throws InvalidInput where the bake shows another character than the model.
-void checkOwnBake(const Model& model, const VisibilityHeader& header, const std::string& file) {
-    const auto refuse = [&](const char* field) {
-        throw InvalidInput(file + ": " + field + " is not that of the model: the bake is of another character");
-    };
-    if (header.skin.has_value() == model.deforming) refuse("/skin");
-    if (header.mesh.two_sided != model.mesh.two_sided) refuse("attribute two_sided");
-    if (header.mesh.rest_positions != model.mesh.rest_positions) refuse("/mesh/rest_positions");
-    if (header.mesh.triangles != model.mesh.triangles) refuse("/mesh/triangles");
-    if (!header.skin) return;
-    const auto own = model.skin.joint_names.begin() + long(model.skin.jointCount() - model.input_joints.size());
-    if (header.skin->joint_names != std::vector<std::string>(model.skin.joint_names.begin(), own))
-        refuse("/skin/joint_names");
-}
 
 // Returns the frame of the model that each frame of the bake is.
 std::vector<std::size_t> framesOfModel(const Model& model, const FrameList& bake, const std::string& file) {
@@ -60,11 +44,6 @@ std::vector<std::size_t> framesOfModel(const Model& model, const FrameList& bake
         found.push_back(f);
     }
     return found;
-}
-
-bool heldOut(const Model& model, const FrameList& frames, std::size_t f) {
-    const std::string& clip = frames.clip_names[frames.clip[f]];
-    return std::find(model.holdout_clips.begin(), model.holdout_clips.end(), clip) != model.holdout_clips.end();
 }
 
 // Returns the poses of the bake's frames as the model has them.
@@ -90,7 +69,7 @@ PoseTable posesOf(const Model& model, std::span<const std::size_t> frames) {
             vertexNormals(model.mesh.frontTriangles(), std::span(poses.positions).subspan(first, fronts));
         poses.normals.insert(poses.normals.end(), normals.begin(), normals.end());
     }
-    for (const Affine& bone : poses.bones) poses.rotations.push_back(nearestRotation(bone.linear()));
+    poses.rotations = rotationsOf(poses.bones);
     return poses;
 }
 
@@ -142,72 +121,6 @@ FrameEnergy energyOf(const VisibilityFrame& frame, const ColorAxes& axes, std::s
     return energy;
 }
 
-// The weights that give the luminance of E_ind / pi under a light of radiance 1 from everywhere.
-std::vector<float> ambientWeightsOf(const ColorAxes& axes) {
-    std::vector<float> weights(kIndirectNumbers);
-    const std::array<std::size_t, 3> places{0, kIndirectCoefficients, kIndirectCoefficients + 1};
-    for (int k = 0; k < 3; ++k)
-        weights[places[std::size_t(k)]] =
-            float(2 * std::numbers::inv_sqrtpi) * luminance(Vec3{axes(k, 0), axes(k, 1), axes(k, 2)});
-    return weights;
-}
-
-struct IndirectJob {
-    const Model& model;
-    const VisibilityReader& reader;
-    const IndirectFitOptions& options;
-    const FitObserver& observer;
-    const PoseTable& poses;
-    std::span<const std::size_t> train;
-    const std::vector<int>& folds;
-    const ColorAxes& axes;
-    std::vector<float> ambient_weights;
-    std::vector<int> joints;                           // [cluster]
-    std::vector<std::vector<std::uint32_t>> vertices;  // [cluster]
-};
-
-ClusterProblem problemOf(const IndirectJob& job, const FeatureRecipe& recipe, std::size_t cluster) {
-    return {job.model.kind,
-            &recipe,
-            &job.poses,
-            job.train,
-            &job.folds,
-            job.ambient_weights,
-            false,
-            job.model.features == FeatureKind::kDihedrals ? 1.0 : job.model.input_variance,
-            job.options.output_variance,
-            job.joints[cluster],
-            job.model.clusters[cluster].center};
-}
-
-// Fits all clusters, as many at a time as have this many numbers.
-std::vector<ClusterFit> fitOfClusters(const IndirectJob& job) {
-    constexpr std::size_t kBatchNumbers = std::size_t(1) << 25;
-    const FeatureRecipe recipe = recipeOf(job.model);
-    std::vector<ClusterFit> fits(job.vertices.size());
-    std::size_t done = 0;
-    for (std::size_t begin = 0, end; begin < fits.size(); begin = end) {
-        std::size_t count = 0;
-        for (end = begin; end < fits.size() && (end == begin || count < kBatchNumbers); ++end)
-            count += job.vertices[end].size() * kIndirectNumbers * job.poses.frameCount();
-        ClusterNumbersRequest request;
-        request.frames = {&job.model.rest_tangents, &job.model.cluster_of_vertex, job.joints};
-        request.vertices_of_cluster = std::span(job.vertices).subspan(begin, end - begin);
-        request.indirect = &job.axes;
-        request.threads = job.options.threads;
-        std::vector<MatrixF> numbers = readClusterNumbers(job.reader, job.poses, request);
-        parallelFor(numbers.size(), job.options.threads, [&](std::size_t i) {
-            throwIfInterrupted();
-            fits[begin + i] = fitCluster(problemOf(job, recipe, begin + i), numbers[i]);
-            fits[begin + i].model.vertices = job.vertices[begin + i];
-            numbers[i] = {};
-        });
-        for (std::size_t c = begin; c < end; ++c) done += job.vertices[c].size();
-        if (job.observer.progress) job.observer.progress(double(done) / double(job.model.mesh.vertexCount()));
-    }
-    return fits;
-}
-
 // Sums of errors over clusters and some frames.
 struct ErrorSums {
     double squared = 0, variance = 0, ambient = 0, direct = 0, indirect = 0, left = 0;
@@ -248,10 +161,12 @@ void checkIndirectFit(const Model& model, const VisibilityHeader& header, const 
     if (header.order < kIndirectOrder)
         throw InvalidInput(file + ": sh_order: " + std::to_string(header.order) + "; indirect light needs order " +
                            std::to_string(kIndirectOrder));
-    checkOwnBake(model, header, file);
+    checkCharacter(model, header, file);
+    if (header.mesh.rest_positions != model.mesh.rest_positions)
+        throw InvalidInput(file + ": /mesh/rest_positions is not that of the model: the bake is of another character");
     framesOfModel(model, header.frames, file);
     for (std::size_t f = 0; f < header.frames.frameCount(); ++f)
-        if (!heldOut(model, header.frames, f)) return;
+        if (!isHeldOut(model.holdout_clips, header.frames, f)) return;
     throw UsageError(file + ": the model holds out all of its clips; no frame is left to train on");
 }
 
@@ -266,15 +181,14 @@ IndirectFit fitIndirect(const Model& model, const VisibilityReader& reader, cons
     // 1. The poses, and which of them are trained on.
     phase("poses");
     const PoseTable poses = posesOf(model, framesOfModel(model, header.frames, file));
-    std::vector<std::size_t> train, held_out;
+    Split split;
     for (std::size_t f = 0; f < poses.frameCount(); ++f)
-        (heldOut(model, header.frames, f) ? held_out : train).push_back(f);
-    const std::vector<int> folds = makeFolds(header.frames, train);
+        (isHeldOut(model.holdout_clips, header.frames, f) ? split.held_out : split.train).push_back(f);
     // 2. The colours.
     phase("colours");
     IndirectFit result;
     result.model.bounces = header.bounces;
-    result.model.axes = colorAxes(reader, train);
+    result.model.axes = colorAxes(reader, split.train);
     std::vector<FrameEnergy> energies;
     for (std::size_t f = 0; f < poses.frameCount(); ++f) {
         throwIfInterrupted();
@@ -282,22 +196,32 @@ IndirectFit fitIndirect(const Model& model, const VisibilityReader& reader, cons
     }
     // 3. Every cluster.
     phase("fit");
-    IndirectJob job{
-        model, reader, options, observer, poses, train, folds, result.model.axes, ambientWeightsOf(result.model.axes),
-        {},    {}};
-    for (const ClusterModel& cluster : model.clusters) {
-        job.joints.push_back(cluster.joint);
-        job.vertices.push_back(cluster.vertices);
-    }
-    std::vector<ClusterFit> fits = fitOfClusters(job);
+    FitOptions as_of_model;
+    as_of_model.model = model.kind;
+    as_of_model.features = model.features;
+    as_of_model.input_variance = model.input_variance;
+    as_of_model.output_variance = options.output_variance;
+    as_of_model.threads = options.threads;
+    VertexClusters clusters{model.cluster_of_vertex, {}, jointsOfClusters(model)};
+    for (const ClusterModel& cluster : model.clusters) clusters.vertices.push_back(cluster.vertices);
+    const FitJob job{reader,
+                     as_of_model,
+                     observer,
+                     poses,
+                     clusters,
+                     split,
+                     makeFolds(header.frames, split.train),
+                     &result.model.axes};
+    std::vector<ClusterFit> fits = fitClusters(job, model);
     // 4. The errors.
     IndirectReport& report = result.report;
     const double vertices = double(model.mesh.vertexCount());
-    const ErrorSums of_train = sumErrors(fits, energies, train), of_held_out = sumErrors(fits, energies, held_out);
-    report.train_frames = train.size();
-    report.held_out_frames = held_out.size();
-    report.train = sharesOf(of_train, vertices * double(train.size()));
-    report.held_out = sharesOf(of_held_out, vertices * double(held_out.size()));
+    const ErrorSums of_train = sumErrors(fits, energies, split.train),
+                    of_held_out = sumErrors(fits, energies, split.held_out);
+    report.train_frames = split.train.size();
+    report.held_out_frames = split.held_out.size();
+    report.train = sharesOf(of_train, vertices * double(split.train.size()));
+    report.held_out = sharesOf(of_held_out, vertices * double(split.held_out.size()));
     report.train_error = relative(of_train);
     report.held_out_error = relative(of_held_out);
     double validated = 0;
@@ -307,7 +231,8 @@ IndirectFit fitIndirect(const Model& model, const VisibilityReader& reader, cons
     }
     report.cross_validated_error = of_train.variance > 0 ? std::sqrt(validated / of_train.variance) : 0;
     result.model.train_share = report.train.model;
-    result.model.holdout_share = held_out.empty() ? std::numeric_limits<double>::quiet_NaN() : report.held_out.model;
+    result.model.holdout_share =
+        split.held_out.empty() ? std::numeric_limits<double>::quiet_NaN() : report.held_out.model;
     return result;
 }
 

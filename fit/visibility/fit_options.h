@@ -31,14 +31,8 @@ struct FitOptions {
     // The training frames, as clip names and times. Without a list, all frames that are not held out.
     std::optional<FrameList> train_frames;
     Convention convention;  // D5
-    // For comparisons. A model with the second value of either is never written to a file. Such a fit takes convention
-    // A or B only, and not both second values at once.
-    Target target = Target::kVisibility;
-    Frame frame = Frame::kLocal;
-    // Measures the errors of predictions that are moved to where E lies in [0, 1], as Predictor and the run time
-    // give them. It is false only in comparisons. In the model frame it must be false, because the weights of E turn
-    // with the normal.
-    bool clamp = true;
+    // For comparisons alone: other numbers than those of models that become files.
+    const NumberForm* form = &kVisibilityForm;
     // The papers' mode for compression, where it is false: neural and additive models of visibility reproduce their
     // training frames without a prior. For comparisons.
     bool prior = true;

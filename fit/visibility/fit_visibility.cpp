@@ -67,7 +67,7 @@ void checkInput(const VisibilityHeader& header, const std::string& file, const F
         throw InvalidInput(file + ": quantity '" + header.quantity + "': a fit needs baked hemisphere_visibility");
     checkKind(header, file, options);
     if (!options.fields.empty()) checkComposed(header, file, options);
-    const int needed = options.convention.order + (options.target == Target::kCosineWeighted ? 1 : 0);
+    const int needed = options.convention.order + options.form->more_bands;
     if (needed > header.order)
         throw UsageError("--convention " + options.convention.name() + " needs moments of order " +
                          std::to_string(needed) + "; the file has order " + std::to_string(header.order));
@@ -121,18 +121,10 @@ void copyInput(const VisibilityHeader& header, const PoseTable& poses, const Fit
     model.output_variance = options.output_variance;
 }
 
-// Sums what `errorsOf` returns for each fit.
-template <class Fit, class ErrorsOf>
-FrameErrors sumOverClusters(const std::vector<Fit>& fits, std::size_t frames, ErrorsOf errors_of) {
-    FrameErrors sum{std::vector<double>(frames), std::vector<double>(frames), std::vector<double>(frames)};
-    for (const Fit& fit : fits) {
-        const FrameErrors& errors = errors_of(fit);
-        for (std::size_t f = 0; f < frames; ++f) {
-            sum.squared[f] += errors.squared[f];
-            sum.variance[f] += errors.variance[f];
-            sum.ambient[f] += errors.ambient[f];
-        }
-    }
+template <class Fit>
+FrameErrors sumOverClusters(const std::vector<Fit>& fits, std::size_t frames, FrameErrors Fit::*errors) {
+    FrameErrors sum(frames);
+    for (const Fit& fit : fits) sum.add(fit.*errors);
     return sum;
 }
 
@@ -192,27 +184,22 @@ void finishComposed(std::vector<ComposedFit> fits, const Split& split, FitResult
     const bool keep_mean = keep || about_others < kWorthResidual * as_it_is;
     if (keep && trained < left)
         model.composition->residual_worth = std::clamp((left - validated) / (left - trained), 0.0, 1.0);
-    const std::size_t frames = model.frames.frameCount();
-    const FrameErrors split_errors = sumOverClusters(fits, frames, [](const ComposedFit&fit) { return fit.split; }),
-                      without =
-                          sumOverClusters(fits, frames, [](const ComposedFit&fit) { return fit.without_residual; }),
-                      with = sumOverClusters(fits, frames, [](const ComposedFit&fit) { return fit.errors; }),
-                      local = sumOverClusters(fits, frames, [](const ComposedFit&fit) { return fit.local.errors; });
-    const FrameErrors with_mean = sumOverClusters(fits, frames, [](const ComposedFit& fit) { return fit.with_mean; });
-    const FrameErrors& errors = keep ? with : keep_mean ? with_mean : without;
+    const std::size_t frames = model.frames.frameCount(), vertices = model.mesh.vertexCount();
+    FrameErrors ComposedFit::*const kept = keep        ? &ComposedFit::errors
+                                           : keep_mean ? &ComposedFit::with_mean
+                                                       : &ComposedFit::without_residual;
+    const FrameErrors split_errors = sumOverClusters(fits, frames, &ComposedFit::split),
+                      without = sumOverClusters(fits, frames, &ComposedFit::without_residual),
+                      errors = sumOverClusters(fits, frames, kept);
     std::vector<ClusterFit> parts;
     for (ComposedFit& fit : fits) {
         // Both parts of a cluster state the errors of the whole prediction.
-        for (ClusterFit* part : {&fit.local, &fit.residual})
-            setErrorRatios(keep        ? fit.errors
-                           : keep_mean ? fit.with_mean
-                                       : fit.without_residual,
-                           split.train, part->model);
+        for (ClusterFit* part : {&fit.local, &fit.residual}) setErrorRatios(fit.*kept, split.train, part->model);
         parts.push_back(std::move(fit.local));
     }
-    model.clip_errors = errorsByClip(errors, model.frames, model.holdout_clips, model.mesh.vertexCount());
+    const FrameErrors local = sumOverClusters(parts, frames, &ClusterFit::errors);
+    model.clip_errors = errorsByClip(errors, model.frames, model.holdout_clips, vertices);
     result.report = reportOf(parts, local, split, model);
-    const std::size_t vertices = model.mesh.vertexCount();
     result.report.train = figuresOf(errors, split.train, vertices);
     result.report.held_out = figuresOf(errors, split.held_out, vertices);
     result.report.composed = ComposedReport{figuresOf(local, split.train, vertices),
@@ -245,12 +232,6 @@ std::string findProblem(const FitOptions& options) {
         return "--input-variance must lie in (0, 1], not " + std::to_string(options.input_variance);
     if (!(options.output_variance > 0 && options.output_variance <= 1))
         return "--output-variance must lie in (0, 1], not " + std::to_string(options.output_variance);
-    const bool cosine = options.target == Target::kCosineWeighted, global = options.frame == Frame::kGlobal;
-    if (global && options.clamp) return "predictions in the model frame cannot be clamped";
-    if (cosine && global) return "a fit is cosine-weighted or in the model frame, not both";
-    if ((cosine || global) && options.convention.below == BelowHorizon::kMirrored)
-        return "a cosine-weighted fit or one in the model frame takes convention A or B, not " +
-               options.convention.name();
     return {};
 }
 
@@ -294,14 +275,13 @@ FitResult fitVisibility(const VisibilityReader& reader, const PoseTable& poses, 
     phase("fit");
     const FitJob job{reader, options, observer, poses, clusters, split, makeFolds(header.frames, split.train)};
     if (!options.fields.empty()) {
-        model.composition = compositionOf(model, options.fields, header.local->steps, header.ground_y.has_value());
+        model.composition = compositionOf(model, options.fields, header);
         finishComposed(fitComposedClusters(job, model), split, result);
         return result;
     }
     std::vector<ClusterFit> fits = fitClusters(job, model);
     // 4. Sum the errors and report them by clip and over all.
-    const FrameErrors errors =
-        sumOverClusters(fits, poses.frameCount(), [](const ClusterFit& fit) { return fit.errors; });
+    const FrameErrors errors = sumOverClusters(fits, poses.frameCount(), &ClusterFit::errors);
     model.clip_errors = errorsByClip(errors, model.frames, model.holdout_clips, model.mesh.vertexCount());
     result.report = reportOf(fits, errors, split, model);
     for (ClusterFit& fit : fits) model.clusters.push_back(std::move(fit.model));

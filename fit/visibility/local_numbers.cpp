@@ -2,13 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <cassert>
-#include <cmath>
 
 #include "fit/clusters/tangent_frames.h"
 #include "formats/common/parallel_for.h"
 #include "formats/common/write_file.h"
-#include "sh/sh_rotation.h"
 
 namespace penumbra {
 
@@ -122,41 +119,30 @@ void writeFrameIndirect(const PoseTable& poses, const ClusterNumbersRequest& req
 void writeFrameNumbers(const PoseTable& poses, const ClusterNumbersRequest& request, const VertexRange& range,
                        std::size_t frame, std::vector<MatrixF>& out) {
     const std::vector<Vec3> normals = normalsOf(poses, range, frame);
-    const bool cosine = request.target == Target::kCosineWeighted;
-    const int order = request.convention.order + (cosine ? 1 : 0);
+    const int order = request.convention.order + request.form->more_bands;
     const auto count = std::size_t(coefficientCount(order)), size = std::size_t(request.convention.size());
     std::array<float, coefficientCount(kMaxOrder)> buffer;
     const std::span<float> local = std::span(buffer).first(count);
     for (std::size_t i = 0; i < range.wanted.size(); ++i) {
         const Wanted& wanted = range.wanted[i];
         const ShRotation to_model = makeShRotation(order, frameOf(poses, request, wanted.vertex, normals[i], frame));
-        const std::span<float> numbers = out[wanted.cluster].row(frame).subspan(wanted.column, size);
-        // 1. Rotate the moments into it, and convert them to the convention.
         applyTransposed(to_model, range.momentsOf(frame, wanted.vertex, count), local);
-        if (cosine)
-            timesZ(order - 1, local, numbers);
-        else
-            fromMoments(request.convention, local, numbers);
-        // 2. For comparisons, rotate the numbers back into the model frame.
-        if (request.frame == Frame::kGlobal) {
-            std::copy(numbers.begin(), numbers.end(), local.begin());
-            apply(to_model, local, numbers);
-        }
+        request.form->convert(request.convention, local, to_model,
+                              out[wanted.cluster].row(frame).subspan(wanted.column, size));
     }
 }
 
 }  // namespace
 
-void timesZ(int order, std::span<const float> moments, std::span<float> out) {
-    assert(int(moments.size()) == coefficientCount(order + 1) && int(out.size()) == coefficientCount(order));
-    const auto a = [](int l, int m) { return std::sqrt(double(l * l - m * m) / (4.0 * l * l - 1)); };
-    for (int l = 0; l < order; ++l)
-        for (int m = -l; m <= l; ++m) {
-            const double below = std::abs(m) < l ? a(l, m) * double(moments[std::size_t(shIndex(l - 1, m))]) : 0;
-            out[std::size_t(shIndex(l, m))] =
-                float(below + a(l + 1, m) * double(moments[std::size_t(shIndex(l + 1, m))]));
-        }
-}
+constinit const NumberForm kVisibilityForm{
+    [](const Convention& convention, std::span<const float> local, const ShRotation&, std::span<float> numbers) {
+        fromMoments(convention, local, numbers);
+    },
+    [](const Convention& convention) {
+        std::vector<float> weights(std::size_t(convention.size()));
+        ambientWeights(convention, weights);
+        return weights;
+    }};
 
 std::vector<MatrixF> readClusterNumbers(const VisibilityReader& reader, const PoseTable& poses,
                                         const ClusterNumbersRequest& request) {

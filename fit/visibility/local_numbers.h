@@ -8,21 +8,25 @@
 #include "fit/numerics/matrix.h"
 #include "formats/stage/visibility_file.h"
 #include "sh/indirect_numbers.h"
+#include "sh/sh_rotation.h"
 #include "sh/visibility_convention.h"
 
 namespace penumbra {
 
-// The function that the numbers describe. kCosineWeighted numbers are the moments of V(s) max(s.N, 0). They are 0 below
-// the horizon whatever the convention (A or B) says. They are exact, which takes moments of one order more.
-enum class Target { kVisibility, kCosineWeighted };
-// kGlobal is the same function in the model frame. With convention A it has the 1 below the vertex' own horizon.
-enum class Frame { kLocal, kGlobal };
+// How the moments of a vertex become the numbers that a model learns. A model that becomes a file has kVisibilityForm.
+// Comparisons have others (fit/papers/compare/paper_forms.h).
+struct NumberForm {
+    // Writes the numbers of a vertex, from moments in its local frame and the rotation of these to the model frame.
+    void (*convert)(const Convention& convention, std::span<const float> local, const ShRotation& to_model,
+                    std::span<float> numbers);
+    // Returns the weights that give E from the numbers. They are empty where no weights do.
+    std::vector<float> (*ambient_weights)(const Convention& convention);
+    int more_bands = 0;  // that the moments need beside those of the convention
+    bool clamp = true;   // predictions are moved to where E lies in [0, 1], as Predictor and the run time do
+};
+extern const NumberForm kVisibilityForm;
 // Which moments of the file the numbers come from: those of all that blocks rays, or of nearby parts alone.
 enum class Occluders { kAll, kLocalParts };
-
-// Computes the moments of z f(s), order^2 of them, from those of f, (order + 1)^2: z y_lm = a(l+1,m) y_(l+1)m + a(l,m)
-// y_(l-1)m with a(l,m)^2 = (l^2 - m^2) / (4 l^2 - 1).
-void timesZ(int order, std::span<const float> moments, std::span<float> out);
 
 // Tells where each vertex' local frame comes from.
 struct LocalFrames {
@@ -38,8 +42,7 @@ struct ClusterNumbersRequest {
     Convention convention;
     LocalFrames frames;
     std::span<const std::vector<std::uint32_t>> vertices_of_cluster;
-    Target target = Target::kVisibility;
-    Frame frame = Frame::kLocal;
+    const NumberForm* form = &kVisibilityForm;
     Occluders occluders = Occluders::kAll;
     // Where it is set, the numbers are those of the indirect transfer (sh/indirect_numbers.h) in these colours, from a
     // bake with bounces, instead of those of a convention.

@@ -12,32 +12,19 @@
 #include "formats/common/errors.h"
 #include "formats/common/parallel_for.h"
 #include "formats/common/write_file.h"
+#include "sh/indirect_numbers.h"
 #include "sh/sh_rotation.h"
 
 namespace penumbra {
 
 namespace {
 
-std::vector<Mat3> rotationsOf(std::span<const Affine> bones) {
-    std::vector<Mat3> rotations;
-    for (const Affine& bone : bones) rotations.push_back(nearestRotation(bone.linear()));
-    return rotations;
-}
-
-// Returns mean plus scores times basis.
-std::vector<float> combined(const ClusterModel& cluster, const std::vector<float>& scores) {
-    std::vector<float> sum = cluster.mean;
-    for (std::size_t k = 0; k < scores.size(); ++k)
-        for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += scores[k] * cluster.basis[k * sum.size() + i];
-    return sum;
-}
-
 // Writes the numbers of a cluster's vertices: mean plus scores times basis, moved to where E lies in [0, 1].
 void addComponents(const ClusterModel& cluster, const std::vector<float>& scores, std::span<const float> ambient,
                    std::span<float> numbers) {
     const std::size_t n = ambient.size();
     const float norm2 = std::inner_product(ambient.begin(), ambient.end(), ambient.begin(), 0.0f);
-    std::vector<float> sum = combined(cluster, scores);
+    std::vector<float> sum = sumOfComponents(cluster, scores);
     for (std::size_t i = 0; i < cluster.vertices.size(); ++i) {
         const std::span<float> vertex = std::span(sum).subspan(i * n, n);
         clampAmbient(ambient, norm2, vertex);
@@ -45,30 +32,14 @@ void addComponents(const ClusterModel& cluster, const std::vector<float>& scores
     }
 }
 
-std::vector<int> jointsOfClusters(const Model& model) {
-    std::vector<int> joints;
-    for (const ClusterModel& cluster : model.clusters) joints.push_back(cluster.joint);
-    return joints;
-}
-
-// Throws InvalidInput when the file shows another character than the model's.
-void checkCharacter(const Model& model, const VisibilityHeader& header, const std::string& file) {
-    const auto refuse = [&](const char* field) {
-        throw InvalidInput(file + ": " + field + " of the poses is not that of the model: another character");
-    };
-    if (header.skin.has_value() == model.deforming) refuse("/skin");
-    if (header.mesh.two_sided != model.mesh.two_sided) refuse("attribute two_sided");
-    if (header.mesh.vertexCount() != model.mesh.vertexCount()) refuse("/mesh/rest_positions");
-    if (header.mesh.triangles != model.mesh.triangles) refuse("/mesh/triangles");
-    if (header.input_names != model.input_names) refuse("/inputs/names");
-    if (model.deforming) {
-        if (!model.pose_mean.empty() && header.edges.size() != model.pose_mean.size()) refuse("/mesh/edges");
-        return;
+// Turns the numbers of a vertex into transfer, [3, kIndirectCoefficients] in the local frame and then in the model's.
+void toTransfer(const ColorAxes& axes, std::span<const float> numbers, const Mat3& frame, std::span<float> out) {
+    std::array<float, kIndirectCoefficients> local;
+    for (std::size_t channel = 0; channel < 3; ++channel) {
+        for (std::size_t i = 0; i < local.size(); ++i) local[i] = indirectCoefficient(axes, numbers, i)[int(channel)];
+        apply(makeShRotation(kIndirectOrder, frame), std::span<const float>(local),
+              out.subspan(channel * kIndirectCoefficients, kIndirectCoefficients));
     }
-    const auto own = model.skin.joint_names.begin() + long(model.skin.jointCount() - model.input_joints.size());
-    if (header.skin->joint_names != std::vector<std::string>(model.skin.joint_names.begin(), own))
-        refuse("/skin/joint_names");
-    if (header.pose_size != model.pose_size) refuse("/frames/pose");
 }
 
 // The bones and the pose that the model sees of a frame, for a file that passed checkCharacter().
@@ -93,6 +64,12 @@ SeenPose seenPose(const Model& model, const VisibilityFrame& frame) {
 }
 
 }  // namespace
+
+std::vector<int> jointsOfClusters(const Model& model) {
+    std::vector<int> joints;
+    for (const ClusterModel& cluster : model.clusters) joints.push_back(cluster.joint);
+    return joints;
+}
 
 Predictor::Predictor(const Model& model)
     : model_(model), recipe_(recipeOf(model)), ambient_(std::size_t(model.convention.size())) {
@@ -141,7 +118,8 @@ void Predictor::compose(const PosedVertices& vertices, std::span<const Affine> b
     std::vector<double> raw(recipe_.count());
     for (const ClusterModel& cluster : model_.composition->residual) {
         rawFeatures(recipe_, cluster.joint, bones, rotations, pose, raw);
-        const std::vector<float> sum = combined(cluster, scoreCluster(model_.kind, recipe_, cluster, raw).scores);
+        const std::vector<float> sum =
+            sumOfComponents(cluster, scoreCluster(model_.kind, recipe_, cluster, raw).scores);
         for (std::size_t i = 0; i < sum.size(); ++i) numbers[cluster.vertices[i / n] * n + i % n] += sum[i];
     }
     const float norm2 = std::inner_product(ambient_.begin(), ambient_.end(), ambient_.begin(), 0.0f);
@@ -181,41 +159,88 @@ std::vector<float> toModelFrame(const Model& model, std::span<const Affine> bone
                         numbers, threads);
 }
 
-VisibilityHeader predictionHeader(const Convention& convention, const VisibilityHeader& poses,
-                                  const Provenance& provenance) {
-    VisibilityHeader header = poses;
-    header.order = convention.order;
-    header.quantity = convention.below == BelowHorizon::kMirrored ? "mirrored_visibility" : "hemisphere_visibility";
-    // a prediction has the whole visibility alone
+void checkCharacter(const Model& model, const VisibilityHeader& header, const std::string& file) {
+    const auto refuse = [&](const char* field) {
+        throw InvalidInput(file + ": " + field + " of the poses is not that of the model: another character");
+    };
+    if (header.skin.has_value() == model.deforming) refuse("/skin");
+    if (header.mesh.two_sided != model.mesh.two_sided) refuse("attribute two_sided");
+    if (header.mesh.vertexCount() != model.mesh.vertexCount()) refuse("/mesh/rest_positions");
+    if (header.mesh.triangles != model.mesh.triangles) refuse("/mesh/triangles");
+    if (header.input_names != model.input_names) refuse("/inputs/names");
+    if (model.deforming) {
+        if (!model.pose_mean.empty() && header.edges.size() != model.pose_mean.size()) refuse("/mesh/edges");
+        return;
+    }
+    const auto own = model.skin.joint_names.begin() + long(model.skin.jointCount() - model.input_joints.size());
+    if (header.skin->joint_names != std::vector<std::string>(model.skin.joint_names.begin(), own))
+        refuse("/skin/joint_names");
+    if (header.pose_size != model.pose_size) refuse("/frames/pose");
+}
+
+std::vector<float> predictIndirect(const Model& model, std::span<const Affine> bones, std::span<const float> pose,
+                                   std::span<const Vec3> normals, int threads) {
+    const IndirectModel& indirect = *model.indirect;
+    const FeatureRecipe recipe = recipeOf(model);
+    const std::vector<Mat3> rotations = rotationsOf(bones);
+    constexpr std::size_t kStride = 3 * kIndirectCoefficients;
+    std::vector<float> out(normals.size() * kStride);
+    parallelFor(indirect.clusters.size(), threads, [&](std::size_t c) {
+        const ClusterModel& cluster = indirect.clusters[c];
+        std::vector<double> raw(recipe.count());
+        rawFeatures(recipe, cluster.joint, bones, rotations, pose, raw);
+        const std::vector<float> numbers =
+            sumOfComponents(cluster, scoreCluster(model.kind, recipe, cluster, raw).scores);
+        for (std::size_t i = 0; i < cluster.vertices.size(); ++i) {
+            const std::size_t v = cluster.vertices[i];
+            const Vec3 tangent =
+                carriedTangent(normals[v], rotations[std::size_t(cluster.joint)], model.rest_tangents[v]);
+            toTransfer(indirect.axes, std::span(numbers).subspan(i * kIndirectNumbers, kIndirectNumbers),
+                       localFrame(normals[v], tangent), std::span(out).subspan(v * kStride, kStride));
+        }
+    });
+    return out;
+}
+
+void writePredictions(const VisibilityReader& poses, int order, const char* quantity, const PredictionOutput& to,
+                      const std::function<std::vector<float>(const VisibilityFrame& pose)>& predict) {
+    VisibilityHeader header = poses.header();
+    header.order = order;
+    header.quantity = quantity;
+    // A prediction has the whole visibility alone.
     header.local.reset();
     header.bounces = 0;
     header.colors = {};
-    header.provenance = provenance;
-    return header;
-}
-
-PredictReport predictFile(const Model& model, const VisibilityReader& poses, const PredictFiles& files, int threads,
-                          const std::function<void(double)>& progress) {
-    checkCharacter(model, poses.header(), files.poses);
-    VisibilityWriter writer(files.output, predictionHeader(model.convention, poses.header(), files.provenance),
-                            Precision::kFloat32);
-    const Predictor predictor(model);
-    PredictReport report;
-    report.frames = poses.header().frames.frameCount();
-    for (std::size_t f = 0; f < report.frames; ++f) {
+    header.provenance = to.provenance;
+    VisibilityWriter writer(to.file, header, Precision::kFloat32);
+    for (std::size_t f = 0; f < header.frames.frameCount(); ++f) {
         throwIfInterrupted();
         VisibilityFrame frame = poses.readPose(f);
-        const SeenPose seen = seenPose(model, frame);
-        const Prediction prediction =
-            predictor.predict(seen.bones, seen.pose, std::span(frame.positions).first(model.mesh.frontVertexCount()),
-                              std::span(frame.normals).first(model.mesh.frontVertexCount()));
-        frame.coefficients = toModelFrame(model, seen.bones, frame.normals, prediction.numbers, threads);
+        frame.coefficients = predict(frame);
         writer.writeFrame(frame);
-        report.out_of_range.push_back(prediction.out_of_range);
-        if (progress) progress(double(f + 1));
+        if (to.progress) to.progress(double(f + 1));
     }
     writer.finish();
-    return report;
+}
+
+const char* predictedQuantity(const Convention& convention) {
+    return convention.below == BelowHorizon::kMirrored ? "mirrored_visibility" : kHemisphereVisibility;
+}
+
+std::vector<double> predictFile(const Model& model, const VisibilityReader& poses, const PredictionOutput& to) {
+    const Predictor predictor(model);
+    const std::size_t fronts = model.mesh.frontVertexCount();
+    std::vector<double> out_of_range;
+    writePredictions(poses, model.convention.order, predictedQuantity(model.convention), to,
+                     [&](const VisibilityFrame& frame) {
+                         const SeenPose seen = seenPose(model, frame);
+                         const Prediction prediction =
+                             predictor.predict(seen.bones, seen.pose, std::span(frame.positions).first(fronts),
+                                               std::span(frame.normals).first(fronts));
+                         out_of_range.push_back(prediction.out_of_range);
+                         return toModelFrame(model, seen.bones, frame.normals, prediction.numbers, to.threads);
+                     });
+    return out_of_range;
 }
 
 }  // namespace penumbra

@@ -16,6 +16,8 @@
 
 namespace penumbra {
 
+std::vector<int> jointsOfClusters(const Model& model);
+
 struct Prediction {
     std::vector<float> numbers;  // [V, n] in the model's convention and in the local frames
     double out_of_range = 0;     // model_file.h; 0 when every group is where training frames had it
@@ -48,24 +50,29 @@ std::vector<float> toModelFrame(const Convention& convention, const LocalFrames&
 std::vector<float> toModelFrame(const Model& model, std::span<const Affine> bones, const std::vector<Vec3>& normals,
                                 std::span<const float> numbers, int threads);
 
-// Returns the header of a file of predictions for some poses.
-VisibilityHeader predictionHeader(const Convention& convention, const VisibilityHeader& poses,
-                                  const Provenance& provenance);
+// Returns the indirect transfer of bands 0..2 in one pose, [V, 3, kIndirectCoefficients] in the model frame, as bakes
+// have it. The model must have light that bounces. Takes the bones [J] and the pose [P] that the model sees, and the
+// normals [V].
+std::vector<float> predictIndirect(const Model& model, std::span<const Affine> bones, std::span<const float> pose,
+                                   std::span<const Vec3> normals, int threads);
 
-struct PredictReport {
-    std::size_t frames = 0;
-    std::vector<double> out_of_range;  // [frames]
-};
-
-// Predicts every pose of a file. The result has the layout of a bake: mesh, skin, frames and poses of `poses`, with
-// predicted coefficients. Throws InvalidInput when the character of `poses` is not the model's. `progress` is told the
-// number of frames done; it may be empty.
-struct PredictFiles {
-    std::string poses;  // name of the reader's file, for messages
-    std::filesystem::path output;
+// Where a file of predictions goes.
+struct PredictionOutput {
+    std::filesystem::path file;
     Provenance provenance;
+    int threads = 0;
+    std::function<void(double)> progress = {};  // is told the number of frames done; may be empty
 };
-PredictReport predictFile(const Model& model, const VisibilityReader& poses, const PredictFiles& files, int threads,
-                          const std::function<void(double)>& progress);
+// Writes a file of predictions in the layout of a bake: mesh, skin, frames and poses of `poses`, with the coefficients
+// that `predict` returns for each pose. They are of `order` bands, and of `quantity`.
+void writePredictions(const VisibilityReader& poses, int order, const char* quantity, const PredictionOutput& to,
+                      const std::function<std::vector<float>(const VisibilityFrame& pose)>& predict);
+// The quantity of predictions in a convention.
+const char* predictedQuantity(const Convention& convention);
+
+// Throws InvalidInput when the poses are those of another character than the model's.
+void checkCharacter(const Model& model, const VisibilityHeader& header, const std::string& file);
+// Predicts every pose of a file that passed checkCharacter(). Returns Prediction::out_of_range of every frame.
+std::vector<double> predictFile(const Model& model, const VisibilityReader& poses, const PredictionOutput& to);
 
 }  // namespace penumbra

@@ -25,8 +25,7 @@ std::vector<bool> listedFrames(const FrameList& frames, const FrameList& list,
     for (std::size_t i = 0; i < list.frameCount(); ++i) {
         const std::string& clip = list.clip_names[list.clip[i]];
         const std::string name = "--train-frames: clip '" + clip + "', " + std::to_string(list.time[i]) + " s: ";
-        if (std::find(holdout.begin(), holdout.end(), clip) != holdout.end())
-            throw UsageError(name + "the clip is held out");
+        if (isHeldOut(holdout, clip)) throw UsageError(name + "the clip is held out");
         std::size_t f = 0;
         while (f < listed.size() &&
                (frames.clip_names[frames.clip[f]] != clip || std::abs(frames.time[f] - list.time[i]) > kSameTime))
@@ -39,6 +38,14 @@ std::vector<bool> listedFrames(const FrameList& frames, const FrameList& list,
 
 }  // namespace
 
+bool isHeldOut(const std::vector<std::string>& holdout, const std::string& clip) {
+    return std::ranges::find(holdout, clip) != holdout.end();
+}
+
+bool isHeldOut(const std::vector<std::string>& holdout, const FrameList& frames, std::size_t frame) {
+    return isHeldOut(holdout, frames.clip_names[frames.clip[frame]]);
+}
+
 Split splitFrames(const FrameList& frames, const std::vector<std::string>& holdout,
                   const std::optional<FrameList>& train_frames) {
     checkHoldout(frames, holdout);
@@ -46,8 +53,7 @@ Split splitFrames(const FrameList& frames, const std::vector<std::string>& holdo
         train_frames ? listedFrames(frames, *train_frames, holdout) : std::vector<bool>(frames.frameCount(), true);
     Split split;
     for (std::size_t f = 0; f < frames.frameCount(); ++f) {
-        const std::string& clip = frames.clip_names[frames.clip[f]];
-        if (std::find(holdout.begin(), holdout.end(), clip) != holdout.end())
+        if (isHeldOut(holdout, frames, f))
             split.held_out.push_back(f);
         else if (listed[f])
             split.train.push_back(f);

@@ -220,7 +220,7 @@ struct MaterialView {
     std::span<const float> stored_slices = {};                     // as in the file: [channels, entries of the form]
     std::shared_ptr<const std::vector<float>> unfolded = nullptr;  // the numbers behind `slices` if the form is compact
     std::span<const BrdfLobe> lobes = {};                          // 1..kMaxBrdfLobes, for light from one direction
-    float lobe_error = 0;                   // of the lobes against the material, fit/reflectance/lobe_error.h; 0: exact
+    float lobe_error = 0;  // of the lobes against the material, fit/reflectance/shading_error.h; 0: exact
     std::optional<Membrane> membrane = {};  // set: slices and lobes are those of a white Lambertian surface
 
     // Slices at steps of a parameter of the one lobe; asset.fbs has the rule.

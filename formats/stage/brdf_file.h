@@ -25,7 +25,7 @@ struct BrdfOperators {
     std::vector<double> u;        // [k, order^2, 3], colour included
     std::vector<int> view_index;  // [E'] SH index of each view function: the file's even_index, or any for "literal"
     std::vector<double> w;        // [k, E', 3]
-    std::string source;           // "table", "slices" or "literal" (fit/reflectance/brdf_operators.h)
+    std::string source;           // "table", "slices" or "literal" (fit/papers/operators/brdf_operators.h)
     bool operator==(const BrdfOperators&) const = default;
 };
 
@@ -48,7 +48,7 @@ struct BrdfFile {
     Provenance provenance;
     BrdfOperators operators;
     std::vector<BrdfLobe> lobes;  // 1..kMaxBrdfLobes that add up to the material, for light from one direction
-    double lobe_error = 0;        // of that sum, fit/reflectance/lobe_error.h; 0: exact
+    double lobe_error = 0;        // of that sum, fit/reflectance/shading_error.h; 0: exact
     // Set: the slices and lobes are those of a white Lambertian surface, and the membrane says what it makes of them.
     std::optional<Membrane> membrane;
     std::optional<BrdfSteps> steps;  // set: `slices` are those of the parameter that the lobe has

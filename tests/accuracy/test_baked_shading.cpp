@@ -83,7 +83,7 @@ Errors bakedErrors(const std::filesystem::path& path, std::size_t points) {
     const auto errorOf = [&](const char* text) {
         const RgbBrdf brdf = rgbBrdf(parseBrdf(text));
         const BrdfFile file = fitBrdf(brdf, {}, 2);
-        return shadingError(test, bruteForceRadiance(test, brdf, 2), parseConvention("D5"),
+        return shadingError({test, bruteForceRadiance(test, brdf, 2)}, parseConvention("D5"),
                             slicesOfViews(test.scenes.views, file.slices, file.even_index), file.slice_order);
     };
     useBakedMoments(scene, 4096, test);

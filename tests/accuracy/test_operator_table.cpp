@@ -4,7 +4,7 @@
 
 #include <cstdio>
 
-#include "fit/reflectance/brdf_operators.h"
+#include "fit/papers/operators/brdf_operators.h"
 #include "fit/reflectance/fit_brdf.h"
 #include "tests/accuracy/extent.h"
 #include "tests/fit/multiply_adds.h"
@@ -36,16 +36,17 @@ TEST(BrdfOperators, ShadingErrorsAreThoseOfTheTable) {
     std::printf(
         "%-44s %7s %7s %7s %7s %7s  ratio   bytes: literal, D5; multiply-adds: literal dense, without zeros, D5\n", "",
         "literal", "table", "slices", "C, A4", "C, D5");
-    const ShadingTest test = makeShadingTest(referenceScenes(), 2);
     for (const Row& row : rows) {
         if (!every_row && &row != &rows[0] && &row != &rows[6]) continue;
         const RgbBrdf brdf = rgbBrdf(parseBrdf(row.brdf));
         BrdfFile file = fitBrdf(brdf, {}, 2);
+        const ShadingTruth truth = shadingTruth(brdf, 2);
+        measureShading(truth, file);
         double errors[3];
         std::size_t bytes = 0, dense = 0, sparse = 0;
         for (OperatorSource from : {OperatorSource::kTable, OperatorSource::kSlices, OperatorSource::kLiteral}) {
             file.operators = fitOperators(brdf, file, from, 8, 2);
-            measureShading(brdf, file, 2);
+            measureOperators(truth, file);
             errors[int(from)] = file.errors.at("shading_operators");
             bytes = expandedBytes(file.operators, 4, kA4) / 3;
             dense = multiplyAdds(file.operators, 4, kA4, true).total(4);
@@ -55,8 +56,8 @@ TEST(BrdfOperators, ShadingErrorsAreThoseOfTheTable) {
         const double literal = errors[int(OperatorSource::kLiteral)], table = errors[int(OperatorSource::kTable)],
                      slices = errors[int(OperatorSource::kSlices)], a4 = file.errors.at("shading_a4"),
                      d5 = file.errors.at("shading_d5"),
-                     d4 = shadingError(test, bruteForceRadiance(test, brdf, 2), {BelowHorizon::kMirrored, 4},
-                                       slicesOfViews(test.scenes.views, file.slices, file.even_index), 5);
+                     d4 = shadingError(truth, {BelowHorizon::kMirrored, 4},
+                                       slicesOfViews(truth.test.scenes.views, file.slices, file.even_index), 5);
         const std::size_t slice_bytes = file.slices.size() / 3 * sizeof(float),
                           slice_work = multiplyAdds(file, 4, kD5).total(4);
         std::printf("%-44s %7.4f %7.4f %7.4f %7.4f %7.4f  %4.1fx  %zu %zu; %zu %zu %zu\n", row.brdf, literal, table,

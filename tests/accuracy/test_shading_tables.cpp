@@ -23,7 +23,7 @@ bool isWanted(const nlohmann::json& table, std::size_t row) { return every_row |
 double errorOf(const ShadingTest& test, const BrdfSpec& spec, const Convention& convention) {
     const BrdfFile brdf = fitBrdf(rgbBrdf(spec), {}, 2);
     const auto slices = slicesOfViews(test.scenes.views, brdf.slices, brdf.even_index);
-    return shadingError(test, bruteForceRadiance(test, rgbBrdf(spec), 2), convention, slices, brdf.slice_order);
+    return shadingError({test, bruteForceRadiance(test, rgbBrdf(spec), 2)}, convention, slices, brdf.slice_order);
 }
 
 // Measured: Lambert .0049, Phong 10 .0655, Phong 50 .1569, Ward GMD .0656, Ward 92 .0639, Ashikhmin .0544, GGX .0441.

@@ -72,7 +72,7 @@ TEST(SliceForm, FittedMaterialsKeepTheirShadingError) {
         EXPECT_LE(change, kFormTolerance) << each.brdf.name;
         const std::vector<double> truth = bruteForceRadiance(test, each.brdf, 2);
         const auto errorOf = [&](const std::vector<double>& c) {
-            return shadingError(test, truth, d5, slicesOfViews(test.scenes.views, c, brdf.even_index), j);
+            return shadingError({test, truth}, d5, slicesOfViews(test.scenes.views, c, brdf.even_index), j);
         };
         const double before = errorOf(brdf.slices), after = errorOf(byEntry(kept));
         std::printf("%-32s %-11s entries change by %.1e of the largest, shading error %.4f by %.1e\n",

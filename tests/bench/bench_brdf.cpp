@@ -15,7 +15,7 @@
 #include <functional>
 #include <string>
 
-#include "fit/reflectance/brdf_operators.h"
+#include "fit/papers/operators/brdf_operators.h"
 #include "fit/reflectance/fit_brdf.h"
 #include "formats/common/parallel_for.h"
 #include "pack/pack_asset.h"
@@ -91,7 +91,7 @@ Row operatorRow(const RgbBrdf& source, BrdfFile& brdf, OperatorSource from, doub
     row.variant = from == OperatorSource::kLiteral ? "paper literal" : std::string("operators ") + nameOf(from);
     row.fit_ms = milliseconds([&] { brdf.operators = fitOperators(source, brdf, from, 8, threads); }, 3) +
                  (from == OperatorSource::kSlices ? slice_ms : 0);
-    measureShading(source, brdf, threads);
+    measureOperators(shadingTruth(source, threads), brdf);
     row.error = brdf.errors.at("shading_operators");
     row.bytes = expandedBytes(brdf.operators, 4, kA4) / 3;
     row.multiply_adds = multiplyAdds(brdf.operators, 4, kA4, false).total(4);
@@ -122,7 +122,7 @@ std::vector<Row> rowsOf(const char* spec, int threads, Vertices& vertices) {
         const Convention convention = parseConvention(name);
         const std::size_t work = multiplyAdds(brdf, 4, convention).total(4);
         rows.push_back({source.name, std::string("C ") + name,
-                        shadingError(test, truth, convention, slices, brdf.slice_order),
+                        shadingError({test, truth}, convention, slices, brdf.slice_order),
                         brdf.slices.size() / 3 * sizeof(float), work, work,
                         timeOf(brdf, Reflectance::kSlices, convention, vertices), slice_ms});
     }

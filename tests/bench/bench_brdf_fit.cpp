@@ -8,7 +8,7 @@
 #include <functional>
 #include <string>
 
-#include "fit/reflectance/brdf_operators.h"
+#include "fit/papers/operators/brdf_operators.h"
 #include "fit/reflectance/fit_brdf.h"
 #include "formats/brdf/brdf_source.h"
 #include "formats/common/parallel_for.h"
@@ -37,7 +37,11 @@ void benchSource(const BrdfSource& source, const char* commit, int threads) {
         return milliseconds([&] { brdf.operators = fitOperators(reading.brdf, brdf, from, 8, threads); });
     };
     const double from_table = operators(OperatorSource::kTable), from_slices = operators(OperatorSource::kSlices);
-    const double error = milliseconds([&] { measureShading(reading.brdf, brdf, threads); });
+    const double error = milliseconds([&] {
+        const ShadingTruth truth = shadingTruth(reading.brdf, threads);
+        measureShading(truth, brdf);
+        measureOperators(truth, brdf);
+    });
     std::string name = reading.brdf.name;
     std::replace(name.begin(), name.end(), ',', '+');
     std::printf("%s,%s,%.4f,%.4f,%d,%.1f,%.1f,%.1f,%.1f,%.1f,%.1f\n", commit, name.c_str(),

@@ -2,7 +2,7 @@
 //   [--features joint-angles|relative-bones] [--input-variance V] [--methods bfgs,lbfgs]
 // Eq 13 of Nowrouzezahrai 2009 on the clusters of a bake: the papers' BFGS and L-BFGS (Ceres) against variable
 // projection, one thread. All start at the same net, its output weights already at their best. The time of ours is
-// until its objective is not above the other's last one, over the rounds of starts of fit/models/many_starts.h, of
+// until its objective is not above the other's last one, over the rounds of starts of fit/models/neural_start.h, of
 // which the first start is that net. Times are processor seconds, so that other work on the machine changes them
 // little. One table a method.
 #include <algorithm>
@@ -14,7 +14,6 @@
 #include <sstream>
 
 #include "fit/models/features.h"
-#include "fit/models/many_starts.h"
 #include "fit/models/neural_start.h"
 #include "fit/models/variable_projection.h"
 #include "fit/visibility/fit_visibility.h"
@@ -90,7 +89,7 @@ struct Timed {
 Timed reachTarget(const Cluster& cluster, std::size_t neurons, double alpha, double target) {
     NetFit fit;
     const double time = seconds([&] {
-        fit = fitFromManyStarts(cluster.x, cluster.y, alpha, {.neurons = neurons, .ranges = {}, .rounds = kMaxRounds},
+        fit = fitFromManyStarts(cluster.x, cluster.y, alpha, {.neurons = neurons, .rounds = kMaxRounds},
                                 {.iterations = 5000, .least_decrease = 1e-8, .target = kSame * target});
     });
     return {fit.objective, time, fit.iterations};
@@ -109,7 +108,7 @@ void compare(const char* name, QuasiNewton method, const std::vector<Cluster>& c
     std::size_t reached = 0;
     for (const Cluster& c : clusters) {
         const double alpha = settings.prior * double(c.x.rows);
-        const TanhNet start = startNet(c.x, c.y, settings.neurons, {}, 1);
+        const TanhNet start = startNet(c.x, c.y, settings.neurons, 1);
         const TanhNet from = fitByProjection(netData(c.x, c.y), start, alpha, {.iterations = 0}).net;
         NetFit fit;
         SearchOptions search = kPapersSearch;
@@ -165,7 +164,7 @@ int main(int argc, char** argv) {
                             std::stod(option("--prior", "1e-3")), std::stoi(option("--iterations", "5000"))};
 
     const VisibilityReader reader(argv[1]);
-    const PoseTable poses = readPoses(reader, 1);
+    const PoseTable poses = readPoses(reader, {.threads = 1});
     const Model model = fitVisibility(reader, argv[1], options, {}).model;
     std::vector<Cluster> clusters;
     for (std::size_t c = 0; c < model.clusters.size(); c += settings.every)

@@ -28,12 +28,10 @@ inline Matrix normalMatrix(std::size_t rows, std::size_t columns, std::uint64_t 
     return m;
 }
 
-inline TanhNet normalNet(std::size_t inputs, std::size_t outputs, std::size_t neurons, std::uint64_t seed,
-                         std::vector<InputRange> ranges = {}) {
+inline TanhNet normalNet(std::size_t inputs, std::size_t outputs, std::size_t neurons, std::uint64_t seed) {
     Normal normal(seed);
-    TanhNet net = emptyNet(inputs, outputs, neurons, std::move(ranges));
-    for (std::size_t n = 0; n < neurons; ++n)
-        for (std::size_t i = 0; i < net.rangeOf(n).count; ++i) net.hidden(n, net.rangeOf(n).first + i) = normal();
+    TanhNet net = emptyNet(inputs, outputs, neurons);
+    for (double& x : net.hidden.values) x = normal();
     for (double& x : net.hidden_bias) x = normal();
     for (double& x : net.output.values) x = normal();
     for (double& x : net.output_bias) x = normal();

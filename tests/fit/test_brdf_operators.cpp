@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "fit/reflectance/brdf_operators.h"
+#include "fit/papers/operators/brdf_operators.h"
 #include "fit/reflectance/fit_brdf.h"
 #include "formats/common/errors.h"
 #include "sh/brdf/reflection_operator.h"
@@ -85,7 +85,7 @@ TEST(BrdfOperators, Equation11IsTheProduct) {
                 }
             }
         }
-        EXPECT_LT(shadingError(test, truth, convention, slicesOfOperators(o, scenes.views), o.order), 1e-6);
+        EXPECT_LT(shadingError({test, truth}, convention, slicesOfOperators(o, scenes.views), o.order), 1e-6);
     }
 }
 
@@ -146,7 +146,7 @@ TEST(BrdfOperators, BlackIsNoProblem) {
         BrdfFile file = fitted(black, from, 8);
         EXPECT_EQ(file.operators.count, 1);
         EXPECT_THAT(file.operators.u, testing::Each(0.0));
-        measureShading(black, file, 2);
+        measureOperators(shadingTruth(black, 2), file);
         EXPECT_EQ(file.errors.at("shading_operators"), 0);
     }
 }

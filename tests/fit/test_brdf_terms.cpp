@@ -4,7 +4,7 @@
 #include <numbers>
 
 #include "fit/numerics/truncated_svd.h"
-#include "fit/reflectance/brdf_terms.h"
+#include "fit/papers/operators/brdf_terms.h"
 #include "sh/brdf/reflection_operator.h"
 #include "sh/quadrature.h"
 #include "sh/sh_product.h"

@@ -2,36 +2,14 @@
 
 #include <cmath>
 
-#include "fit/compare/compare_grid.h"
-#include "fit/compare/eigenvalue_decay.h"
-#include "fit/compare/joint_sweep.h"
 #include "fit/numerics/pca.h"
-#include "tests/fit/synthetic_character.h"
+#include "fit/papers/compare/compare_grid.h"
+#include "fit/papers/compare/eigenvalue_decay.h"
+#include "fit/papers/compare/joint_sweep.h"
+#include "tests/fit/compared_character.h"
 
 namespace penumbra {
 namespace {
-
-struct Character {
-    synthetic::TemporaryFile file;
-    VisibilityReader reader;
-    PoseTable poses;
-    CompareInput input;
-    CompareOptions options;
-    CompareCharacter character;
-
-    explicit Character(const std::string& name)
-        : file(name), reader(written(file.path)), poses(readPoses(reader, 2)), input{reader, poses, name} {
-        options.clusters = {4};
-        options.conventions = {parseConvention("A3")};
-        options.holdout = {"clip1"};
-        options.threads = 2;
-        character = prepareCharacter(input, options);
-    }
-    static const std::filesystem::path& written(const std::filesystem::path& path) {
-        synthetic::writeCharacter(path, {});
-        return path;
-    }
-};
 
 TEST(CompareGrid, HoldsEachFitOnceAndAllThatTheFiguresAskFor) {
     CompareOptions options;
@@ -78,17 +56,16 @@ TEST(CompareGrid, NeverAsksForMomentsThatTheFileLacks) {
     options.conventions = {parseConvention("D4")};
     for (int file_order : {4, 5, 8})
         for (const FitOptions& fit : makeGrid(options, file_order)) {
-            const int more = fit.target == Target::kCosineWeighted ? 1 : 0;
-            EXPECT_LE(fit.convention.order + more, file_order) << describe(fit);
+            EXPECT_LE(fit.convention.order + fit.form->more_bands, file_order) << describe(fit);
         }
 }
 
 TEST(EigenvalueDecay, OfAllVerticesIsThatOfTheWholeMatrix) {
-    const Character c("decay.vis.h5");
+    const ComparedCharacter c("decay.vis.h5", "A3");
     const std::vector<EigenvalueDecay> decays = outputDecays(c.input, c.character, c.options, {});
     ClusterNumbersRequest request;
     request.convention = c.options.referenceConvention();
-    request.frames = {&c.character.rest_tangents, &c.character.clusters.cluster_of_vertex, c.character.clusters.joint};
+    request.frames = c.character.frames();
     std::vector<std::vector<std::uint32_t>> all(1);
     for (std::uint32_t v = 0; v < c.reader.header().mesh.vertexCount(); ++v) all[0].push_back(v);
     request.vertices_of_cluster = all;
@@ -108,11 +85,11 @@ TEST(EigenvalueDecay, OfAllVerticesIsThatOfTheWholeMatrix) {
 
 // Nowrouzezahrai 2007, section 5: a row for each training pose and each number, with one column a vertex.
 TEST(EigenvalueDecay, OfRowsOfVerticesIsThatOfTheLinearModels) {
-    const Character c("stacked.vis.h5");
+    const ComparedCharacter c("stacked.vis.h5", "A3");
     const EigenvalueDecay decay = outputDecays(c.input, c.character, c.options, {})[1];
     ClusterNumbersRequest request;
     request.convention = c.options.referenceConvention();
-    request.frames = {&c.character.rest_tangents, &c.character.clusters.cluster_of_vertex, c.character.clusters.joint};
+    request.frames = c.character.frames();
     std::vector<std::vector<std::uint32_t>> all(1);
     for (std::uint32_t v = 0; v < c.reader.header().mesh.vertexCount(); ++v) all[0].push_back(v);
     request.vertices_of_cluster = all;
@@ -130,7 +107,7 @@ TEST(EigenvalueDecay, OfRowsOfVerticesIsThatOfTheLinearModels) {
 }
 
 TEST(EigenvalueDecay, SharesAddUpToOne) {
-    const Character c("shares.vis.h5");
+    const ComparedCharacter c("shares.vis.h5", "A3");
     std::vector<EigenvalueDecay> decays = inputDecays(c.input, c.character);
     for (EigenvalueDecay& decay : outputDecays(c.input, c.character, c.options, {})) decays.push_back(decay);
     ASSERT_EQ(decays.size(), 5u);
@@ -166,7 +143,7 @@ TEST(Eigenvalues, OfADiagonalMatrixAreItsEntries) {
 // Measured errors: pivots 1.3e-8, bones 1.8e-7, pose 6e-8. The joints of the tube sit at y = 0, 0.5, 1, 1.5, and a pose
 // vector consists of their rotation vectors.
 TEST(JointTurn, FindsTheJointAndTurnsItAlone) {
-    const Character c("turn.vis.h5");
+    const ComparedCharacter c("turn.vis.h5", "A3");
     for (int joint : {1, 2, 3}) {
         const JointTurn turn = makeJointTurn(c.input, c.character, joint);
         EXPECT_NEAR(turn.pivot.x, 0, 1e-7) << joint;
@@ -193,7 +170,7 @@ TEST(JointTurn, FindsTheJointAndTurnsItAlone) {
 }
 
 TEST(JointTurn, RelativeRotationsAreThePoseVector) {
-    const Character c("relative.vis.h5");
+    const ComparedCharacter c("relative.vis.h5", "A3");
     const std::vector<Vec3d> rotations = relativeRotations(c.poses, c.reader.header().skin->parents);
     for (std::size_t f = 0; f < c.poses.frameCount(); ++f)
         for (std::size_t j = 1; j < 4; ++j)
@@ -203,7 +180,7 @@ TEST(JointTurn, RelativeRotationsAreThePoseVector) {
 }
 
 TEST(JointSweep, CoversTheBakedAnglesAndGivesTheModelsOwnValueThere) {
-    const Character c("sweep.vis.h5");
+    const ComparedCharacter c("sweep.vis.h5", "A3");
     const std::optional<JointSweep> sweep = findJointSweep(c.input, c.character, c.options);
     ASSERT_TRUE(sweep);
     EXPECT_GT(sweep->explained, 0);

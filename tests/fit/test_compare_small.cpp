@@ -6,38 +6,16 @@
 #include <cmath>
 #include <numbers>
 
-#include "fit/compare/compare_figures.h"
-#include "fit/compare/cosine_product.h"
 #include "fit/light/light_lobes.h"
+#include "fit/papers/compare/compare_figures.h"
+#include "fit/papers/compare/cosine_product.h"
+#include "fit/papers/compare/paper_forms.h"
 #include "sh/cosine_product.h"
 #include "sh/zonal.h"
-#include "tests/fit/synthetic_character.h"
+#include "tests/fit/compared_character.h"
 
 namespace penumbra {
 namespace {
-
-struct Character {
-    synthetic::TemporaryFile file;
-    VisibilityReader reader;
-    PoseTable poses;
-    CompareInput input;
-    CompareOptions options;
-    CompareCharacter character;
-
-    explicit Character(const std::string& name)
-        : file(name), reader(written(file.path)), poses(readPoses(reader, 2)), input{reader, poses, name} {
-        options.clusters = {4};
-        options.conventions = {parseConvention("A2")};
-        options.output_variances = {0.95};
-        options.holdout = {"clip1"};
-        options.threads = 2;
-        character = prepareCharacter(input, options);
-    }
-    static const std::filesystem::path& written(const std::filesystem::path& path) {
-        synthetic::writeCharacter(path, {});
-        return path;
-    }
-};
 
 const VectorFit& find(const std::vector<VectorFit>& fits, FeatureKind features, int degree, bool prior) {
     for (const VectorFit& fit : fits)
@@ -57,14 +35,14 @@ TEST(FeatureVectors, HaveAllProductsOfTheirDegree) {
 
 // Degrees 1 and 2 with the prior are the models that a fit makes, whose weights are floats.
 TEST(FeatureVectors, LinearAndQuadraticOnesAreTheModelsOfTheFit) {
-    const Character c("vectors.vis.h5");
+    const ComparedCharacter c("vectors.vis.h5", "A2");
     const std::vector<VectorFit> fits = fitFeatureVectors(c.input, c.character, c.options, nullptr, [](double) {});
     ASSERT_EQ(fits.size(), 12u);
     for (const FeatureKind features : c.options.features)
         for (const int degree : {1, 2}) {
             FitOptions options =
                 referenceFit(c.options, degree == 1 ? ModelKind::kLinear : ModelKind::kQuadratic, features);
-            options.clamp = false;
+            options.form = &kUnclampedForm;
             const CompareFit fit = runFit(c.input, options, nullptr, {});
             const VectorFit& vector = find(fits, features, degree, true);
             EXPECT_NEAR(vector.train.relative_error, fit.report.train.relative_error, 1e-5)
@@ -77,7 +55,7 @@ TEST(FeatureVectors, LinearAndQuadraticOnesAreTheModelsOfTheFit) {
 
 // Least squares is the least training error, and more units never raise it.
 TEST(FeatureVectors, WithoutAPriorTrainingFramesAreReproducedBest) {
-    const Character c("compression.vis.h5");
+    const ComparedCharacter c("compression.vis.h5", "A2");
     const std::vector<VectorFit> fits = fitFeatureVectors(c.input, c.character, c.options, nullptr, [](double) {});
     for (const FeatureKind features : c.options.features) {
         double before = 1;
@@ -92,7 +70,7 @@ TEST(FeatureVectors, WithoutAPriorTrainingFramesAreReproducedBest) {
 
 // The paper's claim for its own models holds for a sum of functions of single bones, too.
 TEST(Compression, NeuralAndAdditiveModelsWithoutPriorReproduceTrainingFramesBest) {
-    const Character c("free.vis.h5");
+    const ComparedCharacter c("free.vis.h5", "A2");
     for (const ModelKind model : {ModelKind::kNeural, ModelKind::kAdditive})
         for (const FeatureKind features : c.options.features) {
             FitOptions options = referenceFit(c.options, model, features);
@@ -120,7 +98,7 @@ TEST(Compression, GridHasItForTheModelsThatTakeItOnce) {
 }
 
 TEST(FeatureVectors, SameFiguresForAnyThreadCount) {
-    Character c("threads.vis.h5");
+    ComparedCharacter c("threads.vis.h5", "A2");
     const auto errors = [&](int threads) {
         c.options.threads = threads;
         std::vector<double> all;
@@ -157,13 +135,13 @@ TEST(CosineProduct, IsTheProductWithTheClampedCosine) {
 
 // The fit of figure 8 alone has it, and only where the file has an order more.
 TEST(CosineProduct, IsMeasuredOnTheFitsOfFigure8) {
-    const Character c("cosine.vis.h5");
+    const ComparedCharacter c("cosine.vis.h5", "A2");
     FitOptions options = referenceFit(c.options, ModelKind::kLinear, FeatureKind::kRelativeBones);
     EXPECT_TRUE(std::isnan(runFit(c.input, options, nullptr, {}).cosine_product_error));
-    options.clamp = false;
+    options.form = &kUnclampedForm;
     options.convention = paperConvention(c.options, c.reader.header().order);
     const double again = runFit(c.input, options, nullptr, {}).cosine_product_error;
-    options.target = Target::kCosineWeighted;
+    options.form = &kCosineForm;
     const CompareFit weighted = runFit(c.input, options, nullptr, {});
     EXPECT_TRUE(std::isnan(weighted.cosine_product_error));
     // The moments of this character are no functions of one hemisphere, so no bound holds here;
@@ -174,7 +152,7 @@ TEST(CosineProduct, IsMeasuredOnTheFitsOfFigure8) {
 
 // Four times as many normals halve the angle, and with it the error: both fall by sqrt(4) within a third.
 TEST(NormalTable, ErrorFallsWithTheSpacingOfTheNormals) {
-    const Character c("normals.vis.h5");
+    const ComparedCharacter c("normals.vis.h5", "A2");
     const std::vector<NormalTable> tables =
         measureNormalTables(c.input, c.character, parseConvention("A3"), c.options.threads);
     ASSERT_EQ(tables.size(), 5u);

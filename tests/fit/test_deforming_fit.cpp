@@ -125,7 +125,7 @@ TEST(DeformingFit, PredictionOfTheFileIsTheFit) {
         writeLinearSheet(file.path, options);
         const VisibilityReader reader(file.path);
         writeModel(model_file.path, fitVisibility(reader, "sheet", options, {}).model);
-        predictFile(readModel(model_file.path), reader, {"sheet", predicted.path, {"test", "0", "{}", {}}}, 2, {});
+        predictFile(readModel(model_file.path), reader, {predicted.path, {"test", "0", "{}", {}}, 2});
         const VisibilityReader prediction(predicted.path);
         double squared = 0, total = 0;
         for (std::size_t f = 0; f < kFrames; f += 7) {

@@ -2,14 +2,28 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
-#include "fit/reflectance/brdf_operators.h"
 #include "fit/reflectance/fit_steps.h"
+#include "fit/reflectance/shading_error.h"
 #include "tests/difference.h"
 
 namespace penumbra {
 namespace {
+
+// Returns the slices of one value from the steps about it, which must enclose it: [J^2, E, 3].
+std::vector<double> interpolatedSlices(const BrdfSteps& steps, double value) {
+    const std::vector<double>& at = steps.values;
+    assert(value >= at.front() && value <= at.back());
+    const auto high = std::size_t(std::upper_bound(at.begin() + 1, at.end() - 1, value) - at.begin());
+    const double t = (value - at[high - 1]) / (at[high] - at[high - 1]);
+    const std::size_t size = steps.slices.size() / at.size();
+    std::vector<double> slices(size);
+    for (std::size_t i = 0; i < size; ++i)
+        slices[i] = std::lerp(steps.slices[(high - 1) * size + i], steps.slices[high * size + i], t);
+    return slices;
+}
 
 struct Case {
     const char* text;
@@ -61,8 +75,9 @@ TEST(FitSteps, ShadeAsWellBetweenAsAtThem) {
         const RgbBrdf brdf = rgbBrdf(specAt(range, value));
         BrdfFile exact = fitBrdf(brdf, {}, 2), between = exact;
         between.slices = interpolatedSlices(steps, value);
-        measureShading(brdf, exact, 2);
-        measureShading(brdf, between, 2);
+        const ShadingTruth truth = shadingTruth(brdf, 2);
+        measureShading(truth, exact);
+        measureShading(truth, between);
         EXPECT_NEAR(between.errors.at("shading_d5"), exact.errors.at("shading_d5"), 1e-3) << value;
     }
 }

@@ -141,7 +141,7 @@ TEST(Predict, GivesTheErrorsThatTheFitReported) {
         const FitResult result = fitFile(file.path, options);
         writeModel(model_file.path, result.model);
         const VisibilityReader truth(file.path);
-        predictFile(readModel(model_file.path), truth, {"x", predicted.path, {"test", "0", "{}", {}}}, 2, {});
+        predictFile(readModel(model_file.path), truth, {predicted.path, {"test", "0", "{}", {}}, 2});
 
         const VisibilityReader prediction(predicted.path);
         const bool mirrored = character.convention.below == BelowHorizon::kMirrored;

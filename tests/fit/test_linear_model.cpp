@@ -1,25 +1,15 @@
 #include <gtest/gtest.h>
 
-#include <fstream>
-#include <nlohmann/json.hpp>
-
 #include "fit/models/linear_model.h"
+#include "tests/fit/golden_matrix.h"
 
 namespace penumbra {
 namespace {
 
-Matrix toMatrix(const nlohmann::json& rows) {
-    Matrix m(rows.size(), rows[0].size());
-    for (std::size_t r = 0; r < m.rows; ++r)
-        for (std::size_t c = 0; c < m.columns; ++c) m(r, c) = rows[r][c];
-    return m;
-}
-
 // Compares weights, intercept, diagonal of the hat matrix and leave-one-out error with the golden file, at its own
 // tolerance.
 TEST(Ridge, MatchesGoldenFile) {
-    std::ifstream in(PENUMBRA_SOURCE_DIR "/tests/golden/ridge_loo.json");
-    const nlohmann::json golden = nlohmann::json::parse(in);
+    const nlohmann::json golden = readGolden("ridge_loo.json");
     const double tolerance = golden["tol"];
     const Matrix a = toMatrix(golden["A"]), b = toMatrix(golden["B"]), expected = toMatrix(golden["X_c"]);
     const Ridge ridge = fitRidge(a, b, golden["alpha"]);

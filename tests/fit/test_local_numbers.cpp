@@ -4,7 +4,7 @@
 #include <numbers>
 #include <random>
 
-#include "fit/visibility/local_numbers.h"
+#include "fit/papers/compare/paper_forms.h"
 #include "tests/fit/synthetic_character.h"
 
 namespace penumbra {
@@ -50,16 +50,15 @@ struct Numbers {
 
     explicit Numbers(const std::filesystem::path& path)
         : reader(path),
-          poses(readPoses(reader, 2)),
+          poses(readPoses(reader, {.threads = 2})),
           clusters(clusterVertices(reader.header().mesh, *reader.header().skin, 4, 2)),
           tangents(restTangents(reader.header().mesh, reader.header().rest_normals, clusters, 2)) {}
-    std::vector<MatrixF> read(const char* convention, Target target, Frame frame) const {
+    std::vector<MatrixF> read(const char* convention, const NumberForm& form) const {
         ClusterNumbersRequest request;
         request.convention = parseConvention(convention);
         request.frames = {&tangents, &clusters.cluster_of_vertex, clusters.joint};
         request.vertices_of_cluster = clusters.vertices;
-        request.target = target;
-        request.frame = frame;
+        request.form = &form;
         return readClusterNumbers(reader, poses, request);
     }
 };
@@ -68,7 +67,7 @@ TEST(ClusterNumbers, InTheModelFrameAreTheBakedMoments) {
     const synthetic::TemporaryFile file("global.vis.h5");
     synthetic::writeCharacter(file.path, {});
     const Numbers numbers(file.path);
-    const std::vector<MatrixF> global = numbers.read("B3", Target::kVisibility, Frame::kGlobal);
+    const std::vector<MatrixF> global = numbers.read("B3", kModelFrameForm);
     const std::vector<float> baked = numbers.reader.readFrame(17).coefficients;
     for (std::size_t c = 0; c < global.size(); ++c)
         for (std::size_t i = 0; i < global[c].columns; ++i)
@@ -81,8 +80,8 @@ TEST(ClusterNumbers, AreAsLongInEitherFrame) {
     const synthetic::TemporaryFile file("frames.vis.h5");
     synthetic::writeCharacter(file.path, {});
     const Numbers numbers(file.path);
-    const std::vector<MatrixF> local = numbers.read("A3", Target::kVisibility, Frame::kLocal);
-    const std::vector<MatrixF> global = numbers.read("A3", Target::kVisibility, Frame::kGlobal);
+    const std::vector<MatrixF> local = numbers.read("A3", kVisibilityForm);
+    const std::vector<MatrixF> global = numbers.read("A3", kModelFrameForm);
     const auto norm = [](std::span<const float> band) {
         double sum = 0;
         for (float x : band) sum += double(x) * x;
@@ -99,8 +98,8 @@ TEST(ClusterNumbers, CosineWeightedStartWithTheAmbientTerm) {
     const synthetic::TemporaryFile file("cosine.vis.h5");
     synthetic::writeCharacter(file.path, {});
     const Numbers numbers(file.path);
-    const std::vector<MatrixF> plain = numbers.read("B2", Target::kVisibility, Frame::kLocal);
-    const std::vector<MatrixF> cosine = numbers.read("B2", Target::kCosineWeighted, Frame::kLocal);
+    const std::vector<MatrixF> plain = numbers.read("B2", kVisibilityForm);
+    const std::vector<MatrixF> cosine = numbers.read("B2", kCosineForm);
     for (std::size_t f : {0, 50})
         for (std::size_t i = 0; i < plain[1].columns;
              i += 4)  // integral of V z: b_10 / sqrt(3), as z = sqrt(4 pi/3) y_10

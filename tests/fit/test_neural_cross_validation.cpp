@@ -108,7 +108,7 @@ TEST(NeuralCrossValidation, NothingOfAFoldEnters) {
             for (double& v : m->values) v /= std::sqrt(x_square);
         for (Matrix* m : {&values, &truth})
             for (double& v : m->values) v /= std::sqrt(y_square);
-        const NetFit fit = fitByProjection(netData(reduced, values), startNet(reduced, values, 3, {}, 9),
+        const NetFit fit = fitByProjection(netData(reduced, values), startNet(reduced, values, 3, 9),
                                            0.01 * double(kept.size()), {.iterations = 200, .least_decrease = 1e-3});
         expected += y_square * squaredError(predict(fit.net, unseen), truth);
     }

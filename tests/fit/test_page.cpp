@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "fit/compare/page_json.h"
+#include "fit/page/page_json.h"
 #include "formats/common/errors.h"
 
 namespace penumbra {

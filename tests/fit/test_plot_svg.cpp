@@ -3,7 +3,7 @@
 #include <cmath>
 #include <regex>
 
-#include "fit/compare/plot_svg.h"
+#include "fit/papers/compare/plot_svg.h"
 
 namespace penumbra {
 namespace {

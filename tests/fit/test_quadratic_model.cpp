@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "fit/models/linear_model.h"
-#include "fit/models/quadratic_model.h"
+#include "fit/models/trainers.h"
 #include "fit/numerics/cross_validation.h"
 #include "tests/fit/synthetic_net.h"
 
@@ -13,10 +13,9 @@ namespace {
 using synthetic::normalMatrix;
 
 TEST(QuadraticModel, InputsAreTheNumbersThenTheirProducts) {
-    const std::vector<double> x = {2, 3, 5};
-    std::vector<double> out(quadraticUnits(3));
-    quadraticInputs(x, out);
-    EXPECT_EQ(out, (std::vector<double>{2, 3, 5, 4, 6, 10, 9, 15, 25}));
+    Matrix x(1, 3);
+    x.values = {2, 3, 5};
+    EXPECT_EQ(quadraticInputs(x).values, (std::vector<double>{2, 3, 5, 4, 6, 10, 9, 15, 25}));
 }
 
 TEST(QuadraticModel, RecoversAKnownQuadratic) {
@@ -67,7 +66,7 @@ TEST(QuadraticModel, CrossValidationMatchesFitsByHand) {
         std::vector<int> folds;
         for (int r = 0; r < 48; ++r) folds.push_back(r / 12);
         const std::vector<double> alphas = {0.1, 3};
-        const Expansion expand = [](const Matrix& m) { return quadraticInputs(m); };
+        const Expansion expand = quadraticInputs;
         const std::vector<double> found = blockedErrors(x, y, folds, 0.9, alphas, expand);
         for (std::size_t a = 0; a < alphas.size(); ++a) {
             double expected = 0;

@@ -1,24 +1,16 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <fstream>
-#include <nlohmann/json.hpp>
 #include <random>
 
 #include "fit/models/linear_model.h"
 #include "fit/numerics/ridge_path.h"
+#include "tests/fit/golden_matrix.h"
 
 namespace penumbra {
 namespace {
 
 constexpr std::size_t kAll = 1000;
-
-Matrix toMatrix(const nlohmann::json& rows) {
-    Matrix m(rows.size(), rows[0].size());
-    for (std::size_t r = 0; r < m.rows; ++r)
-        for (std::size_t c = 0; c < m.columns; ++c) m(r, c) = rows[r][c];
-    return m;
-}
 
 Matrix randomMatrix(std::size_t rows, std::size_t columns, unsigned seed) {
     std::mt19937 random{seed};
@@ -46,15 +38,10 @@ Matrix without(const Matrix& m, const std::vector<int>& folds, int fold, bool in
     return out;
 }
 
-nlohmann::json golden() {
-    std::ifstream in(PENUMBRA_SOURCE_DIR "/tests/golden/ridge_loo.json");
-    return nlohmann::json::parse(in);
-}
-
 // The golden file gives the leave-one-out error of a regression with an intercept, and the weights. We compute the
 // first from the Gram matrix of the outputs alone.
 TEST(RidgePath, MatchesGoldenFile) {
-    const nlohmann::json file = golden();
+    const nlohmann::json file = readGolden("ridge_loo.json");
     const Matrix a = toMatrix(file["A"]), b = toMatrix(file["B"]), expected = toMatrix(file["X_c"]);
     const RidgeSvd svd = makeRidgeSvd(a, kAll);
     const std::vector<double> alphas{file["alpha"]};

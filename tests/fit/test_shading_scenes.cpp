@@ -67,10 +67,10 @@ TEST(ShadingError, OpenLambertUnderConstantLightIsExact) {
     EXPECT_NEAR(truth[0], 2 / std::sqrt(4 * 3.14159265358979), 1e-9);
     const BrdfFile brdf = fitBrdf(rgbBrdf(lambert), {}, 1);
     const auto slices = slicesOfViews(scenes.views, brdf.slices, brdf.even_index);
-    EXPECT_LT(shadingError(test, truth, kD5, slices, 5), 1e-6);  // the numbers are single precision
+    EXPECT_LT(shadingError({test, truth}, kD5, slices, 5), 1e-6);  // the numbers are single precision
     std::vector<double> doubled = slices;
     for (double& f : doubled) f *= 2;
-    EXPECT_NEAR(shadingError(test, truth, kD5, doubled, 5), 1, 1e-6);
+    EXPECT_NEAR(shadingError({test, truth}, kD5, doubled, 5), 1, 1e-6);
 }
 
 // A Phong lobe seen along the normal reflects all of a constant light, however narrow it is: its integral with the

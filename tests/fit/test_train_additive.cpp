@@ -4,7 +4,7 @@
 #include <numeric>
 #include <random>
 
-#include "fit/models/train_additive.h"
+#include "fit/models/trainers.h"
 
 namespace penumbra {
 namespace {

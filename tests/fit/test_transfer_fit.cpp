@@ -9,9 +9,9 @@
 #include <span>
 #include <utility>
 
-#include "fit/transfer/fit_transfer.h"
-#include "fit/transfer/predict_transfer.h"
-#include "fit/transfer/transfer_source.h"
+#include "fit/papers/transfer/fit_transfer.h"
+#include "fit/papers/transfer/predict_transfer.h"
+#include "fit/papers/transfer/transfer_source.h"
 #include "formats/common/errors.h"
 #include "sh/quadrature.h"
 #include "sh/sh_basis.h"

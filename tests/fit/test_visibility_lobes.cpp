@@ -3,10 +3,9 @@
 
 #include <cmath>
 
-#include "fit/compare/lobe_models.h"
 #include "fit/light/light_lobes.h"
-#include "fit/lobes/fit_lobe_model.h"
-#include "fit/lobes/predict_lobe_file.h"
+#include "fit/papers/compare/lobe_models.h"
+#include "fit/papers/lobes/fit_lobe_model.h"
 #include "tests/fit/synthetic_character.h"
 #include "tests/sh/golden.h"
 
@@ -124,7 +123,7 @@ TEST(VisibilityLobes, AreComparedWithSh) {
     character.convention = synthetic::Options().convention;  // of few bands, which two lobes follow
     synthetic::writeCharacter(file.path, character);
     const VisibilityReader reader(file.path);
-    const PoseTable poses = readPoses(reader, 2);
+    const PoseTable poses = readPoses(reader, {.threads = 2});
     CompareOptions options;
     options.clusters = {2};
     options.conventions = {parseConvention("A3")};
@@ -168,7 +167,7 @@ TEST(VisibilityLobes, AFileHasTheErrorsOfTheComparison) {
     const synthetic::TemporaryFile file("lobes.vis.h5"), model_file("lobes.lobes.h5"), predicted_file("lobes.pred.h5");
     synthetic::writeCharacter(file.path, smallCharacter());
     const VisibilityReader reader(file.path);
-    const PoseTable poses = readPoses(reader, 2);
+    const PoseTable poses = readPoses(reader, {.threads = 2});
     CompareOptions options;
     options.clusters = {3};
     options.conventions = {parseConvention("A4")};
@@ -188,7 +187,7 @@ TEST(VisibilityLobes, AFileHasTheErrorsOfTheComparison) {
         fit.model.provenance = {"test", "0", "{}", {}};
         writeLobes(model_file.path, fit.model);
         const LobeModel model = readLobes(model_file.path);
-        predictLobeFile(model, reader, {predicted_file.path, {"test", "0", "{}", {}}, 2}, {});
+        predictFile(model, reader, {predicted_file.path, {"test", "0", "{}", {}}, 2});
         const FrameSpread of_file = spreadOfFile(reader, VisibilityReader(predicted_file.path), 1);
         const ComparedLobes& compared = found.models[std::size_t(lobes) + 1];
         EXPECT_EQ(model.ridge, compared.ridge);
