@@ -3,8 +3,8 @@
 #include <cstdio>
 
 #include "bake/bake_verbs.h"
+#include "bake/cache_flags.h"
 #include "bake/fields/part_fields.h"
-#include "formats/common/errors.h"
 
 namespace penumbra {
 
@@ -15,28 +15,15 @@ struct FieldsCommand {
     std::vector<std::filesystem::path> files_read;  // the rigs and what they refer to, known after reading
     std::filesystem::path output;
     FieldOptions options;
-    std::string parts, inputs, units = "m", up = "y";
-    std::int64_t seed = std::int64_t(FieldOptions{}.seed);  // signed, so that -1 is refused instead of wrapping around
+
+    std::vector<std::filesystem::path> inputs() const { return files_read.empty() ? rigs : files_read; }
 };
 
-FrameRange parsePartRange(const std::string& text) try {
+FrameRange parsePartRange(const std::string& text) {
     const FrameRange range = parseFrameRange(text);
-    if (range.step != 1 || range.begin >= range.end) throw UsageError("");
+    if (range.step != 1)
+        throw std::invalid_argument("must be A:B, the parts A, A + 1, ... below B, not '" + text + "'");
     return range;
-} catch (const UsageError&) {
-    throw UsageError("--parts takes A:B, the parts A, A + 1, ... below B, not '" + text + "'");
-}
-
-void finishOptions(FieldsCommand& command) {
-    FieldOptions& options = command.options;
-    if (!command.parts.empty()) options.parts = parsePartRange(command.parts);
-    if (!command.inputs.empty()) options.inputs = command.inputs;
-    if (command.seed < 0)
-        throw UsageError("--seed must be 0..9223372036854775807, not " + std::to_string(command.seed));
-    options.seed = std::uint64_t(command.seed);
-    options.cache.metres = metresOfUnit(command.units);
-    options.cache.z_up = upIsZ(command.up);
-    if (const std::string problem = findProblem(options); !problem.empty()) throw UsageError(problem);
 }
 
 void reportPlan(const FieldPlan& plan, const FieldOptions& options, Report& report) {
@@ -48,8 +35,6 @@ void reportPlan(const FieldPlan& plan, const FieldOptions& options, Report& repo
 }
 
 void runFields(FieldsCommand& command, const CommonOptions& common, Report& report) {
-    finishOptions(command);
-    const ProgressStyle style = parseProgressStyle(common.quiet ? "none" : common.progress);
     report.phase("read");
     const auto start = std::chrono::steady_clock::now();
     const FieldPlan plan = planFields(command.rigs, command.options);
@@ -61,7 +46,7 @@ void runFields(FieldsCommand& command, const CommonOptions& common, Report& repo
         return;
     }
     report.phase("trace");
-    const FieldFile file = bakeFields(plan, command.options, common.threads, style);
+    const FieldFile file = bakeFields(plan, command.options, common.threads, common.progress);
     report.phase("write");
     writeFields(command.output, file);
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
@@ -78,28 +63,27 @@ void defineFields(CLI::App& app, FieldsCommand& command) {
     app.add_option("rig", command.rigs, "rig, or a mesh without skin, which is one part; only its rest pose matters")
         ->required();
     app.add_option("-o,--output", command.output, "X.fields.h5")->required();
-    app.add_option("--rays", options.rays, "directions that each point is traced with");
-    app.add_option("--seed", command.seed, "turns the set of directions");
-    app.add_option("--cells", options.cells, "points along a side of the mean box, if it were a cube");
+    app.add_option("--rays", options.rays, "directions that each point is traced with")
+        ->check(within(16, 1 << 16, "directions a point"));
+    addSeed(app, options.seed, "turns the set of directions");
+    app.add_option("--cells", options.cells, "points along a side of the mean box, if it were a cube")
+        ->check(within(4, 64, "points along a side"));
     app.add_option("--megabytes", options.megabytes,
-                   "bound on all fields, in millions of bytes; takes fewer points to stay below");
-    app.add_option("--fade", options.fade, "depth over which a point inside a part goes dark, in rest diagonals");
-    app.add_option("--parts", command.parts, "A:B, half-open: these parts only, for a shard that merge puts together");
-    app.add_option("--inputs", command.inputs, "FILE.csv of the bake, for an occluder that moves with a point of it");
-    app.add_option("--units", command.units, "of a point cache: m, cm, mm, inch or metres (default: m)");
-    app.add_option("--up", command.up, "of a point cache: y or z (default: y)");
+                   "bound on all fields, in millions of bytes; takes fewer points to stay below")
+        ->check(within(0.01, 1000.0, "million bytes"));
+    app.add_option("--fade", options.fade, "depth over which a point inside a part goes dark, in rest diagonals")
+        ->check(within(1e-6, 1.0, "diagonals of the rest positions"));
+    addParsed(app, "--parts", options.parts, parsePartRange,
+              "A:B, half-open: these parts only, for a shard that merge puts together");
+    addFile(app, "--inputs", options.inputs, "FILE.csv of the bake, for an occluder that moves with a point of it");
+    addCacheFlags(app, options.cache);
 }
 
 }  // namespace
 
 Verb fieldsVerb() {
-    const auto command = std::make_shared<FieldsCommand>();
-    return {"fields",
-            "Trace how much of the sky each rigid part blocks, at any point around it.",
-            [command](CLI::App& app) { defineFields(app, *command); },
-            [command] { return command->files_read.empty() ? command->rigs : command->files_read; },
-            [command] { return command->output; },
-            [command](const CommonOptions& common, Report& report) { runFields(*command, common, report); }};
+    return verbOf<FieldsCommand>("fields", "Trace how much of the sky each rigid part blocks, at any point around it.",
+                                 defineFields, runFields);
 }
 
 }  // namespace penumbra

@@ -44,30 +44,29 @@ Json describeFile(const fs::path& path, bool all_vertices) {
 struct InfoCommand {
     std::string file;
     bool all = false;
+
+    std::vector<fs::path> inputs() const { return {file}; }
 };
+
+void defineInfo(CLI::App& app, InfoCommand& command) {
+    app.add_option("file", command.file,
+                   ".vis.h5, .poses.h5, .fields.h5, .model.h5, .lobes.h5, .transfer.h5, .brdf.h5, .light.h5, "
+                   ".blockers.h5 or .pnb")
+        ->required();
+    app.add_flag("--all", command.all, "read the visibility of all vertices, not of some, for its range");
+}
+
+void runInfo(const InfoCommand& command, const CommonOptions&, Report& report) {
+    report.phase("read");
+    report.figures = describeFile(command.file, command.all);
+    printJson(report.figures);
+}
 
 }  // namespace
 
 Verb infoVerb() {
-    const auto command = std::make_shared<InfoCommand>();
-    Verb verb;
-    verb.name = "info";
-    verb.help = "What is in a Penumbra file of any kind, who made it and from what.";
-    verb.define = [command](CLI::App& app) {
-        app.add_option(
-               "file", command->file,
-               ".vis.h5, .poses.h5, .fields.h5, .model.h5, .lobes.h5, .transfer.h5, .brdf.h5, .light.h5, .blockers.h5 "
-               "or .pnb")
-            ->required();
-        app.add_flag("--all", command->all, "read the visibility of all vertices, not of some, for its range");
-    };
-    verb.inputs = [command] { return std::vector<fs::path>{command->file}; };
-    verb.run = [command](const CommonOptions&, Report& report) {
-        report.phase("read");
-        report.figures = describeFile(command->file, command->all);
-        printJson(report.figures);
-    };
-    return verb;
+    return verbOf<InfoCommand, const InfoCommand>(
+        "info", "What is in a Penumbra file of any kind, who made it and from what.", defineInfo, runInfo);
 }
 
 }  // namespace penumbra

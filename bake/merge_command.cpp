@@ -6,7 +6,7 @@
 #include "bake/source/frame_choice.h"
 #include "bake/visibility/merge_shards.h"
 #include "formats/common/errors.h"
-#include "formats/common/name_list_option.h"
+#include "formats/common/options.h"
 
 namespace penumbra {
 namespace fs = std::filesystem;
@@ -18,8 +18,9 @@ struct MergeCommand {
     std::vector<fs::path> shards;
     fs::path output;
     MergeOptions options;
-    std::string frames;
     bool index = false;  // --virtual
+
+    std::vector<fs::path> inputs() const { return shards; }
 };
 
 void reportProblems(const MergeProblems& problems, Report& report) {
@@ -36,18 +37,18 @@ void reportProblems(const MergeProblems& problems, Report& report) {
 
 // Writes the output. When a shard turns out to be damaged, looks for damage in every shard, so that one run names all
 // that has to be baked again.
-void write(MergePlan& plan, const MergeCommand& command, const CommonOptions& common, ProgressStyle style) try {
+void write(MergePlan& plan, const MergeCommand& command, const CommonOptions& common) try {
     if (command.index)
         writeIndex(plan, command.output, common.threads);
     else
-        writeMerged(plan, command.output, style);
+        writeMerged(plan, command.output, common.progress);
 } catch (const InvalidInput&) {
     findDamage(plan);
     if (!plan.problems.any()) throw;
 }
 
 void runMergeFields(const MergeCommand& command, const CommonOptions& common, Report& report) {
-    if (!command.options.clips.empty() || !command.frames.empty() || command.index)
+    if (!command.options.clips.empty() || command.options.frames || command.index)
         throw UsageError("--clips, --frames and --virtual are for shards of bakes, and these are of fields");
     refuseTwice(command.shards);
     report.phase("check");
@@ -69,8 +70,6 @@ void runMergeFields(const MergeCommand& command, const CommonOptions& common, Re
 
 void runMerge(MergeCommand& command, const CommonOptions& common, Report& report) {
     if (anyHoldsFields(command.shards)) return runMergeFields(command, common, report);
-    if (!command.frames.empty()) command.options.frames = parseFrameRange(command.frames);
-    const ProgressStyle style = parseProgressStyle(common.quiet ? "none" : common.progress);
     report.phase("check");
     MergePlan plan = planMerge(command.shards, command.options);
     if (plan.problems.any()) findDamage(plan);
@@ -85,7 +84,7 @@ void runMerge(MergeCommand& command, const CommonOptions& common, Report& report
         return;
     }
     report.phase("merge");
-    write(plan, command, common, style);
+    write(plan, command, common);
     reportProblems(plan.problems, report);
     if (plan.problems.any()) plan.problems.raise();
     const std::uintmax_t bytes = fs::file_size(command.output);
@@ -103,19 +102,15 @@ void defineMerge(CLI::App& app, MergeCommand& command) {
     addNameListOption(app, "--clips", command.options.clips,
                       "of the unsplit bake (default: those of the shards if they agree, else all)");
     app.add_flag("--virtual", command.index, "write a small index of the shards, which have to stay where they are");
-    app.add_option("--frames", command.frames, "A:B[:S] of the unsplit bake (default: all frames)");
+    addFrames(app, command.options.frames, "A:B[:S] of the unsplit bake (default: all frames)");
 }
 
 }  // namespace
 
 Verb mergeVerb() {
-    const auto command = std::make_shared<MergeCommand>();
-    Verb verb{"merge",
-              "Put shards together to the file that the unsplit bake makes; refuses gaps and overlaps.",
-              [command](CLI::App& app) { defineMerge(app, *command); },
-              [command] { return command->shards; },
-              [command] { return command->output; },
-              [command](const CommonOptions& common, Report& report) { runMerge(*command, common, report); }};
+    Verb verb = verbOf<MergeCommand>(
+        "merge", "Put shards together to the file that the unsplit bake makes; refuses gaps and overlaps.", defineMerge,
+        runMerge);
     verb.checks_inputs = true;
     return verb;
 }

@@ -6,7 +6,7 @@
 #include "bake/poses/pose_list.h"
 #include "bake/source/frame_choice.h"
 #include "formats/common/errors.h"
-#include "formats/common/name_list_option.h"
+#include "formats/common/options.h"
 #include "formats/common/write_file.h"
 #include "sh/angles.h"
 
@@ -15,13 +15,17 @@ namespace penumbra {
 namespace {
 using Json = nlohmann::ordered_json;
 
+constexpr Word<ChoiceMethod> kMethodWords[] = {{"farthest", ChoiceMethod::kFarthest},
+                                               {"representative", ChoiceMethod::kRepresentative},
+                                               {"random", ChoiceMethod::kRandom}};
+
 struct PosesCommand {
     std::vector<std::filesystem::path> rigs;
     std::vector<std::filesystem::path> files_read;  // the rigs and what they refer to, known after reading
     std::filesystem::path output;
     PoseOptions options;
-    std::string frames, method = "farthest", limits;
-    std::int64_t seed = std::int64_t(PoseOptions{}.seed);  // signed, so that -1 is refused instead of wrapping around
+
+    std::vector<std::filesystem::path> inputs() const { return files_read.empty() ? rigs : files_read; }
 };
 
 // Lists every option that changes the result, defaults included. Those that few lists need are listed only where they
@@ -31,7 +35,7 @@ std::string optionsJson(const PosesCommand& command) {
     Json json{{"clips", options.clips}, {"holdout", options.holdout}, {"fps", options.fps}};
     if (options.frames) json["frames"] = {options.frames->begin, options.frames->end, options.frames->step};
     json["choose"] = options.choose;
-    json["method"] = command.method;
+    json["method"] = wordOf(kMethodWords, options.method);
     json["sample"] = options.sample;
     if (options.mix > 0) json["mix"] = options.mix;
     if (options.cover > 0) json["cover"] = options.cover;
@@ -42,20 +46,12 @@ std::string optionsJson(const PosesCommand& command) {
 bool isGlb(const PosesCommand& command) { return command.output.extension() == ".glb"; }
 bool isJson(const PosesCommand& command) { return command.output.extension() == ".json"; }
 
-void finishOptions(PosesCommand& command) {
-    PoseOptions& options = command.options;
-    if (!command.frames.empty()) options.frames = parseFrameRange(command.frames);
-    options.method = command.method == "random"           ? ChoiceMethod::kRandom
-                     : command.method == "representative" ? ChoiceMethod::kRepresentative
-                                                          : ChoiceMethod::kFarthest;
-    options.limits = command.limits;
-    if (command.seed < 0)
-        throw UsageError("--seed must be 0..9223372036854775807, not " + std::to_string(command.seed));
-    options.seed = std::uint64_t(command.seed);
+void checkOptions(const PosesCommand& command) {
+    const PoseOptions& options = command.options;
     refuseTwice(command.rigs);
-    if (!isGlb(command) && !isJson(command) && command.output.extension() != ".h5")
-        throw UsageError("-o must end in .h5, .glb or .json");
-    if (const std::string problem = findProblem(options); !problem.empty()) throw UsageError(problem);
+    if (options.choose + options.sample + options.mix + options.cover == 0)
+        throw UsageError("--choose, --sample, --mix or --cover is needed: how many poses?");
+    if (!options.limits.empty() && options.sample == 0) throw UsageError("--limits needs --sample");
 }
 
 Json poseTable(const PoseFile& file) {
@@ -133,11 +129,11 @@ void writeGlbOfPoses(const PosesCommand& command, const PosePlan& plan, const Po
 }
 
 void runPoses(PosesCommand& command, const CommonOptions& common, Report& report) {
-    finishOptions(command);
+    checkOptions(command);
     report.phase("read");
     const PosePlan plan = planPoses(command.rigs, command.options);
     command.files_read = plan.rig.files_read;
-    if (!command.limits.empty()) command.files_read.emplace_back(command.limits);
+    if (!command.options.limits.empty()) command.files_read.push_back(command.options.limits);
     if (common.dry_run) {
         const PoseOptions& options = command.options;
         const std::size_t candidates = plan.candidates.frameCount();
@@ -169,37 +165,38 @@ void definePoses(CLI::App& app, PosesCommand& command) {
     app.add_option("-o,--output", command.output,
                    "X.poses.h5, or X.glb: a rig whose only clip has the poses as its keys, or X.poses.json: bones for "
                    "scene.json")
-        ->required();
-    app.add_option("--choose", options.choose, "how many of the candidate frames");
-    app.add_option("--method", command.method,
-                   "farthest: the most different frames; representative: least mean gap; random: to compare with")
-        ->check(CLI::IsMember({"farthest", "representative", "random"}));
-    app.add_option("--sample", options.sample, "how many poses with joint angles sampled within their limits");
-    app.add_option("--limits", command.limits,
+        ->required()
+        ->check(endsIn({".h5", ".glb", ".json"}));
+    app.add_option("--choose", options.choose, "how many of the candidate frames")
+        ->check(within<std::int64_t>(0, INT64_MAX, "frames"));
+    addChoice(app, "--method", options.method, kMethodWords,
+              "farthest: the most different frames; representative: least mean gap; random: to compare with");
+    app.add_option("--sample", options.sample, "how many poses with joint angles sampled within their limits")
+        ->check(within(0, 1000000, "poses"));
+    app.add_option("--limits", options.limits,
                    "CSV joint,axis,min,max (degrees): limits instead of the candidates' own");
     app.add_option("--mix", options.mix,
                    "how many poses of which each limb follows a random listed frame; without --choose all candidates "
-                   "are listed");
-    app.add_option("--cover", options.cover, "how many such poses that show most of what is not shown yet");
+                   "are listed")
+        ->check(within(0, 1000000, "poses"));
+    app.add_option("--cover", options.cover, "how many such poses that show most of what is not shown yet")
+        ->check(within(0, 10000, "poses"));
     addNameListOption(app, "--clips", options.clips, "names of the clips to choose from (default: all)");
     addNameListOption(app, "--holdout", options.holdout,
                       "clips of which no frame is chosen or mixed and no limit taken");
-    app.add_option("--fps", options.fps, "candidates a second (default: the clips' own keys)");
-    app.add_option("--frames", command.frames, "A:B[:S], half-open, of the sampled frames of all these clips");
-    app.add_option("--seed", command.seed, "of --method random, --sample (0: plain Halton points), --mix and --cover");
+    app.add_option("--fps", options.fps, "candidates a second (default: the clips' own keys)")
+        ->check(within(0.0, 1000.0, "samples a second"));
+    addFrames(app, options.frames, "A:B[:S], half-open, of the sampled frames of all these clips");
+    addSeed(app, options.seed, "of --method random, --sample (0: plain Halton points), --mix and --cover");
 }
 
 }  // namespace
 
 Verb posesVerb() {
-    const auto command = std::make_shared<PosesCommand>();
-    return {
+    return verbOf<PosesCommand>(
         "poses",
         "Choose the most different frames of many clips, sample poses within joint limits, and mix limbs of frames.",
-        [command](CLI::App& app) { definePoses(app, *command); },
-        [command] { return command->files_read.empty() ? command->rigs : command->files_read; },
-        [command] { return command->output; },
-        [command](const CommonOptions& common, Report& report) { runPoses(*command, common, report); }};
+        definePoses, runPoses);
 }
 
 }  // namespace penumbra

@@ -12,7 +12,7 @@
 #include "bake/source/surface_colors.h"
 #include "formats/brdf/brdf_source.h"
 #include "formats/common/errors.h"
-#include "formats/common/picture_text.h"
+#include "formats/common/options.h"
 #include "formats/common/slot_choice.h"
 #include "formats/image/exposure.h"
 #include "sh/light/light_rotation.h"
@@ -22,69 +22,58 @@ namespace penumbra {
 
 namespace {
 
+constexpr Word<ReferenceChannel> kChannelWords[] = {
+    {"shaded", ReferenceChannel::kShaded}, {"ao", ReferenceChannel::kAmbient}, {"normals", ReferenceChannel::kNormals}};
+
+// Tells an analytic light from a file: the text starts with the name of one.
+bool isAnalytic(const std::string& light) {
+    const std::vector<std::string> names = analyticLightNames();
+    const std::string start = light.substr(0, light.find_first_of(":+"));
+    return std::find(names.begin(), names.end(), start) != names.end();
+}
+
+BrdfSource slotSource(const SlotChoice& choice) {
+    BrdfSource source = brdfSource(choice.material);
+    source.analytic_option = "slot";
+    return source;
+}
+
 struct ReferenceCommand {
     std::filesystem::path input, scene, output, tangents;
-    double time = 0;            // of a scene, seconds
-    std::string light, layout;  // light: a file or analytic lights; layout "": by the picture's shape
-    BrdfSource brdf;
+    std::optional<double> time;  // of a scene, seconds
+    std::string light, layout;   // light: a file or analytic lights; layout "": by the picture's shape
+    BrdfSource brdf{.analytic_option = "brdf"};
     std::vector<std::string> slots;
     std::vector<std::filesystem::path> occluders;
     ReferenceOptions options;
-    std::int64_t frame = 0;
+    std::optional<std::size_t> frame;
     std::string light_rotation;
     int light_order = 0;  // 0: the picture itself
-    std::string albedo;   // of --bounces: R/G/B or a table
-    const CLI::Option *light_order_option = nullptr, *frame_option = nullptr, *time_option = nullptr;
-    std::vector<const CLI::Option*> bake_only;  // what a picture of a scene does not read
-    std::string camera, size = "512x512", channel = "shaded", background = "transparent";
+    ColorChoice albedo;   // of --bounces
+    std::string camera;
     std::optional<float> exposure;       // unset: automaticExposure()
     std::optional<Vec3> png_background;  // of a shaded PNG; options.background is then unset
+
+    std::vector<std::filesystem::path> inputs() const {
+        std::vector<std::filesystem::path> files = singleFilesOf(occluders);
+        files.insert(files.end(), {input, scene, tangents, albedo.table.value_or(""), isAnalytic(light) ? "" : light});
+        std::vector<BrdfSource> sources = {brdf};
+        for (const std::string& slot : slots) sources.push_back(slotSource(parseSlotChoice(slot)));
+        for (const BrdfSource& source : sources)
+            for (const std::filesystem::path& file : source.files()) files.push_back(file);
+        return namedFiles(files);
+    }
 };
 
-void checkInput(const ReferenceCommand& command) {
-    if (command.input.empty() == command.scene.empty())
-        throw UsageError(command.input.empty() ? "a bake, X.vis.h5, or a --scene S.json is required"
-                                               : "a bake or a --scene: one or the other");
-    if (command.scene.empty() && command.frame_option->count() == 0) throw UsageError("--frame is required");
-    if (command.scene.empty() && command.time_option->count() > 0)
-        throw UsageError("--time is of no use without --scene");
-    for (const CLI::Option* option : command.bake_only)
-        if (!command.scene.empty() && option->count() > 0)
-            throw UsageError(option->get_name() + " is of no use with --scene");
-}
-
 void finishOptions(ReferenceCommand& command) {
-    checkInput(command);
     ReferenceOptions& options = command.options;
-    const std::optional<PictureSize> size = parseSize(command.size);
-    if (!size) throw UsageError("--size must be WIDTHxHEIGHT in pixels, not '" + command.size + "'");
-    options.width = size->width;
-    options.height = size->height;
-    options.channel = command.channel == "ao"        ? ReferenceChannel::kAmbient
-                      : command.channel == "normals" ? ReferenceChannel::kNormals
-                                                     : ReferenceChannel::kShaded;
-    if (command.background != "transparent") {
-        options.background = parseColor(command.background);
-        if (!options.background)
-            throw UsageError("--background must be transparent or R/G/B (linear, 0 or more), not '" +
-                             command.background + "'");
-    }
-    if (command.light_order_option->count() > 0 && command.light.empty())
-        throw UsageError("--light-order needs --light: the default light is the same at any order");
-    if (!command.layout.empty() && command.light.empty()) throw UsageError("--layout needs --light");
-    if (!command.light_rotation.empty() && command.light.empty())
-        throw UsageError("--light-rotation needs --light: the default light is the same from every side");
-    if (command.light_order < 0 || command.light_order > kMaxOrder)
-        throw UsageError("--light-order must be 0 (the picture itself) or 1..8, not " +
-                         std::to_string(command.light_order));
-    if (command.exposure && (!(*command.exposure > 0) || !std::isfinite(*command.exposure)))
-        throw UsageError("--exposure must be a finite number above 0");
-    if (const std::string problem = findProblem(options); !problem.empty()) throw UsageError(problem);
-    if (options.bounces == 0 && !command.albedo.empty()) throw UsageError("--albedo goes with --bounces");
-    const std::string extension = command.output.extension().string();
-    if (extension != ".exr" && extension != ".png") throw UsageError("-o must end in .exr or .png");
+    if (command.input.empty() && command.scene.empty())
+        throw UsageError("a bake, X.vis.h5, or a --scene S.json is required");
+    if (command.scene.empty() && !command.frame) throw UsageError("--frame is required");
+    if (const std::string problem = endsIn({".exr", ".png"})(command.output.string()); !problem.empty())
+        throw UsageError("-o " + problem);
     // The background of a shaded PNG is put behind the exposed picture.
-    if (extension == ".png" && options.channel == ReferenceChannel::kShaded)
+    if (command.output.extension() == ".png" && options.channel == ReferenceChannel::kShaded)
         command.png_background = std::exchange(options.background, std::nullopt);
 }
 
@@ -99,43 +88,21 @@ void writePicture(const ReferenceCommand& command, const CommonOptions& common, 
     writePng(command.output, overBackground(image, exposure, *command.png_background), 1);
 }
 
-// Tells an analytic light from a file: the text starts with the name of one.
-bool isAnalytic(const std::string& light) {
-    const std::vector<std::string> names = analyticLightNames();
-    const std::string start = light.substr(0, light.find_first_of(":+"));
-    return std::find(names.begin(), names.end(), start) != names.end();
-}
-
 EnvironmentLight readLight(const ReferenceCommand& command) {
     if (!isAnalytic(command.light)) return readEnvironmentLight(command.light, command.layout);
     if (!command.layout.empty()) throw UsageError("--layout is of pictures, not of --light " + command.light);
-    try {
-        return EnvironmentLight::fromAnalytic(parseLights(command.light));
-    } catch (const std::invalid_argument& error) {
-        throw UsageError(std::string("--light: ") + error.what());
-    }
+    return EnvironmentLight::fromAnalytic(parseLights(command.light));
 }
 
 EnvironmentLight readLightOf(const ReferenceCommand& command) {
     if (command.light.empty()) return EnvironmentLight::white();
     EnvironmentLight light = readLight(command);
     if (command.light_order > 0) light = light.bandLimited(command.light_order);
-    try {
-        return light.turned(parseLightRotation(command.light_rotation));
-    } catch (const std::invalid_argument& error) {
-        throw UsageError(std::string("--light-rotation: ") + error.what());
-    }
-}
-
-BrdfSource slotSource(const SlotChoice& choice) {
-    BrdfSource source = brdfSource(choice.material);
-    source.analytic_option = "--slot";
-    return source;
+    return light.turned(parseLightRotation(command.light_rotation));
 }
 
 BrdfReading readMaterialOf(const ReferenceCommand& command, int threads) {
     BrdfSource source = command.brdf;
-    source.analytic_option = "--brdf";
     if (source.analytic.empty() && source.files().empty()) source.analytic = "lambert";
     return readBrdfSource(source, threads);
 }
@@ -176,9 +143,7 @@ void readMaterialsOf(ReferenceCommand& command, const SceneFrame& scene, std::si
     command.options.brdfs.clear();
     for (std::size_t m = 0; m < scene.materials.size(); ++m) {
         const std::string& name = scene.materials[m];
-        BrdfSource source;
-        source.analytic = name;
-        source.analytic_option = "--brdf";
+        BrdfSource source{.analytic = name, .analytic_option = "brdf"};
         if (m != ground && (!command.brdf.analytic.empty() || !command.brdf.files().empty())) source = command.brdf;
         for (const std::string& text : command.slots)
             if (const SlotChoice choice = parseSlotChoice(text); choice.slot == name) source = slotSource(choice);
@@ -206,9 +171,9 @@ EnvironmentLight readLightOf(const ReferenceCommand& command, const SceneFrame& 
 // Returns what the mesh reflects, as --albedo says or as the bake has it, and what it lets through in the bake.
 SurfaceColors colorsOf(const ReferenceCommand& command, const VisibilityHeader& header) {
     if (command.options.bounces == 0) return {};
-    if (command.albedo.empty() && header.colors.albedo.empty())
+    if (!command.albedo.any() && header.colors.albedo.empty())
         throw UsageError("--bounces needs --albedo: " + command.input.string() + " has none");
-    if (command.albedo.empty()) return header.colors;
+    if (!command.albedo.any()) return header.colors;
     const SurfaceColors colors{readAlbedo(command.albedo, header.mesh), header.colors.transmission};
     if (const std::string problem = findProblem(colors, header.mesh); !problem.empty())
         throw UsageError("--albedo: " + command.input.string() + " has " + problem);
@@ -219,11 +184,9 @@ void runScene(ReferenceCommand& command, const CommonOptions& common, Report& re
     finishOptions(command);
     report.phase("read");
     const bool shaded = command.options.channel == ReferenceChannel::kShaded;
-    std::optional<double> seconds;
-    if (command.time_option->count() > 0) seconds = command.time;
     const SceneDescription description = readScene(command.scene);
     report.willRead(filesNamedIn(description));
-    const SceneFrame scene = poseScene(description, seconds, command.camera, shaded);
+    const SceneFrame scene = poseScene(description, command.time, command.camera, shaded);
     const std::size_t ground = description.ground ? scene.brdf_of_vertex.back() : scene.materials.size();
     if (shaded) readMaterialsOf(command, scene, ground, common.threads);
     const EnvironmentLight light = readLightOf(command, scene);
@@ -243,8 +206,7 @@ void runScene(ReferenceCommand& command, const CommonOptions& common, Report& re
     input.ground = scene.ends_at_horizon;
     input.scale = scene.scale;
     input.back_of_vertex = scene.back_of_vertex;
-    const Image image = renderReference(input, scene.camera, light, command.options, common.threads,
-                                        parseProgressStyle(common.quiet ? "none" : common.progress));
+    const Image image = renderReference(input, scene.camera, light, command.options, common.threads, common.progress);
     report.phase("write");
     writePicture(command, common, image, report);
 }
@@ -260,10 +222,10 @@ void runReference(ReferenceCommand& command, const CommonOptions& common, Report
     const VisibilityHeader& header = reader.header();
     command.options.brdfs.clear();
     addMaterial(command, material, header.mesh.two_sided);
-    const auto count = std::int64_t(header.frames.frameCount());
-    if (command.frame < 0 || command.frame >= count)
-        throw UsageError("--frame must be 0.." + std::to_string(count - 1) + ", not " + std::to_string(command.frame));
-    const VisibilityFrame frame = reader.readPose(std::size_t(command.frame));
+    const std::size_t index = *command.frame, count = header.frames.frameCount();
+    if (index >= count)
+        throw UsageError("--frame must be 0.." + std::to_string(count - 1) + ", not " + std::to_string(index));
+    const VisibilityFrame frame = reader.readPose(index);
     Camera camera;
     try {
         const std::vector<Vec3>& rest = header.mesh.rest_positions;
@@ -271,14 +233,13 @@ void runReference(ReferenceCommand& command, const CommonOptions& common, Report
     } catch (const std::invalid_argument& error) {
         throw UsageError(std::string("--camera: ") + error.what());
     }
-    const ReferenceBlockers blockers =
-        blockersOfFrame(header, std::size_t(command.frame), command.input.string(), command.occluders);
+    const ReferenceBlockers blockers = blockersOfFrame(header, index, command.input.string(), command.occluders);
     const std::vector<std::uint16_t> brdf_of_vertex = chooseSlots(command, header.mesh, common.threads);
     const EnvironmentLight light = readLightOf(command);
     const SurfaceColors colors = colorsOf(command, header);
     if (common.dry_run) {
-        std::printf("frame %zu, %dx%d pixels, %d shadow rays a pixel\n", std::size_t(command.frame),
-                    command.options.width, command.options.height, command.options.samples);
+        std::printf("frame %zu, %dx%d pixels, %d shadow rays a pixel\n", index, command.options.width,
+                    command.options.height, command.options.samples);
         return;
     }
     std::optional<PosedTangents> tangents;
@@ -292,23 +253,26 @@ void runReference(ReferenceCommand& command, const CommonOptions& common, Report
     input.occluder_positions = blockers.occluder_positions;
     input.albedo = colors.albedo;
     input.transmission = colors.transmission;
-    const Image image = renderReference(input, camera, light, command.options, common.threads,
-                                        parseProgressStyle(common.quiet ? "none" : common.progress));
+    const Image image = renderReference(input, camera, light, command.options, common.threads, common.progress);
     report.phase("write");
     writePicture(command, common, image, report);
 }
 
 void defineReference(CLI::App& app, ReferenceCommand& command) {
     ReferenceOptions& options = command.options;
-    app.add_option("visibility", command.input, "X.vis.h5: mesh and frames; its visibility is not used");
-    app.add_option("--scene", command.scene,
-                   "S.json instead of a bake: everyone casts on everyone and on the ground (docs/scene.md)");
-    command.time_option =
-        app.add_option("--time", command.time, "of a scene: seconds into everyone's clip (default: as it says)")
-            ->check(CLI::Range(0.0, 1e6))
-            ->default_str("");
+    CLI::Option* input =
+        app.add_option("visibility", command.input, "X.vis.h5: mesh and frames; its visibility is not used");
+    CLI::Option* scene =
+        app.add_option("--scene", command.scene,
+                       "S.json instead of a bake: everyone casts on everyone and on the ground (docs/scene.md)")
+            ->excludes(input);
+    app.add_option("--time", command.time, "of a scene: seconds into everyone's clip (default: as it says)")
+        ->check(within(0.0, 1e6))
+        ->needs(scene);
     app.add_option("-o,--output", command.output, "REF.exr or REF.png")->required();
-    command.frame_option = app.add_option("--frame", command.frame, "index into the file's frames")->default_str("");
+    app.add_option("--frame", command.frame, "index into the file's frames")
+        ->check(within<std::int64_t>(0, UINT32_MAX))
+        ->excludes(scene);
     app.add_option("--brdf", command.brdf.analytic, "NAME[:key=value,...] (default: lambert)");
     app.add_option("--merl", command.brdf.merl, "measurements of the MERL database (.binary)");
     app.add_option("--table", command.brdf.table,
@@ -320,68 +284,63 @@ void defineReference(CLI::App& app, ReferenceCommand& command) {
            "a measured one (FILE.csv:ROW of fits); any number of them, the other parts have the one above. Of a scene: "
            "MATERIAL=SPEC, what a material of its assets is")
         ->allow_extra_args(false);
-    const CLI::Option* occluders =
-        app.add_option("--occluder", command.occluders,
-                       "of the bake, each as it was given there and in that order; not drawn")
-            ->allow_extra_args(false);
-    const CLI::Option* tangents =
-        app.add_option("--tangents", command.tangents,
-                       "X.model.h5 whose tangents anisotropic materials follow (default: a stand-in tangent)");
-    app.add_option(
-        "--light", command.light,
-        "picture (.exr, .hdr), .light.h5, or analytic lights as in penumbra-fit light --analytic (default: white, "
-        "radiance 1)");
+    app.add_option("--occluder", command.occluders,
+                   "of the bake, each as it was given there and in that order; not drawn")
+        ->allow_extra_args(false)
+        ->excludes(scene);
+    app.add_option("--tangents", command.tangents,
+                   "X.model.h5 whose tangents anisotropic materials follow (default: a stand-in tangent)")
+        ->excludes(scene);
+    const auto analytic = [](const std::string& text) {
+        if (isAnalytic(text)) (void)parseLights(text);
+        return 0;
+    };
+    CLI::Option* light = app.add_option("--light", command.light,
+                                        "picture (.exr, .hdr), .light.h5, or analytic lights as in penumbra-fit light "
+                                        "--analytic (default: white, radiance 1)")
+                             ->check(readableBy(analytic));
     app.add_option("--layout", command.layout, "of the picture; by its shape when not given")
-        ->check(CLI::IsMember({"latlong", "angular", "ball", "cube"}));
-    const CLI::Option* rotation =
-        app.add_option("--light-rotation", command.light_rotation,
-                       "yaw=,pitch=,roll= or axis=X/Y/Z,angle=, degrees, as in penumbra-player render");
-    const CLI::Option* bounces =
+        ->check(CLI::IsMember({"latlong", "angular", "ball", "cube"}))
+        ->needs(light);
+    app.add_option("--light-rotation", command.light_rotation,
+                   "yaw=,pitch=,roll= or axis=X/Y/Z,angle=, degrees, as in penumbra-player render")
+        ->check(readableBy(parseLightRotation))
+        ->needs(light)
+        ->excludes(scene);
+    app.add_option("--light-order", command.light_order,
+                   "replace the picture of --light by its SH of this order (0: do not)")
+        ->check(within(0, kMaxOrder, "bands"))
+        ->needs(light);
+    CLI::Option* bounces =
         app.add_option("--bounces", options.bounces,
-                       "how often the mesh reflects light diffusely or lets it through as its bake says, 0..16");
-    const CLI::Option* albedo = app.add_option(
-        "--albedo", command.albedo,
-        "of --bounces: what the mesh reflects, R/G/B or FILE.csv as in visibility (default: as the bake has it)");
-    command.bake_only = {command.frame_option, occluders, tangents, rotation, bounces, albedo};
-    command.light_order_option = app.add_option("--light-order", command.light_order,
-                                                "replace the picture of --light by its SH of this order (0: do not)");
+                       "how often the mesh reflects light diffusely or lets it through as its bake says")
+            ->check(within(0, kMaxBounces, "reflections"))
+            ->excludes(scene);
+    addParsed(app, "--albedo", command.albedo, readColorChoice,
+              "of --bounces: what the mesh reflects, R/G/B or FILE.csv as in visibility (default: as the bake has it)")
+        ->needs(bounces);
     app.add_option("--camera", command.camera, "yaw=,pitch=,fov=,distance=,target=x/y/z; framed where not given");
-    app.add_option("--size", command.size, "WIDTHxHEIGHT, pixels");
-    app.add_option("--samples", options.samples, "shadow rays a pixel");
-    app.add_option("--aa", options.camera_rays, "camera rays a pixel");
+    addSize(app, options.width, options.height);
+    app.add_option("--samples", options.samples, "shadow rays a pixel")
+        ->check(within(4, 1 << 20, "shadow rays a pixel"));
+    app.add_option("--aa", options.camera_rays, "camera rays a pixel")->check(within(1, 64, "camera rays a pixel"));
     app.add_option("--exposure", command.exposure,
                    "factor on the colours of a shaded PNG (default: automatic and printed: the 90th percentile of the "
-                   "picture's luminance is shown as 0.6)");
-    app.add_option("--background", command.background, "transparent or R/G/B (linear)");
-    app.add_option("--channel", command.channel, "what to draw")->check(CLI::IsMember({"shaded", "ao", "normals"}));
+                   "picture's luminance is shown as 0.6)")
+        ->check(aboveZero());
+    addParsed(app, "--background", options.background, readBackground, "transparent or R/G/B (linear)")
+        ->default_str("transparent");
+    addChoice(app, "--channel", options.channel, kChannelWords, "what to draw");
     app.footer(describeBrdfs() + "\n" + describeAnalyticLights() + "\n" + app.get_footer());
 }
 
 }  // namespace
 
 Verb referenceVerb() {
-    const auto command = std::make_shared<ReferenceCommand>();
-    return {"reference",
-            "Ray-trace a picture of a baked frame: full-resolution light, true BRDF, shadow rays.",
-            [command](CLI::App& app) { defineReference(app, *command); },
-            [command] {
-                std::vector<std::filesystem::path> inputs;
-                for (const std::filesystem::path& file : {command->input, command->scene})
-                    if (!file.empty()) inputs.push_back(file);
-                if (!command->light.empty() && !isAnalytic(command->light)) inputs.push_back(command->light);
-                if (!command->tangents.empty()) inputs.push_back(command->tangents);
-                if (const ColorChoice albedo = readColorChoice(command->albedo); albedo.table)
-                    inputs.push_back(*albedo.table);
-                const auto occluders = singleFilesOf(command->occluders);
-                inputs.insert(inputs.end(), occluders.begin(), occluders.end());
-                for (const std::filesystem::path& file : command->brdf.files()) inputs.push_back(file);
-                for (const std::string& slot : command->slots)
-                    for (const std::filesystem::path& file : slotSource(parseSlotChoice(slot)).files())
-                        inputs.push_back(file);
-                return inputs;
-            },
-            [command] { return command->output; },
-            [command](const CommonOptions& common, Report& report) { runReference(*command, common, report); }};
+    return verbOf<ReferenceCommand>("reference",
+                                    "Ray-trace a picture of a baked frame: full-resolution light, true BRDF, shadow "
+                                    "rays.",
+                                    defineReference, runReference);
 }
 
 }  // namespace penumbra

@@ -8,13 +8,14 @@
 #include <iterator>
 
 #include "bake/bake_verbs.h"
+#include "bake/cache_flags.h"
 #include "bake/source/frame_choice.h"
 #include "bake/source/surface_colors.h"
 #include "bake/visibility/bake_estimate.h"
 #include "formats/cache/numbered_files.h"
 #include "formats/common/errors.h"
-#include "formats/common/name_list_option.h"
 #include "formats/common/warning.h"
+#include "sh/sh_basis.h"
 
 namespace penumbra {
 
@@ -26,51 +27,58 @@ double peakMegabytes() {
     return double(usage.ru_maxrss) * 1024e-6;  // Linux counts in KiB
 }
 
+constexpr Word<Precision> kPrecisionWords[] = {{"f32", Precision::kFloat32}, {"f16", Precision::kFloat16}};
+constexpr Word<bool> kQuantityWords[] = {{"visibility", false}, {"transfer", true}};
+
 struct VisibilityCommand {
     std::vector<std::filesystem::path> rigs;
     std::vector<std::filesystem::path> files_read;  // the rigs and what they refer to, known after reading
     std::filesystem::path output;
     BakeOptions options;
-    std::string frames, poses, inputs, ground, precision = "f32", units = "m", up = "y";
-    const CLI::Option* ground_option = nullptr;
+    const CLI::Option* ground = nullptr;
     bool local = false;
     LocalMoments local_moments;
-    std::vector<const CLI::Option*> local_options;  // those that go with --local
-    std::string quantity = "visibility", albedo, transmission;
+    bool of_transfer = false;
     TransferOptions transfer;
     std::vector<const CLI::Option*> transfer_options;  // those that go with --quantity transfer
     bool resume = false;
-    std::int64_t seed = std::int64_t(BakeOptions{}.seed);  // signed, so that -1 is refused instead of wrapping around
+
+    // The files that were read. Before that is known, those that the command names, without patterns and folders of
+    // numbered files.
+    std::vector<std::filesystem::path> inputs() const {
+        if (!files_read.empty()) return files_read;
+        std::vector<std::filesystem::path> files = singleFilesOf(options.occluders);
+        std::copy_if(rigs.begin(), rigs.end(), std::back_inserter(files),
+                     [](const std::filesystem::path& rig) { return !namesSequence(rig); });
+        for (const auto& file : {options.poses, options.inputs}) files.push_back(file.value_or(""));
+        return namedFiles(files);
+    }
 };
 
 // Reads `--ground`, which stands alone or has a height.
-void readGround(VisibilityCommand& command) {
-    BakeOptions& options = command.options;
-    options.ground = command.ground_option->count() > 0;
-    if (!options.ground || command.ground == "rest") return;
+std::optional<double> readGround(const std::string& text) {
+    if (text == "rest") return std::nullopt;
     double height = 0;
-    const char* end = command.ground.data() + command.ground.size();
-    const auto [stop, error] = std::from_chars(command.ground.data(), end, height);
+    const char* end = text.data() + text.size();
+    const auto [stop, error] = std::from_chars(text.data(), end, height);
     if (error != std::errc() || stop != end || !std::isfinite(float(height)))
-        throw UsageError("--ground takes a height in metres, rest or nothing, not '" + command.ground +
-                         "'; put it behind the files where it has no height");
-    options.ground_y = height;
+        throw std::invalid_argument("must be a height in metres, rest or nothing, not '" + text +
+                                    "'; put it behind the files where it has no height");
+    return height;
 }
 
-void readLocal(VisibilityCommand& command) {
-    if (command.local) command.options.local = command.local_moments;
-    for (const CLI::Option* option : command.local_options)
-        if (!command.local && option->count() > 0) throw UsageError(option->get_name() + " goes with --local");
-}
-
-void readTransfer(VisibilityCommand& command) {
-    const bool transfer = command.quantity == "transfer";
+void finishOptions(VisibilityCommand& command) {
+    BakeOptions& options = command.options;
+    options.ground = command.ground->count() > 0;
+    if (command.local) options.local = command.local_moments;
+    if (command.of_transfer) options.transfer = command.transfer;
     for (const CLI::Option* option : command.transfer_options)
-        if (!transfer && option->count() > 0) throw UsageError(option->get_name() + " goes with --quantity transfer");
-    if (!transfer) return;
-    command.transfer.albedo = readColorChoice(command.albedo);
-    command.transfer.transmission = readColorChoice(command.transmission);
-    command.options.transfer = command.transfer;
+        if (!command.of_transfer && option->count() > 0)
+            throw UsageError(option->get_name() + " goes with --quantity transfer");
+    if (options.transfer && options.local) throw UsageError("--local goes with --quantity visibility");
+    if (options.poses && options.fps > 0 && options.clips.empty())
+        throw UsageError("--fps goes with --clips when there is --poses, which has times of its own");
+    refuseTwice(command.rigs);
 }
 
 std::string asJson(const std::vector<std::string>& names) {
@@ -117,23 +125,8 @@ void warnIfDark(const VisibilityCommand& command, const BakeResult& result) {
 }
 
 void runVisibility(VisibilityCommand& command, const CommonOptions& common, Report& report) {
-    BakeOptions& options = command.options;
-    if (!command.frames.empty()) options.frames = parseFrameRange(command.frames);
-    if (!command.poses.empty()) options.poses = command.poses;
-    if (command.seed < 0)
-        throw UsageError("--seed must be 0..9223372036854775807, not " + std::to_string(command.seed));
-    options.seed = std::uint64_t(command.seed);
-    refuseTwice(command.rigs);
-    options.cache.metres = metresOfUnit(command.units);
-    options.cache.z_up = upIsZ(command.up);
-    readGround(command);
-    readLocal(command);
-    readTransfer(command);
-    if (!command.inputs.empty()) options.inputs = command.inputs;
-    options.precision = command.precision == "f16" ? Precision::kFloat16 : Precision::kFloat32;
-    if (const std::string problem = findProblem(options); !problem.empty()) throw UsageError(problem);
-    const ProgressStyle style = parseProgressStyle(common.quiet ? "none" : common.progress);
-
+    const BakeOptions& options = command.options;
+    finishOptions(command);
     report.phase("read");
     const BakePlan plan = planBake(command.rigs, options);
     command.files_read = plan.files_read;
@@ -157,7 +150,8 @@ void runVisibility(VisibilityCommand& command, const CommonOptions& common, Repo
         reportWarning("penumbra-bake", damage + ": all of it is baked anew");
     }
     report.phase("trace and write");
-    const BakeResult result = bakeVisibility(plan, options, {command.output, command.resume}, common.threads, style);
+    const BakeResult result =
+        bakeVisibility(plan, options, {command.output, command.resume}, common.threads, common.progress);
     if (!result.note.empty() && !common.quiet) reportWarning("penumbra-bake", result.note);
     warnIfDark(command, result);
     const double rate = result.rays_traced / result.seconds;
@@ -189,77 +183,69 @@ void defineVisibility(CLI::App& app, VisibilityCommand& command) {
     app.add_option("rig", command.rigs, "rig or point cache; further files may bring clips only")->required();
     app.add_option("-o,--output", command.output, "X.vis.h5")->required();
     addNameListOption(app, "--clips", options.clips, "names of the clips to bake (default: all)");
-    app.add_option("--fps", options.fps, "samples a second (default: the clips' own keys)");
-    app.add_option("--frames", command.frames, "A:B[:S], half-open, of the sampled frames of all chosen clips");
+    app.add_option("--fps", options.fps, "samples a second (default: the clips' own keys)")
+        ->check(within(0.0, 1000.0, "samples a second"));
+    addFrames(app, options.frames, "A:B[:S], half-open, of the sampled frames of all chosen clips");
     app.add_option("--blocks", options.blocks,
-                   "cut every clip into this many blocks of equal length, clips NAME#1, NAME#2, ... (to hold one out)");
-    app.add_option("--units", command.units, "of a point cache: m, cm, mm, inch or metres (default: m)");
-    app.add_option("--up", command.up, "of a point cache: y or z (default: y)");
+                   "cut every clip into this many blocks of equal length, clips NAME#1, NAME#2, ... (to hold one out)")
+        ->check(within(1, 10000, "blocks of every clip"));
+    addCacheFlags(app, options.cache);
     app.add_option("--cache-fps", options.cache.fps,
-                   "keys a second of a point cache (default: as its file says, else 24)");
-    app.add_option("--poses", command.poses,
-                   "X.poses.h5 of `penumbra-bake poses`: these frames, then those of --clips");
-    app.add_option("--order", options.order, "SH bands, 1..8");
-    app.add_option("--rays", options.rays, "directions above the horizon");
-    app.add_option("--seed", command.seed, "turns the set of directions");
-    app.add_option("--bias", options.bias, "start of a ray above the surface, in rest diagonals");
-    app.add_option("--precision", command.precision, "of the coefficients on disk")
-        ->check(CLI::IsMember({"f32", "f16"}));
+                   "keys a second of a point cache (default: as its file says, else 24)")
+        ->check(within(0.0, 999999.0, "keys a second"));
+    addFile(app, "--poses", options.poses, "X.poses.h5 of `penumbra-bake poses`: these frames, then those of --clips");
+    app.add_option("--order", options.order, "SH bands")->check(within(1, kMaxOrder, "bands"));
+    app.add_option("--rays", options.rays, "directions above the horizon")
+        ->check(within(16, 1 << 16, "directions above the horizon"));
+    addSeed(app, options.seed, "turns the set of directions");
+    app.add_option("--bias", options.bias, "start of a ray above the surface, in rest diagonals")
+        ->check(within(1e-7, 0.1, "diagonals of the rest pose"));
+    addChoice(app, "--precision", options.precision, kPrecisionWords, "of the coefficients on disk");
     app.add_flag("--resume", command.resume,
                  "go on where a killed bake of this output stopped; keep what is done when stopped");
-    command.ground_option =
-        app.add_option("--ground", command.ground,
-                       "an infinite floor blocks every direction that points down; its height, or rest: the "
-                       "lowest point at rest")
-            ->expected(0, 1)
-            ->default_str("rest")
-            ->multi_option_policy(CLI::MultiOptionPolicy::Throw);
-    app.add_flag("--local", command.local,
-                 "also bake the moments that nearby parts of the mesh alone leave visible (/visibility/local)");
-    command.local_options = {
-        app.add_option("--local-steps", command.local_moments.steps, "of --local: how many bones away is near, 1..8"),
-        app.add_option("--local-order", command.local_moments.order, "of --local: SH bands, 5 or 6")};
-    app.add_option("--quantity", command.quantity,
-                   "visibility, or transfer: cosine-weighted visibility, and light that bounces")
-        ->check(CLI::IsMember({"visibility", "transfer"}));
+    command.ground = addParsed(app, "--ground", options.ground_y, readGround,
+                               "an infinite floor blocks every direction that points down; its height, or rest: the "
+                               "lowest point at rest")
+                         ->expected(0, 1)
+                         ->default_str("rest")
+                         ->multi_option_policy(CLI::MultiOptionPolicy::Throw);
+    CLI::Option* local =
+        app.add_flag("--local", command.local,
+                     "also bake the moments that nearby parts of the mesh alone leave visible (/visibility/local)");
+    app.add_option("--local-steps", command.local_moments.steps, "how many bones away is near")
+        ->check(within(1, kMaxLocalSteps, "bones with a part"))
+        ->needs(local);
+    app.add_option("--local-order", command.local_moments.order, "SH bands of the local moments")
+        ->check(within(kMinLocalOrder, kMaxLocalOrder, "bands"))
+        ->needs(local);
+    addChoice(app, "--quantity", command.of_transfer, kQuantityWords,
+              "visibility, or transfer: cosine-weighted visibility, and light that bounces");
+    CLI::Option* bounces =
+        app.add_option("--bounces", command.transfer.bounces, "of transfer: how often light is reflected")
+            ->check(within(0, kMaxBounces, "reflections"));
     command.transfer_options = {
-        app.add_option("--bounces", command.transfer.bounces, "of transfer: how often light is reflected, 0..16"),
-        app.add_option("--albedo", command.albedo,
-                       "of transfer with bounces: what the surface reflects, R/G/B (linear, below 1) or FILE.csv of "
-                       "slots or vertices (default: the rig's base colours and textures)"),
-        app.add_option("--transmission", command.transmission,
-                       "of transfer with bounces and --two-sided: what comes through the sheet, as --albedo")};
+        bounces,
+        addParsed(app, "--albedo", command.transfer.albedo, readColorChoice,
+                  "of transfer with bounces: what the surface reflects, R/G/B (linear, below 1) or FILE.csv of slots "
+                  "or vertices (default: the rig's base colours and textures)")
+            ->needs(bounces),
+        addParsed(app, "--transmission", command.transfer.transmission, readColorChoice,
+                  "of transfer with bounces and --two-sided: what comes through the sheet, as --albedo")
+            ->needs(bounces)};
     app.add_flag("--two-sided", options.two_sided, "a thin sheet: every vertex has a back with moments of its own");
     app.add_option("--occluder", command.options.occluders,
                    "mesh that blocks rays and has no moments, still or animated; any number of them; MESH:CACHE where "
                    "what moves it is in a file of its own")
         ->allow_extra_args(false);
-    app.add_option("--inputs", command.inputs,
-                   "FILE.csv of numbers that join the pose: columns frame or time, and NAME or NAME.x, NAME.y, NAME.z");
-}
-
-// Returns the files that were read. Before that is known, returns those that the command names, without patterns and
-// folders of numbered files.
-std::vector<std::filesystem::path> inputsOf(const VisibilityCommand& command) {
-    if (!command.files_read.empty()) return command.files_read;
-    std::vector<std::filesystem::path> inputs = singleFilesOf(command.options.occluders);
-    std::copy_if(command.rigs.begin(), command.rigs.end(), std::back_inserter(inputs),
-                 [](const std::filesystem::path& rig) { return !namesSequence(rig); });
-    for (const std::string& file : {command.poses, command.inputs})
-        if (!file.empty()) inputs.push_back(file);
-    return inputs;
+    addFile(app, "--inputs", options.inputs,
+            "FILE.csv of numbers that join the pose: columns frame or time, and NAME or NAME.x, NAME.y, NAME.z");
 }
 
 }  // namespace
 
 Verb visibilityVerb() {
-    const auto command = std::make_shared<VisibilityCommand>();
-    return {"visibility",
-            "Ray-trace per-vertex SH visibility over an animation.",
-            [command](CLI::App& app) { defineVisibility(app, *command); },
-            [command] { return inputsOf(*command); },
-            [command] { return command->output; },
-            [command](const CommonOptions& common, Report& report) { runVisibility(*command, common, report); }};
+    return verbOf<VisibilityCommand>("visibility", "Ray-trace per-vertex SH visibility over an animation.",
+                                     defineVisibility, runVisibility);
 }
 
 }  // namespace penumbra

@@ -4,7 +4,7 @@
 
 #include "fit/blockers/fit_blockers.h"
 #include "fit/fit_verbs.h"
-#include "formats/common/errors.h"
+#include "formats/common/options.h"
 
 namespace penumbra {
 
@@ -12,31 +12,22 @@ namespace {
 
 struct BlockersCommand {
     std::filesystem::path model, output;
-    std::string method = "area";
     BlockerOptions options;
-    std::int64_t seed =
-        std::int64_t(BlockerOptions{}.seed);  // signed, so that -1 is refused instead of wrapping around
+
+    std::vector<std::filesystem::path> inputs() const { return {model}; }
 };
 
 void define(CLI::App& app, BlockersCommand& command) {
     app.add_option("model", command.model, "fitted model, X.model.h5: its mesh, skin and frames matter")->required();
     app.add_option("-o,--output", command.output, "X.blockers.h5")->required();
-    app.add_option("--spheres", command.options.spheres, "how many; more than 20 gain little");
-    app.add_option("--method", command.method,
-                   "area: points spread over the surface, silhouettes as large as the mesh's; paper: spheres that hold "
-                   "the vertices, as in the papers (much too dark)")
-        ->check(CLI::IsMember({"area", "paper"}));
+    app.add_option("--spheres", command.options.spheres, "how many; more than 20 gain little")
+        ->check(within(1, int(kMaxBlockers)));
+    addChoice(app, "--method", command.options.method, kBlockerMethodWords,
+              "area: points spread over the surface, silhouettes as large as the mesh's; paper: spheres that hold the "
+              "vertices, as in the papers (much too dark)");
     app.add_flag("--refine", command.options.refine,
                  "then change each radius until the silhouettes of the training poses differ least");
-    app.add_option("--seed", command.seed, "of the points and of where the groups start");
-}
-
-void finishOptions(BlockersCommand& command) {
-    if (command.seed < 0)
-        throw UsageError("--seed must be 0..9223372036854775807, not " + std::to_string(command.seed));
-    command.options.seed = std::uint64_t(command.seed);
-    command.options.method = command.method == "paper" ? BlockerMethod::kPaper : BlockerMethod::kArea;
-    if (const std::string problem = findProblem(command.options); !problem.empty()) throw UsageError(problem);
+    addSeed(app, command.options.seed, "of the points and of where the groups start");
 }
 
 BlockerFile fileOf(const BlockersCommand& command, const Model& model, const BlockerFit& fit) {
@@ -52,7 +43,7 @@ BlockerFile fileOf(const BlockersCommand& command, const Model& model, const Blo
     options["method"] = file.method;
     options["seed"] = command.options.seed;
     if (command.options.refine) options["refine"] = true;
-    file.provenance = makeProvenance("penumbra-fit blockers", options.dump(), {command.model});
+    file.provenance = makeProvenance("penumbra-fit blockers", options.dump(), command.inputs());
     return file;
 }
 
@@ -86,7 +77,8 @@ void reportFit(const BlockersCommand& command, const BlockerFit& fit, bool quiet
 }
 
 void run(BlockersCommand& command, const CommonOptions& common, Report& report) {
-    finishOptions(command);
+    if (command.options.refine && command.options.method == BlockerMethod::kPaper)
+        throw UsageError("--refine and --method paper: the paper's spheres hold their vertices");
     report.phase("read");
     const Model model = readModel(command.model);
     if (common.dry_run) {
@@ -109,13 +101,8 @@ void run(BlockersCommand& command, const CommonOptions& common, Report& report) 
 }  // namespace
 
 Verb blockersVerb() {
-    const auto command = std::make_shared<BlockersCommand>();
-    return {"blockers",
-            "Spheres that move with the bones of a character and cast in its place.",
-            [command](CLI::App& app) { define(app, *command); },
-            [command] { return std::vector<std::filesystem::path>{command->model}; },
-            [command] { return command->output; },
-            [command](const CommonOptions& common, Report& report) { run(*command, common, report); }};
+    return verbOf<BlockersCommand>("blockers", "Spheres that move with the bones of a character and cast in its place.",
+                                   define, run);
 }
 
 }  // namespace penumbra

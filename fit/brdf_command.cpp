@@ -14,6 +14,7 @@
 #include "formats/common/errors.h"
 #include "formats/common/joined.h"
 #include "formats/common/name_option.h"
+#include "formats/common/options.h"
 #include "formats/common/warning.h"
 #include "sh/brdf/mirror_lobe.h"
 #include "sh/reflectance.h"
@@ -26,13 +27,15 @@ namespace {
 constexpr int kDefaultSteps = int(kMaxBrdfSteps);
 
 struct BrdfCommand {
-    BrdfSource source;
+    BrdfSource source{.takes_ranges = true};
     std::filesystem::path output;
     OperatorsCommand operators;
     SliceOrders orders;
     int steps = 0;                                // most steps of a range; 0: kDefaultSteps
     std::string name;                             // empty: the name of the source
     std::vector<const CLI::Option*> of_tables{};  // options of slices, which live materials and membranes do not choose
+
+    std::vector<std::filesystem::path> inputs() const { return source.files(); }
 };
 
 void define(CLI::App& app, BrdfCommand& command) {
@@ -46,13 +49,13 @@ void define(CLI::App& app, BrdfCommand& command) {
     app.add_option("--material", command.source.material, "which row of a --table of fits");
     addOperatorOptions(app, command.operators);
     app.add_option("--slice-order", command.orders.slice_order, "bands of the slices over the incident direction")
-        ->check(CLI::Range(1, kMaxOrder));
+        ->check(within(1, kMaxOrder));
     app.add_option("--view-order", command.orders.view_order, "bands of the slices over the view")
-        ->check(CLI::Range(1, kMaxOrder));
+        ->check(within(1, kMaxOrder));
     app.add_option("--steps", command.steps,
                    "tables that a range has at most (" + std::to_string(kDefaultSteps) +
                        "); it has as many as its error asks for")
-        ->check(CLI::Range(3, int(kMaxBrdfSteps)));
+        ->check(within(3, int(kMaxBrdfSteps)));
     for (const char* option : {"--slice-order", "--view-order", "--operators"})
         command.of_tables.push_back(app.get_option(option));
     addNameOption(app, command.name);
@@ -72,7 +75,7 @@ nlohmann::ordered_json optionsOf(const BrdfCommand& command, const RgbBrdf& brdf
     if (!command.name.empty()) options["name"] = command.name;
     if (command.operators.count > 0) {
         options["operators"] = command.operators.count;
-        options["operators_from"] = command.operators.from;
+        options["operators_from"] = nameOf(command.operators.from);
     }
     return options;
 }
@@ -178,8 +181,7 @@ void run(const BrdfCommand& command, const CommonOptions& common, Report& report
             fitSteps(*reading.range, orders, command.steps > 0 ? command.steps : kDefaultSteps, common.threads);
     }
     if (!command.name.empty()) brdf.name = command.name;
-    brdf.provenance =
-        makeProvenance("penumbra-fit brdf", optionsOf(command, reading.brdf).dump(), command.source.files());
+    brdf.provenance = makeProvenance("penumbra-fit brdf", optionsOf(command, reading.brdf).dump(), command.inputs());
     if (is_live) {
         report.phase("shading error");
         brdf.errors["shading_d5"] = liveShadingError(reading.brdf, brdf.lobes[0], common.threads);
@@ -204,14 +206,7 @@ void run(const BrdfCommand& command, const CommonOptions& common, Report& report
 }  // namespace
 
 Verb brdfVerb() {
-    const auto command = std::make_shared<BrdfCommand>();
-    command->source.takes_ranges = true;
-    return {"brdf",
-            "A material as reflectance slices.",
-            [command](CLI::App& app) { define(app, *command); },
-            [command] { return command->source.files(); },
-            [command] { return command->output; },
-            [command](const CommonOptions& common, Report& report) { run(*command, common, report); }};
+    return verbOf<BrdfCommand, const BrdfCommand>("brdf", "A material as reflectance slices.", define, run);
 }
 
 }  // namespace penumbra

@@ -6,7 +6,7 @@
 #include "fit/fit_verbs.h"
 #include "fit/report/run_report.h"
 #include "fit/visibility/fit_indirect.h"
-#include "formats/common/errors.h"
+#include "formats/common/options.h"
 
 namespace penumbra {
 
@@ -15,6 +15,8 @@ namespace {
 struct IndirectCommand {
     std::string model, bake, output;
     IndirectFitOptions options;
+
+    std::vector<std::filesystem::path> inputs() const { return {model, bake}; }
 };
 
 void define(CLI::App& app, IndirectCommand& command) {
@@ -24,7 +26,7 @@ void define(CLI::App& app, IndirectCommand& command) {
     app.add_option("-o,--output", command.output, "the model with light that bounces, to write")->required();
     app.add_option("--output-variance", command.options.output_variance,
                    "share of the indirect transfer's variance to keep, (0, 1]")
-        ->capture_default_str();
+        ->check(aShare());
 }
 
 nlohmann::ordered_json sharesJson(const IndirectShares& shares, double relative_error) {
@@ -66,8 +68,6 @@ void printFit(const IndirectFit& fit) {
 void run(const IndirectCommand& command, const CommonOptions& common, Report& report) {
     IndirectFitOptions options = command.options;
     options.threads = common.threads;
-    if (!(options.output_variance > 0 && options.output_variance <= 1))
-        throw UsageError("--output-variance must lie in (0, 1], not " + std::to_string(options.output_variance));
     Model model = readModel(command.model);
     const VisibilityReader reader(command.bake);
     checkIndirectFit(model, reader.header(), command.bake);
@@ -80,22 +80,15 @@ void run(const IndirectCommand& command, const CommonOptions& common, Report& re
     model.indirect = std::move(fit.model);
     nlohmann::ordered_json made;
     made["output_variance"] = options.output_variance;
-    model.provenance = makeProvenance("penumbra-fit indirect", made.dump(), {command.model, command.bake});
+    model.provenance = makeProvenance("penumbra-fit indirect", made.dump(), command.inputs());
     writeModel(command.output, model);
 }
 
 }  // namespace
 
 Verb indirectVerb() {
-    const auto command = std::make_shared<IndirectCommand>();
-    return {"indirect",
-            "Add the light that bounces, from a bake of transfer, to a model of visibility.",
-            [command](CLI::App& app) { define(app, *command); },
-            [command] {
-                return std::vector<std::filesystem::path>{command->model, command->bake};
-            },
-            [command] { return std::filesystem::path(command->output); },
-            [command](const CommonOptions& common, Report& report) { run(*command, common, report); }};
+    return verbOf<IndirectCommand, const IndirectCommand>(
+        "indirect", "Add the light that bounces, from a bake of transfer, to a model of visibility.", define, run);
 }
 
 }  // namespace penumbra

@@ -11,6 +11,7 @@
 #include "formats/common/errors.h"
 #include "formats/common/joined.h"
 #include "formats/common/name_option.h"
+#include "formats/common/options.h"
 #include "formats/common/warning.h"
 #include "formats/image/factor_light.h"
 #include "sh/angles.h"
@@ -22,109 +23,92 @@ namespace {
 
 struct LightCommand {
     std::filesystem::path picture, output;
-    std::string name;  // empty: the name of the file or of the analytic lights
-    std::vector<std::string> analytic;
+    std::string name;                // empty: the name of the file or of the analytic lights
+    std::vector<std::string> words;  // of --analytic
+    std::vector<AnalyticLight> analytic;
     std::string layout;  // empty: chosen by the picture's shape
-    std::string window = "auto", lobe_fit = "joint";
+    std::string window_text = "auto";
+    WindowChoice window;
+    LobeFit lobe_fit = LobeFit::kJoint;
     int order = 4, lobes = 3;
     bool factor = false;
-    int suns = 1;
-    std::string factor_mode = "hand-over", small_picture = "128x64";
-    const CLI::Option *suns_option = nullptr, *mode_option = nullptr, *picture_option = nullptr;
-    const CLI::Option *layout_option = nullptr, *lobes_option = nullptr, *window_option = nullptr;
+    LightFactorChoice factor_choice;
+    CLI::Option *lobes_option = nullptr, *window_option = nullptr;
+
+    std::vector<std::filesystem::path> inputs() const { return namedFiles({picture}); }
 };
 
+constexpr Word<FactorMode> kFactorWords[] = {{"hand-over", FactorMode::kHandOver}, {"paper", FactorMode::kPaper}};
+
+// Reads "128x64", or "0".
+int readPictureWidth(const std::string& text) {
+    if (text == "0") return 0;
+    const std::optional<PictureSize> size = parseSize(text);
+    if (!size || size->width != 2 * size->height || size->width < 2 || size->width > kMaxLightPicture)
+        throw std::invalid_argument("must be WxH with W = 2 H, from 2x1 to 4096x2048, or 0; not '" + text + "'");
+    return size->width;
+}
+
 void define(CLI::App& app, LightCommand& command) {
-    app.add_option("environment", command.picture, "environment, OpenEXR or Radiance HDR");
+    CLI::Option* picture = app.add_option("environment", command.picture, "environment, OpenEXR or Radiance HDR");
     app.add_option(
-           "--analytic", command.analytic,
+           "--analytic", command.words,
            "light without a picture, as in sky:elevation=20+sun:direction=0/1/1,irradiance=3; joined by + or given "
            "again; NAME[:key=value,...], NAME one of " +
                joined(analyticLightNames()))
-        ->allow_extra_args(false);
-    command.layout_option =
-        app.add_option("--layout", command.layout,
-                       "lat-long, angular map (light probe), mirror ball or cross of cube faces; by "
-                       "the shape when not given")
-            ->check(CLI::IsMember({"latlong", "angular", "ball", "cube"}));
+        ->allow_extra_args(false)
+        ->excludes(picture);
+    app.add_option("--layout", command.layout,
+                   "lat-long, angular map (light probe), mirror ball or cross of cube faces; by the shape when not "
+                   "given")
+        ->check(CLI::IsMember({"latlong", "angular", "ball", "cube"}))
+        ->needs(picture);
     app.add_option("-o,--output", command.output, "E.light.h5")->required();
     addNameOption(app, command.name);
-    app.add_option("--order", command.order, "SH bands")->check(CLI::Range(1, kMaxOrder));
-    command.window_option = app.add_option(
-        "--window", command.window,
+    app.add_option("--order", command.order, "SH bands")->check(within(1, kMaxOrder));
+    const auto window = [&command](const std::string& text) { return parseWindow(command.window_text = text); };
+    command.window_option = addParsed(
+        app, "--window", command.window, window,
         "against negative radiance beside bright sources, at the price of accuracy: none; always, the least that "
         "leaves -1% of the mean; auto, the same but only where one pixel or a sharp spot of few outshines its picture; "
         "or LAMBDA of 1 / (1 + LAMBDA l^2 (l+1)^2)");
+    command.window_option->default_str("auto");
     command.lobes_option =
-        app.add_option("--lobes", command.lobes, "zonal lobes, 0 for none")->check(CLI::Range(0, kMaxFittedLobes));
-    app.add_option("--lobe-fit", command.lobe_fit,
-                   "one lobe after the other; directions refined together; 2 ORDER - 1 fixed directions, exact")
-        ->check(CLI::IsMember({"greedy", "joint", "fixed"}));
-    app.add_flag("--factor", command.factor,
-                 "also find the suns of the light, for shadows with edges; the SH stay the whole light");
-    command.suns_option =
-        app.add_option("--suns", command.suns, "with --factor: suns at most")->check(CLI::Range(1, kMaxSuns));
-    command.mode_option =
-        app.add_option("--factor-mode", command.factor_mode,
-                       "with --factor: suns that fade where the light has no dominant direction; or one sun as paper "
-                       "004 prints it")
-            ->check(CLI::IsMember({"hand-over", "paper"}));
-    command.picture_option = app.add_option("--picture", command.small_picture,
-                                            "with --factor: size WxH, W = 2 H, of a picture of the light without its "
-                                            "suns; 0 for none");
+        app.add_option("--lobes", command.lobes, "zonal lobes, 0 for none")->check(within(0, kMaxFittedLobes));
+    addChoice(app, "--lobe-fit", command.lobe_fit, kLobeFitWords,
+              "one lobe after the other; directions refined together; 2 ORDER - 1 fixed directions, exact");
+    CLI::Option* factor =
+        app.add_flag("--factor", command.factor,
+                     "also find the suns of the light, for shadows with edges; the SH stay the whole light");
+    LightFactorChoice& choice = command.factor_choice;
+    app.add_option("--suns", choice.suns, "suns at most")->check(within(1, kMaxSuns))->needs(factor);
+    addChoice(app, "--factor-mode", choice.mode, kFactorWords,
+              "suns that fade where the light has no dominant direction; or one sun as Nowrouzezahrai 2011 prints it")
+        ->needs(factor);
+    addParsed(app, "--picture", choice.picture_width, readPictureWidth,
+              "size WxH, W = 2 H, of a picture of the light without its suns; 0 for none")
+        ->default_str("128x64")
+        ->needs(factor);
     app.footer(describeAnalyticLights() + "\n" + app.get_footer());
 }
 
-// Everything that the command line alone decides.
-struct LightRequest {
-    std::vector<AnalyticLight> analytic;
-    WindowChoice window;
-    LightFactorChoice factor;
-};
-
-// Reads "128x64", or "0".
-int parsePictureWidth(const std::string& text) {
-    int width = 0, height = 0, length = 0;
-    if (text == "0") return 0;
-    if (std::sscanf(text.c_str(), "%5dx%5d%n", &width, &height, &length) != 2 || std::size_t(length) != text.size() ||
-        width != 2 * height || width < 2 || width > kMaxLightPicture)
-        throw UsageError("--picture: WxH with W = 2 H, from 2x1 to 4096x2048, or 0; not \"" + text + "\"");
-    return width;
-}
-
-LightFactorChoice checkFactor(const LightCommand& command) {
-    for (const CLI::Option* option : {command.suns_option, command.mode_option, command.picture_option})
-        if (!command.factor && option->count() > 0) throw UsageError(option->get_name() + " needs --factor");
-    if (command.factor_mode == "paper" && command.suns > 1)
-        throw UsageError("--suns: --factor-mode paper finds one sun");
-    return {command.suns, command.factor_mode == "paper" ? FactorMode::kPaper : FactorMode::kHandOver,
-            parsePictureWidth(command.small_picture)};
-}
-
-LightRequest checkOptions(const LightCommand& command) {
-    if (command.picture.empty() == command.analytic.empty())
+void checkOptions(LightCommand& command) {
+    if (command.picture.empty() && command.words.empty())
         throw UsageError("a light is a picture or --analytic: give one of them");
-    for (const std::string& word : command.analytic)
+    for (const std::string& word : command.words)
         if (std::error_code error; std::filesystem::is_regular_file(word, error))
             throw UsageError("--analytic: " + word + " is a file: a picture is given without an option");
-    if (command.picture.empty() && command.layout_option->count() > 0) throw UsageError("--layout is of pictures");
-    if (command.lobe_fit == "fixed" && command.lobes_option->count() > 0 &&
+    if (command.lobe_fit == LobeFit::kFixed && command.lobes_option->count() > 0 &&
         command.lobes != fixedLobeCount(command.order))
         throw UsageError("--lobes: --lobe-fit fixed has " + std::to_string(fixedLobeCount(command.order)) +
                          " lobes at order " + std::to_string(command.order) + ", not " + std::to_string(command.lobes));
-    LightRequest request;
-    request.factor = checkFactor(command);
+    if (command.factor_choice.mode == FactorMode::kPaper && command.factor_choice.suns > 1)
+        throw UsageError("--suns: --factor-mode paper finds one sun");
     try {
-        if (command.picture.empty()) request.analytic = parseLights(joined(command.analytic, "+"));
+        if (command.picture.empty()) command.analytic = parseLights(joined(command.words, "+"));
     } catch (const std::invalid_argument& error) {
         throw UsageError(std::string("--analytic: ") + error.what());
     }
-    try {
-        request.window = parseWindow(command.window);
-    } catch (const std::invalid_argument& error) {
-        throw UsageError(std::string("--") + error.what());
-    }
-    return request;
 }
 
 // Moves what was found into the file.
@@ -135,8 +119,8 @@ FactorReport takeSuns(LightSuns found, LightFile& light) {
     return std::move(found.report);
 }
 
-LightFile fitPicture(const LightCommand& command, const LightFactorChoice& factor, const CommonOptions& common,
-                     Report& report, nlohmann::ordered_json& options, HotPixel& hot, FactorReport& suns) {
+LightFile fitPicture(const LightCommand& command, const CommonOptions& common, Report& report,
+                     nlohmann::ordered_json& options, HotPixel& hot, FactorReport& suns) {
     report.phase("read");
     const EnvironmentMap map = readEnvironmentMap(command.picture, command.layout);
     options["layout"] = nameOf(map.layout);
@@ -146,7 +130,7 @@ LightFile fitPicture(const LightCommand& command, const LightFactorChoice& facto
     report.phase("fit");
     hot = findHotPixel(map);
     LightFile light = fitLight(map, command.picture.string(), command.order, common.threads);
-    if (command.factor) suns = takeSuns(factorLight(map, factor, common.threads), light);
+    if (command.factor) suns = takeSuns(factorLight(map, command.factor_choice, common.threads), light);
     if (map.negative_share > 1e-5 && !common.quiet && !common.dry_run)
         std::printf("%s: %zu pixels below 0 made 0, %.2g%% of the light, taken from the bright ones beside them\n",
                     light.name.c_str(), map.negative_pixels, 100 * map.negative_share);
@@ -248,10 +232,10 @@ void addWindow(const WindowChoice& choice, const HotPixel& hot, LightFile& light
 }
 
 void addLobes(const LightCommand& command, LightFile& light, Report& report, bool quiet) {
-    if (command.lobes == 0 && command.lobe_fit != "fixed") return;
+    if (command.lobes == 0 && command.lobe_fit != LobeFit::kFixed) return;
     report.phase("lobes");
     const auto start = std::chrono::steady_clock::now();
-    light.lobes = fitLobes(light.order, light.sh, command.lobes, parseLobeFit(command.lobe_fit));
+    light.lobes = fitLobes(light.order, light.sh, command.lobes, command.lobe_fit);
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     report.figures["lobes"] = {{"fit", light.lobes.mode},
                                {"count", light.lobes.directions.size()},
@@ -264,19 +248,19 @@ void addLobes(const LightCommand& command, LightFile& light, Report& report, boo
                     light.lobes.irradiance_error, 1000 * seconds);
 }
 
-void run(const LightCommand& command, const CommonOptions& common, Report& report) {
-    const LightRequest request = checkOptions(command);
+void run(LightCommand& command, const CommonOptions& common, Report& report) {
+    checkOptions(command);
     nlohmann::ordered_json options;
     LightFile light;
     HotPixel hot;
     FactorReport suns;
     if (command.picture.empty()) {
         report.phase("fit");
-        options["analytic"] = toString(request.analytic);
-        light = fitLight(request.analytic, joined(command.analytic, "+"), command.order);
-        if (command.factor) suns = takeSuns(factorLight(request.analytic, request.factor), light);
+        options["analytic"] = toString(command.analytic);
+        light = fitLight(command.analytic, joined(command.words, "+"), command.order);
+        if (command.factor) suns = takeSuns(factorLight(command.analytic, command.factor_choice), light);
     } else {
-        light = fitPicture(command, request.factor, common, report, options, hot, suns);
+        light = fitPicture(command, common, report, options, hot, suns);
     }
     light.name = command.name.empty() ? oneLine(light.name) : command.name;
     if (common.dry_run) {
@@ -289,38 +273,27 @@ void run(const LightCommand& command, const CommonOptions& common, Report& repor
                       "--window does nothing at order 1: a light that is the same from everywhere does not ring");
     if (!command.name.empty()) options["name"] = command.name;
     options["order"] = command.order;
-    options["window"] = command.window;
-    options["lobes"] = command.lobe_fit == "fixed" ? fixedLobeCount(command.order) : command.lobes;
-    options["lobe_fit"] = command.lobe_fit;
+    options["window"] = command.window_text;
+    options["lobes"] = command.lobe_fit == LobeFit::kFixed ? fixedLobeCount(command.order) : command.lobes;
+    options["lobe_fit"] = wordOf(kLobeFitWords, command.lobe_fit);
     if (command.factor) {
-        options["factor"] = command.factor_mode;
-        options["suns"] = command.suns;
-        options["picture_width"] = request.factor.picture_width;
+        options["factor"] = wordOf(kFactorWords, command.factor_choice.mode);
+        options["suns"] = command.factor_choice.suns;
+        options["picture_width"] = command.factor_choice.picture_width;
     }
     describe(light, report, common.quiet);
     if (command.factor) describeSuns(light, suns, report, common.quiet);
-    addWindow(request.window, hot, light, report, common.quiet);
+    addWindow(command.window, hot, light, report, common.quiet);
     addLobes(command, light, report, common.quiet);
     report.phase("write");
-    std::vector<std::filesystem::path> inputs;
-    if (!command.picture.empty()) inputs.push_back(command.picture);
-    light.provenance = makeProvenance("penumbra-fit light", options.dump(), inputs);
+    light.provenance = makeProvenance("penumbra-fit light", options.dump(), command.inputs());
     writeLight(command.output, light);
 }
 
 }  // namespace
 
 Verb lightVerb() {
-    const auto command = std::make_shared<LightCommand>();
-    return {"light",
-            "A light, pictured or analytic, as SH and as zonal lobes.",
-            [command](CLI::App& app) { define(app, *command); },
-            [command] {
-                return command->picture.empty() ? std::vector<std::filesystem::path>{}
-                                                : std::vector<std::filesystem::path>{command->picture};
-            },
-            [command] { return command->output; },
-            [command](const CommonOptions& common, Report& report) { run(*command, common, report); }};
+    return verbOf<LightCommand>("light", "A light, pictured or analytic, as SH and as zonal lobes.", define, run);
 }
 
 }  // namespace penumbra

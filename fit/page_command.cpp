@@ -15,6 +15,8 @@ namespace {
 
 struct PageCommand {
     std::string input, output;
+
+    std::vector<std::filesystem::path> inputs() const { return {input}; }
 };
 
 void define(CLI::App& app, PageCommand& command) {
@@ -40,13 +42,8 @@ void run(const PageCommand& command, const CommonOptions& common, Report& report
 }  // namespace
 
 Verb pageVerb() {
-    const auto command = std::make_shared<PageCommand>();
-    return {"page",
-            "A page of tables and pictures from JSON, in the style of compare.",
-            [command](CLI::App& app) { define(app, *command); },
-            [command] { return std::vector<std::filesystem::path>{command->input}; },
-            [command] { return std::filesystem::path(command->output); },
-            [command](const CommonOptions& common, Report& report) { run(*command, common, report); }};
+    return verbOf<PageCommand, const PageCommand>(
+        "page", "A page of tables and pictures from JSON, in the style of compare.", define, run);
 }
 
 }  // namespace penumbra

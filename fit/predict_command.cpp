@@ -45,15 +45,8 @@ void run(const PredictCommand& command, const CommonOptions& common, Report& rep
 }  // namespace
 
 Verb predictVerb() {
-    const auto command = std::make_shared<PredictCommand>();
-    return {"predict",
-            "Predicted visibility or transfer of the poses in a file, in the layout of a bake.",
-            [command](CLI::App& app) { define(app, *command); },
-            [command] {
-                return std::vector<std::filesystem::path>{command->model, command->poses};
-            },
-            [command] { return std::filesystem::path(command->output); },
-            [command](const CommonOptions& common, Report& report) { run(*command, common, report); }};
+    return verbOf<PredictCommand, const PredictCommand>(
+        "predict", "Predicted visibility or transfer of the poses in a file, in the layout of a bake.", define, run);
 }
 
 }  // namespace penumbra

@@ -2,13 +2,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <memory>
 
 #include "fit/fit_verbs.h"
 #include "fit/papers/papers.h"
 #include "fit/report/run_report.h"
 #include "formats/common/errors.h"
-#include "formats/common/name_list_option.h"
+#include "formats/common/options.h"
 #include "formats/stage/pose_file.h"
 #include "sh/angles.h"
 
@@ -24,17 +25,33 @@ constexpr const char* kComposed = "composed";
 struct VisibilityCommand {
     std::string input, output, train_frames;
     std::vector<std::string> fields;
-    std::string model = kAuto, local_model = nameOf(FitOptions{}.model), features = nameOf(FeatureKind::kRelativeBones),
-                clusters = "auto", parts = "auto", input_variance = "auto", convention = "D5";
+    std::string model = kAuto, local_model = nameOf(FitOptions{}.model), features = nameOf(FeatureKind::kRelativeBones);
     FitOptions options;
     const CLI::App* app = nullptr;
     int lobes = 0;
+
+    std::vector<std::filesystem::path> inputs() const {
+        std::vector<std::filesystem::path> files{input, train_frames};
+        files.insert(files.end(), fields.begin(), fields.end());
+        return namedFiles(files);
+    }
 };
 
 // The model that is meant.
 std::string modelOf(const VisibilityCommand& command) {
     if (command.model != kAuto) return command.model;
     return command.fields.empty() ? nameOf(FitOptions{}.model) : kComposed;
+}
+
+// Adds an option that takes a number, or auto, which is 0.
+template <class T>
+void addOrAuto(CLI::App& app, const std::string& option, T& value, const CLI::Validator& number,
+               const std::string& help) {
+    const auto problem = [number](const std::string& text) { return text == kAuto ? "" : number(text); };
+    const auto parse = [](const std::string& text) {
+        return text == kAuto ? T(0) : T(std::strtod(text.c_str(), nullptr));
+    };
+    addParsed(app, option, value, parse, help)->check(CLI::Validator(problem, ""))->default_str(kAuto);
 }
 
 void define(CLI::App& app, VisibilityCommand& command) {
@@ -51,71 +68,36 @@ void define(CLI::App& app, VisibilityCommand& command) {
             names.emplace_back(kZhLobes);
             names.emplace_back(kAuto);
             return names;
-        }()))
-        ->capture_default_str();
+        }()));
     addLobesOption(app, command.lobes);
     app.add_option("--fields", command.fields,
                    "X.fields.h5 of `penumbra-bake fields`, for --model composed: of the character and of occluders");
     app.add_option("--local-model", command.local_model,
                    "how a composed model predicts what nearby parts hide, and what the composition leaves")
-        ->check(CLI::IsMember(namesOf(kModelKinds)))
-        ->capture_default_str();
+        ->check(CLI::IsMember(namesOf(kModelKinds)));
     app.add_option("--features", command.features,
                    "what the numbers are predicted from; zh-lobes know joint-angles alone")
-        ->check(CLI::IsMember(namesOf(kFeatureKinds)))
-        ->capture_default_str();
-    app.add_option("--clusters", command.clusters, "number of clusters, or auto")->capture_default_str();
-    app.add_option("--parts", command.parts,
-                   "near-rigid parts of a mesh without skeleton, its bones for relative-bones; a number or auto")
-        ->capture_default_str();
-    app.add_option("--input-variance", command.input_variance,
-                   "share of the features' variance to keep, (0, 1], not used by additive models; auto: 0.9 for "
-                   "angles, 0.99 "
-                   "for relative-bones, 0.95 for neural models of them")
-        ->capture_default_str();
+        ->check(CLI::IsMember(namesOf(kFeatureKinds)));
+    addOrAuto(app, "--clusters", options.clusters, within(1, 1000000), "number of clusters, or auto");
+    addOrAuto(app, "--parts", options.parts, within(1, 65000),
+              "near-rigid parts of a mesh without skeleton, its bones for relative-bones; a number or auto");
+    addOrAuto(app, "--input-variance", options.input_variance, aShare(),
+              "share of the features' variance to keep, (0, 1], not used by additive models; auto: 0.9 for angles, "
+              "0.99 for relative-bones, 0.95 for neural models of them");
     app.add_option("--output-variance", options.output_variance, "share of the visibility's variance to keep, (0, 1]")
-        ->capture_default_str();
+        ->check(aShare());
     addNameListOption(app, "--holdout", options.holdout, "clips that no step of the fit sees, for the errors");
     app.add_option("--train-frames", command.train_frames,
                    "X.poses.h5 of `penumbra-bake poses`: train on these frames alone");
-    app.add_option("--convention", command.convention, "A, B or D and the order: A4, D5, ...; zh-lobes have B4")
-        ->capture_default_str();
-}
-
-double parseInputVariance(const std::string& text) {
-    if (text == "auto") return 0;
-    char* end = nullptr;
-    const double share = std::strtod(text.c_str(), &end);
-    if (text.empty() || *end != '\0' || !(share > 0 && share <= 1))
-        throw UsageError("--input-variance must be auto or lie in (0, 1], not '" + text + "'");
-    return share;
-}
-
-int parseCount(const char* option, const std::string& text, long most) {
-    if (text == "auto") return 0;
-    char* end = nullptr;
-    const long count = std::strtol(text.c_str(), &end, 10);
-    if (text.empty() || *end != '\0' || count < 1 || count > most)
-        throw UsageError(std::string(option) + " must be auto or 1.." + std::to_string(most) + ", not '" + text + "'");
-    return int(count);
-}
-
-Convention conventionOf(const std::string& name) {
-    try {
-        return parseConvention(name);
-    } catch (const std::invalid_argument& error) {
-        throw UsageError(std::string("--convention: ") + error.what());
-    }
+    addParsed(app, "--convention", options.convention, parseConvention,
+              "A, B or D and the order: A4, D5, ...; zh-lobes have B4")
+        ->default_str(options.convention.name());
 }
 
 // Returns the options that all models of visibility share. CLI11 has checked the names.
 FitOptions sharedOptions(const VisibilityCommand& command, const CommonOptions& common) {
     FitOptions options = command.options;
     options.features = kindNamed(kFeatureKinds, command.features).value();
-    options.clusters = parseCount("--clusters", command.clusters, 1000000);
-    options.parts = parseCount("--parts", command.parts, 65000);
-    options.input_variance = parseInputVariance(command.input_variance);
-    options.convention = conventionOf(command.convention);
     if (!command.train_frames.empty()) options.train_frames = readPoseFile(command.train_frames).frames;
     options.threads = common.threads;
     return options;
@@ -132,15 +114,7 @@ FitOptions resolveOptions(const VisibilityCommand& command, FitOptions options) 
         throw UsageError("--local-model: only --model composed has one");
     options.model = kindNamed(kModelKinds, composed ? command.local_model : model).value();
     for (const std::string& file : command.fields) options.fields.push_back(readFields(file));
-    if (const std::string problem = findProblem(options); !problem.empty()) throw UsageError(problem);
     return options;
-}
-
-std::vector<std::filesystem::path> inputsOf(const VisibilityCommand& command) {
-    std::vector<std::filesystem::path> inputs{command.input};
-    if (!command.train_frames.empty()) inputs.emplace_back(command.train_frames);
-    inputs.insert(inputs.end(), command.fields.begin(), command.fields.end());
-    return inputs;
 }
 
 std::string optionsJson(const VisibilityCommand& command, const FitOptions& options) {
@@ -148,7 +122,7 @@ std::string optionsJson(const VisibilityCommand& command, const FitOptions& opti
     json["model"] = modelOf(command);
     if (!options.fields.empty()) json["local_model"] = command.local_model;
     json["features"] = command.features;
-    json["clusters"] = command.clusters;
+    json["clusters"] = options.clusters > 0 ? std::to_string(options.clusters) : kAuto;
     if (options.parts > 0) json["parts"] = options.parts;
     json["input_variance"] = inputVariance(options);
     json["output_variance"] = options.output_variance;
@@ -247,7 +221,7 @@ void printTable(const FitResult& result) {
 void run(const VisibilityCommand& command, const CommonOptions& common, Report& report) {
     const FitOptions shared = sharedOptions(command, common);
     if (command.model == kZhLobes)
-        return runLobes({command.app, command.input, command.output, inputsOf(command), command.lobes}, shared, common,
+        return runLobes({command.app, command.input, command.output, command.inputs(), command.lobes}, shared, common,
                         report);
     const FitOptions options = resolveOptions(command, shared);
     const VisibilityReader reader(command.input);
@@ -257,7 +231,7 @@ void run(const VisibilityCommand& command, const CommonOptions& common, Report& 
     FitResult result = fitVisibility(reader, command.input, options, observerOf(report, progress));
     report.phase("write");
     result.model.provenance =
-        makeProvenance("penumbra-fit visibility", optionsJson(command, options), inputsOf(command));
+        makeProvenance("penumbra-fit visibility", optionsJson(command, options), command.inputs());
     writeModel(command.output, result.model);
     fillReport(result, report);
     if (!common.quiet) printTable(result);
@@ -266,13 +240,8 @@ void run(const VisibilityCommand& command, const CommonOptions& common, Report& 
 }  // namespace
 
 Verb visibilityVerb() {
-    const auto command = std::make_shared<VisibilityCommand>();
-    return {"visibility",
-            "Fit a model of baked visibility as a function of the pose.",
-            [command](CLI::App& app) { define(app, *command); },
-            [command] { return inputsOf(*command); },
-            [command] { return std::filesystem::path(command->output); },
-            [command](const CommonOptions& common, Report& report) { run(*command, common, report); }};
+    return verbOf<VisibilityCommand, const VisibilityCommand>(
+        "visibility", "Fit a model of baked visibility as a function of the pose.", define, run);
 }
 
 }  // namespace penumbra

@@ -2,7 +2,7 @@
 #include <cstdio>
 
 #include "formats/common/errors.h"
-#include "formats/common/picture_text.h"
+#include "formats/common/options.h"
 #include "formats/common/write_file.h"
 #include "formats/stage/blocker_file.h"
 #include "formats/stage/stage_file_kind.h"
@@ -18,31 +18,41 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr Word<AssetPrecision> kPrecisionWords[] = {
+    {"f32", AssetPrecision::kF32}, {"f16", AssetPrecision::kF16}, {"i8", AssetPrecision::kI8}};
+
 struct AssetCommand {
     fs::path model, output, blockers;
     std::vector<fs::path> brdfs, lights;
-    std::string precision, albedo;
-    std::optional<double> max_error, max_bytes_per_vertex, bounce_bytes;
     std::vector<std::string> slots;
+    PackOptions options;
+    std::string albedo;
     bool no_playback = false;
+    const CLI::App* app = nullptr;
+
+    // Refuses options that what is packed cannot have.
+    void refuse(std::initializer_list<const char*> names, const std::string& why) const {
+        for (const char* name : names)
+            if (app->get_option(name)->count() > 0) throw UsageError(name + (": " + why));
+    }
 
     std::vector<fs::path> inputs() const {
-        std::vector<fs::path> all;
-        if (!model.empty()) all.push_back(model);
+        std::vector<fs::path> all = {model};
         all.insert(all.end(), brdfs.begin(), brdfs.end());
         all.insert(all.end(), lights.begin(), lights.end());
-        if (!blockers.empty()) all.push_back(blockers);
-        return all;
+        all.push_back(blockers);
+        return namedFiles(all);
     }
 };
 
 std::string provenanceOf(const AssetCommand& command) {
+    const PackOptions& given = command.options;
     nlohmann::ordered_json options;
-    options["precision"] = command.precision.empty() ? "auto" : command.precision;
-    if (command.max_error) options["max_error"] = *command.max_error;
-    if (command.max_bytes_per_vertex) options["max_bytes_per_vertex"] = *command.max_bytes_per_vertex;
+    options["precision"] = given.precision ? nameOf(*given.precision) : "auto";
+    if (given.max_error) options["max_error"] = *given.max_error;
+    if (given.max_bytes_per_vertex) options["max_bytes_per_vertex"] = *given.max_bytes_per_vertex;
     if (!command.slots.empty()) options["slots"] = command.slots;
-    if (command.bounce_bytes) options["bounce_bytes"] = *command.bounce_bytes;
+    if (given.indirect_bytes_per_vertex) options["bounce_bytes"] = *given.indirect_bytes_per_vertex;
     if (command.no_playback) options["playback"] = false;
     if (!command.albedo.empty()) options["albedo"] = command.albedo;
     return toJson(makeProvenance("penumbra-pack asset", options.dump(), command.inputs()));
@@ -115,7 +125,7 @@ Vec3 parseAlbedo(const std::string& text) {
     if (text.empty()) return {0.8f, 0.8f, 0.8f};
     const std::optional<Vec3> color = parseColor(text);
     if (!color || std::max({color->x, color->y, color->z}) > 1)
-        throw UsageError("--albedo is R/G/B, linear and within 0..1, not \"" + text + "\"");
+        throw std::invalid_argument("must be R/G/B, linear and within 0..1, not '" + text + "'");
     return *color;
 }
 
@@ -139,21 +149,18 @@ SphereBlockers readBlockersOf(const Model& model, const fs::path& path) {
 // Packs a linear model of transfer. Without a material it gets one of --albedo.
 void runTransfer(const AssetCommand& command, const std::vector<SlotChoice>& slots, const CommonOptions& common,
                  Report& report) {
-    if (command.max_error || command.max_bytes_per_vertex || command.bounce_bytes || command.no_playback ||
-        !command.blockers.empty())
-        throw UsageError("--max-error, --max-bytes-per-vertex, --bounce-bytes, --no-playback and --blockers: " +
-                         command.model.string() + " has linear transfer, whose size is that of its components");
+    command.refuse({"--max-error", "--max-bytes-per-vertex", "--bounce-bytes", "--no-playback", "--blockers"},
+                   command.model.string() + " has linear transfer, whose size is that of its components");
     const TransferModel model = readTransfer(command.model);
     TransferPackOptions options;
     options.slots = slots;
-    if (!command.precision.empty()) options.precision = parsePrecision(command.precision);
+    if (command.options.precision) options.precision = *command.options.precision;
     std::vector<BrdfFile> brdfs;
     std::vector<LightFile> lights;
     for (const fs::path& path : command.brdfs) brdfs.push_back(readMaterial(path));
     for (const fs::path& path : command.lights) lights.push_back(readLight(path));
     checkNames(brdfs, command.brdfs, "brdf");
     checkNames(lights, command.lights, "light");
-    if (!command.albedo.empty() && !brdfs.empty()) throw UsageError("--albedo and --brdf: one or the other");
     if (brdfs.empty()) brdfs.push_back(diffuseMaterial(parseAlbedo(command.albedo)));
     report.phase("pack");
     Packed packed;
@@ -171,34 +178,19 @@ void runTransfer(const AssetCommand& command, const std::vector<SlotChoice>& slo
 }
 
 void runAsset(const AssetCommand& command, const CommonOptions& common, Report& report) {
-    PackOptions options;
-    if (!command.precision.empty()) options.precision = parsePrecision(command.precision);
-    options.max_error = command.max_error;
-    options.max_bytes_per_vertex = command.max_bytes_per_vertex;
-    if (options.max_error && !(*options.max_error > 0))
-        throw UsageError("--max-error must be above 0, not " + std::to_string(*options.max_error));
-    if (options.max_bytes_per_vertex && !(*options.max_bytes_per_vertex > 0))
-        throw UsageError("--max-bytes-per-vertex must be above 0, not " +
-                         std::to_string(*options.max_bytes_per_vertex));
-    if (command.bounce_bytes && !(*command.bounce_bytes > 0))
-        throw UsageError("--bounce-bytes must be above 0, not " + std::to_string(*command.bounce_bytes));
-    options.indirect_bytes_per_vertex = command.bounce_bytes;
+    PackOptions options = command.options;
     for (const std::string& text : command.slots) options.slots.push_back(parseSlotChoice(text));
     options.playback = !command.no_playback;
     report.phase("read");
     if (!command.model.empty() && stageFileKind(command.model) == "penumbra.transfer")
         return runTransfer(command, options.slots, common, report);
-    if (!command.albedo.empty()) throw UsageError("--albedo needs transfer, X.transfer.h5");
+    command.refuse({"--albedo"}, "needs transfer, X.transfer.h5");
     std::optional<Model> model;
     if (!command.model.empty()) model = readModel(command.model);
-    if (command.no_playback && !(model && model->deforming))
-        throw UsageError("--no-playback needs a model of a deforming mesh");
-    if (command.bounce_bytes && !(model && model->indirect))
-        throw UsageError("--bounce-bytes needs a model with light that bounces (penumbra-fit indirect)");
-    if (!command.blockers.empty()) {
-        if (!model) throw UsageError("--blockers needs a model");
-        options.blockers = readBlockersOf(*model, command.blockers);
-    }
+    if (!(model && model->deforming)) command.refuse({"--no-playback"}, "needs a model of a deforming mesh");
+    if (!(model && model->indirect))
+        command.refuse({"--bounce-bytes"}, "needs a model with light that bounces (penumbra-fit indirect)");
+    if (model && !command.blockers.empty()) options.blockers = readBlockersOf(*model, command.blockers);
     std::vector<BrdfFile> brdfs;
     std::vector<LightFile> lights;
     for (const fs::path& path : command.brdfs) brdfs.push_back(readMaterial(path));
@@ -206,8 +198,8 @@ void runAsset(const AssetCommand& command, const CommonOptions& common, Report& 
     checkNames(brdfs, command.brdfs, "brdf");
     checkNames(lights, command.lights, "light");
     if (!model) {
-        if (!command.slots.empty() || !command.precision.empty() || options.max_error || options.max_bytes_per_vertex)
-            throw UsageError("--slot, --precision, --max-error and --max-bytes-per-vertex need a model");
+        command.refuse({"--blockers", "--slot", "--precision", "--max-error", "--max-bytes-per-vertex"},
+                       "needs a model");
         const std::vector<std::byte> library = packLibrary(brdfs, lights, provenanceOf(command));
         if (!common.quiet)
             std::printf("%s: %zu materials, %zu lights\n", command.output.c_str(), brdfs.size(), lights.size());
@@ -235,45 +227,47 @@ void runAsset(const AssetCommand& command, const CommonOptions& common, Report& 
     if (!common.dry_run) writeWholeFile(command.output, packed.bytes);
 }
 
+void defineAsset(CLI::App& app, AssetCommand& command) {
+    app.add_option("model", command.model,
+                   "X.model.h5, or X.transfer.h5 of penumbra-fit transfer; without it the file holds "
+                   "materials and lights for penumbra-player view to add");
+    command.app = &app;
+    CLI::Option* brdf =
+        app.add_option("--brdf", command.brdfs, "M.brdf.h5; any number of them")->allow_extra_args(false);
+    app.add_option("--light", command.lights, "E.light.h5; any number of them")->allow_extra_args(false);
+    app.add_option("--slot", command.slots,
+                   "SLOT=MATERIAL: the material of a part of the mesh (penumbra-bake info lists the "
+                   "slots); any number of them, the other parts have the first --brdf")
+        ->allow_extra_args(false);
+    app.add_option("--blockers", command.blockers,
+                   "X.blockers.h5 of penumbra-fit blockers: spheres that cast in the place of the character");
+    app.add_option("--albedo", command.albedo,
+                   "R/G/B of the one material of transfer that has no --brdf (default 0.8/0.8/0.8)")
+        ->check(readableBy(parseAlbedo))
+        ->excludes(brdf);
+    app.add_option("-o,--output", command.output, "X.pnb")->required();
+    addChoice(app, "--precision", command.options.precision, kPrecisionWords,
+              "of the visibility basis (i8 unless --max-error); alone it keeps every component");
+    app.add_option("--max-error", command.options.max_error,
+                   "bound on the error of packing (rounded and dropped components), relative to the "
+                   "signal: takes the fewest components and the coarsest precision within it")
+        ->check(aboveZero());
+    app.add_option("--max-bytes-per-vertex", command.options.max_bytes_per_vertex,
+                   "bound on the visibility model: drops the components that add least to predictions")
+        ->check(aboveZero());
+    app.add_option("--bounce-bytes", command.options.indirect_bytes_per_vertex,
+                   "bytes a vertex that the light that bounces of penumbra-fit indirect may take "
+                   "(default: 60, or as it is with --precision alone)")
+        ->check(aboveZero());
+    app.add_flag("--no-playback", command.no_playback,
+                 "leave out the frames of a deforming mesh: for engines that move it themselves");
+}
+
 }  // namespace
 
 Verb assetVerb() {
-    const auto command = std::make_shared<AssetCommand>();
-    return {"asset",
-            "Pack a model with materials and lights into a run-time asset.",
-            [command](CLI::App& app) {
-                app.add_option("model", command->model,
-                               "X.model.h5, or X.transfer.h5 of penumbra-fit transfer; without it the file holds "
-                               "materials and lights for penumbra-player view to add");
-                app.add_option("--brdf", command->brdfs, "M.brdf.h5; any number of them")->allow_extra_args(false);
-                app.add_option("--light", command->lights, "E.light.h5; any number of them")->allow_extra_args(false);
-                app.add_option("--slot", command->slots,
-                               "SLOT=MATERIAL: the material of a part of the mesh (penumbra-bake info lists the "
-                               "slots); any number of them, the other parts have the first --brdf")
-                    ->allow_extra_args(false);
-                app.add_option(
-                    "--blockers", command->blockers,
-                    "X.blockers.h5 of penumbra-fit blockers: spheres that cast in the place of the character");
-                app.add_option("--albedo", command->albedo,
-                               "R/G/B of the one material of transfer that has no --brdf (default 0.8/0.8/0.8)");
-                app.add_option("-o,--output", command->output, "X.pnb")->required();
-                app.add_option("--precision", command->precision,
-                               "of the visibility basis (i8 unless --max-error); alone it keeps every component")
-                    ->check(CLI::IsMember({"f32", "f16", "i8"}));
-                app.add_option("--max-error", command->max_error,
-                               "bound on the error of packing (rounded and dropped components), relative to the "
-                               "signal: takes the fewest components and the coarsest precision within it");
-                app.add_option("--max-bytes-per-vertex", command->max_bytes_per_vertex,
-                               "bound on the visibility model: drops the components that add least to predictions");
-                app.add_option("--bounce-bytes", command->bounce_bytes,
-                               "bytes a vertex that the light that bounces of penumbra-fit indirect may take "
-                               "(default: 60, or as it is with --precision alone)");
-                app.add_flag("--no-playback", command->no_playback,
-                             "leave out the frames of a deforming mesh: for engines that move it themselves");
-            },
-            [command] { return command->inputs(); },
-            [command] { return command->output; },
-            [command](const CommonOptions& common, Report& report) { runAsset(*command, common, report); }};
+    return verbOf<AssetCommand, const AssetCommand>(
+        "asset", "Pack a model with materials and lights into a run-time asset.", defineAsset, runAsset);
 }
 
 }  // namespace penumbra

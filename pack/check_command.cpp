@@ -2,7 +2,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "formats/common/errors.h"
+#include "formats/common/options.h"
 #include "pack/check_asset.h"
 #include "pack/check_indirect.h"
 #include "pack/check_transfer.h"
@@ -17,9 +17,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr Word<FarQuality> kQualityWords[] = {{"full", FarQuality::kFull}, {"fast", FarQuality::kFast}};
+
 struct CheckCommand {
     fs::path asset, truth, predictions, second_bake, model, bounces;
-    std::string quality = "full";
+    FarQuality quality = FarQuality::kFull;
+
+    std::vector<fs::path> inputs() const {
+        return namedFiles({asset, truth, predictions, second_bake, model, bounces});
+    }
 };
 
 // A composed model has no truncation and no regression, because its numbers are products and no components span them.
@@ -179,8 +185,7 @@ void runTransferCheck(const CheckCommand& command, const AssetView& asset, const
         return;
     }
     report.phase("check");
-    Progress progress(parseProgressStyle(common.quiet ? "none" : common.progress), "checking", "frames",
-                      double(std::max<std::size_t>(1, frames)));
+    Progress progress(common.progress, "checking", "frames", double(std::max<std::size_t>(1, frames)));
     const TransferCheck check =
         checkTransfer(asset, truth, common.threads, [&](std::size_t done) { progress.update(double(done)); });
     std::printf("%-24s %-8s %6s %9s %11s %11s %8s\n", "clip", "", "frames", "relative", "E_transfer", "relative E",
@@ -234,8 +239,7 @@ void runCheck(const CheckCommand& command, const CommonOptions& common, Report& 
         checkIndirectFits(asset, bounces->header(), command.bounces.string());
     }
     const CheckReferences references{predictions ? &*predictions : nullptr, second_bake ? &*second_bake : nullptr,
-                                     model ? &model->asset : nullptr,
-                                     command.quality == "fast" ? FarQuality::kFast : FarQuality::kFull};
+                                     model ? &model->asset : nullptr, command.quality};
     const std::size_t frames = truth.header().frames.frameCount();
     if (common.dry_run) {
         std::printf("%zu frames of %zu vertices\n", frames, asset.mesh.positions.size());
@@ -244,8 +248,7 @@ void runCheck(const CheckCommand& command, const CommonOptions& common, Report& 
     report.phase("check");
     CheckResult result;
     {
-        Progress progress(parseProgressStyle(common.quiet ? "none" : common.progress), "checking", "frames",
-                          double(std::max<std::size_t>(1, frames)));
+        Progress progress(common.progress, "checking", "frames", double(std::max<std::size_t>(1, frames)));
         result = checkAsset(asset, truth, references, common.threads,
                             [&](std::size_t done) { progress.update(double(done)); });
     }
@@ -254,38 +257,27 @@ void runCheck(const CheckCommand& command, const CommonOptions& common, Report& 
         reportIndirect(checkIndirect(asset, *bounces, command.bounces.string(), common.threads), asset, report);
 }
 
+void defineCheck(CLI::App& app, CheckCommand& command) {
+    app.add_option("asset", command.asset, "X.pnb with a model")->required();
+    app.add_option("truth", command.truth,
+                   "TRUTH.vis.h5 of the same mesh; of an asset of transfer it may hold transfer")
+        ->required();
+    app.add_option("--predictions", command.predictions, "PRED.vis.h5 of penumbra-fit predict");
+    app.add_option("--second-bake", command.second_bake,
+                   "OTHER.vis.h5: the same frames, or some, baked with another --seed: the bake's noise");
+    app.add_option("--model", command.model, "X.model.h5 that the asset was made of, for what packing costs");
+    app.add_option("--bounces", command.bounces,
+                   "TRANSFER.vis.h5 of penumbra-bake --quantity transfer --bounces N, some of the asset's "
+                   "frames: checks the light that bounces");
+    addChoice(app, "--quality", command.quality, kQualityWords,
+              "of the far parts of a composed asset: full, or fast as for characters in the distance");
+}
+
 }  // namespace
 
 Verb checkVerb() {
-    const auto command = std::make_shared<CheckCommand>();
-    return {
-        "check",
-        "Hold the run-time evaluator against baked truth.",
-        [command](CLI::App& app) {
-            app.add_option("asset", command->asset, "X.pnb with a model")->required();
-            app.add_option("truth", command->truth,
-                           "TRUTH.vis.h5 of the same mesh; of an asset of transfer it may hold transfer")
-                ->required();
-            app.add_option("--predictions", command->predictions, "PRED.vis.h5 of penumbra-fit predict");
-            app.add_option("--second-bake", command->second_bake,
-                           "OTHER.vis.h5: the same frames, or some, baked with another --seed: the bake's noise");
-            app.add_option("--model", command->model, "X.model.h5 that the asset was made of, for what packing costs");
-            app.add_option("--bounces", command->bounces,
-                           "TRANSFER.vis.h5 of penumbra-bake --quantity transfer --bounces N, some of the asset's "
-                           "frames: checks the light that bounces");
-            app.add_option("--quality", command->quality,
-                           "of the far parts of a composed asset: full, or fast as for characters in the distance")
-                ->check(CLI::IsMember({"full", "fast"}))
-                ->capture_default_str();
-        },
-        [command] {
-            std::vector<fs::path> inputs{command->asset, command->truth};
-            for (const fs::path& path : {command->predictions, command->second_bake, command->model, command->bounces})
-                if (!path.empty()) inputs.push_back(path);
-            return inputs;
-        },
-        nullptr,
-        [command](const CommonOptions& common, Report& report) { runCheck(*command, common, report); }};
+    return verbOf<CheckCommand, const CheckCommand>("check", "Hold the run-time evaluator against baked truth.",
+                                                    defineCheck, runCheck);
 }
 
 }  // namespace penumbra

@@ -63,7 +63,7 @@ void checkIndirectFits(const AssetView& asset, const VisibilityHeader& header, c
     if (!asset.model.indirect)
         throw InvalidInput(asset.name + ": has no light that bounces to check (penumbra-fit indirect)");
     if (!header.hasBounces() || header.order < kIndirectOrder)
-        throw InvalidInput(file + ": is no bake of --quantity transfer --bounces N, of order 3 at least");
+        throw InvalidInput(file + ": is no bake of transfer with bounces, of order 3 at least");
     if (header.mesh.vertexCount() != asset.mesh.positions.size())
         throw InvalidInput(file + ": /mesh/rest_positions: " + std::to_string(header.mesh.vertexCount()) +
                            " vertices, the asset has " + std::to_string(asset.mesh.positions.size()));

@@ -16,15 +16,15 @@ namespace penumbra {
 namespace {
 
 std::vector<BudgetRow> composedBudget(const ErrorFigures& figures) {
-    return {{"bake noise", figures.bake_noise, 0, "--second-bake"},
+    return {{"bake noise", figures.bake_noise, 0, "a second bake"},
             {"SH truncation", figures.sh_truncation, 0, ""},
-            {"true local x far", figures.split, 0, "a truth with --local"},
-            {"local PCA", figures.local_truncation, 0, "a truth with --local"},
-            {"local regression", figures.local_regression, 0, "a truth with --local"},
-            {"local model", figures.local, 0, "a truth with --local"},
+            {"true local x far", figures.split, 0, "a truth with local moments"},
+            {"local PCA", figures.local_truncation, 0, "a truth with local moments"},
+            {"local regression", figures.local_regression, 0, "a truth with local moments"},
+            {"local model", figures.local, 0, "a truth with local moments"},
             {"without residual", figures.without_residual, 0, ""},
-            {"unpacked model", figures.unpacked_error, 0, "--model"},
-            {"rank and quantisation", figures.packing, 0, "--model"},
+            {"unpacked model", figures.unpacked_error, 0, "the model file"},
+            {"rank and quantisation", figures.packing, 0, "the model file"},
             {"total", figures.relative_error, 0, ""},
             {"against all bands", std::hypot(figures.relative_error, figures.sh_truncation), 0, ""}};
 }
@@ -40,12 +40,12 @@ std::vector<BudgetRow> errorBudget(const ErrorFigures& figures) {
     const bool unpacked = !std::isnan(figures.packing);
     const double model = figures.unpacked_error, pca = figures.unpacked_truncation;
     std::vector<BudgetRow> rows = {
-        {"bake noise", figures.bake_noise, 0, "--second-bake"},
+        {"bake noise", figures.bake_noise, 0, "a second bake"},
         {"SH truncation", figures.sh_truncation, 0, ""},
         {"output PCA", unpacked ? pca : figures.truncation, 0, ""},
         {"regression", unpacked ? std::sqrt(std::max(model * model - pca * pca, 0.0)) : figures.regression, 0, ""},
-        {"unpacked model", model, 0, "--model"},
-        {"rank and quantisation", figures.packing, 0, "--model"},
+        {"unpacked model", model, 0, "the model file"},
+        {"rank and quantisation", figures.packing, 0, "the model file"},
         {"total", figures.relative_error, 0, ""},
         {"against all bands", std::hypot(figures.relative_error, figures.sh_truncation), 0, ""}};
     for (BudgetRow& row : rows) row.rms_v = row.relative * figures.signal_rms_v;

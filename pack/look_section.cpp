@@ -1,6 +1,7 @@
 #include "pack/look_section.h"
 
 #include "formats/common/errors.h"
+#include "formats/common/find_by_name.h"
 #include "formats/common/fp16.h"
 
 namespace penumbra {
@@ -70,8 +71,7 @@ void checkNames(std::span<const BrdfFile> materials, std::span<const LightFile> 
 void checkLooks(const Mesh& mesh, std::span<const BrdfFile> materials) {
     for (const BrdfFile& brdf : materials) {
         if (brdf.membrane && !mesh.two_sided)
-            throw Unsupported("material \"" + brdf.name +
-                              "\": a membrane needs a two-sided bake (visibility --two-sided)");
+            throw Unsupported("material \"" + brdf.name + "\": a membrane needs a two-sided bake");
     }
 }
 
@@ -79,12 +79,10 @@ std::vector<std::uint16_t> slotMaterials(const Mesh& mesh, std::span<const BrdfF
                                          std::span<const SlotChoice> choices) {
     if (choices.empty()) return {};
     const std::vector<std::string_view> slots(mesh.slots.begin(), mesh.slots.end());
-    std::vector<std::string_view> names;
-    for (const BrdfFile& material : materials) names.push_back(material.name);
     std::vector<std::uint16_t> chosen(slots.size(), 0);
     for (const SlotChoice& choice : choices)
         for (const std::size_t slot : findSlots(slots, choice.slot))
-            chosen[slot] = std::uint16_t(findMaterial(names, choice.material));
+            chosen[slot] = std::uint16_t(findByName(materials, choice.material, "slot"));
     return chosen;
 }
 

@@ -243,7 +243,8 @@ std::vector<std::byte> packOnce(const Model& model, const Additions& additions, 
 
 std::vector<std::byte> packLibrary(std::span<const BrdfFile> materials, std::span<const LightFile> lights,
                                    const std::string& provenance) {
-    if (materials.empty() && lights.empty()) throw UsageError("nothing to pack: neither a model nor --brdf or --light");
+    if (materials.empty() && lights.empty())
+        throw BadOption("model", "nothing to pack: neither a model nor a material or light");
     checkNames(materials, lights);
     FlatBufferBuilder builder;
     AssetSections sections;

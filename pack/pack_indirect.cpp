@@ -130,9 +130,9 @@ void dropComponents(Model& model, AssetPrecision precision, double bytes_per_ver
     Model smaller = chosen(model, dropForBytes(costs, enough));
     const double least = double(sectionBytes(write(smaller, precision, packed)));
     if (least > bound)
-        throw UsageError("--bounce-bytes: the means of the light that bounces alone take " +
-                         std::to_string(least / vertices) + " bytes a vertex, the bound is " +
-                         std::to_string(bytes_per_vertex));
+        throw BadOption("bounce_bytes", "the means of the light that bounces alone take " +
+                                            std::to_string(least / vertices) + " bytes a vertex, the bound is " +
+                                            std::to_string(bytes_per_vertex));
     for (int step = 0; step < 8; ++step) {
         throwIfInterrupted();
         const double middle = (too_little + enough) / 2;

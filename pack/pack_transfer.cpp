@@ -99,7 +99,7 @@ std::vector<std::byte> packTransfer(const TransferModel& model, std::span<const 
                !brdf.membrane;
     };
     if (std::ranges::none_of(materials, lambert))
-        throw Unsupported("linear transfer is diffuse, and no --brdf is lambert");
+        throw Unsupported("linear transfer is diffuse, and no material is lambert");
     checkNames(materials, lights);
     checkLooks(model.mesh, materials);
     FlatBufferBuilder builder(std::size_t(1) << 20);

@@ -21,7 +21,7 @@ TruthPlan planTruth(const VisibilityReader& reader, const TruthOptions& options)
     const std::vector<std::string>& known = header.frames.clip_names;
     for (const std::string& clip : options.clips)
         if (std::find(known.begin(), known.end(), clip) == known.end())
-            throw UsageError("--clips: no clip \"" + clip + "\"; there are: " + joined(known));
+            throw BadOption("clips", "no clip \"" + clip + "\"; there are: " + joined(known));
     TruthPlan plan;
     for (std::size_t f = 0; f < header.frames.frameCount(); ++f) {
         const std::string& clip = known[header.frames.clip[f]];
@@ -31,8 +31,8 @@ TruthPlan planTruth(const VisibilityReader& reader, const TruthOptions& options)
     plan.bytes =
         plan.frames.size() * header.mesh.vertexCount() * header.coefficientCount() * bytesPerNumber(options.precision);
     if (plan.bytes > kLargestTruth)
-        throw UsageError("the moments would take " + std::to_string(plan.bytes) + " bytes; an asset holds " +
-                         std::to_string(kLargestTruth) + ": choose fewer --clips or --precision f16");
+        throw BadOption("clips", "the moments would take " + std::to_string(plan.bytes) + " bytes; an asset holds " +
+                                     std::to_string(kLargestTruth) + ": choose fewer, or precision f16");
     return plan;
 }
 

@@ -104,7 +104,8 @@ public:
     // Ranks the components by what they add to predictions.
     void rank();
     // Call after rank(). Returns nothing when this precision cannot meet the limits; `refusal` then says why.
-    std::optional<Packed> within(const PackOptions& options, AssetPrecision precision, std::string& refusal) const;
+    std::optional<Packed> within(const PackOptions& options, AssetPrecision precision,
+                                 std::optional<BadOption>& refusal) const;
 
 private:
     const Model& whole_;
@@ -184,7 +185,8 @@ Attempt Search::shrinkToError(const ComponentCosts& costs, Attempt whole, double
     return whole;
 }
 
-std::optional<Packed> Search::within(const PackOptions& options, AssetPrecision precision, std::string& refusal) const {
+std::optional<Packed> Search::within(const PackOptions& options, AssetPrecision precision,
+                                     std::optional<BadOption>& refusal) const {
     const double vertices = double(whole_.mesh.vertexCount());
     ComponentCosts costs{energies_, componentBytes(openAsset(write_(ranked_, precision, {})))};
     costs.least.assign(energies_.size(), 1);
@@ -198,14 +200,15 @@ std::optional<Packed> Search::within(const PackOptions& options, AssetPrecision 
     else
         found = attempt(dropForEnergy(costs, kNegligibleEnergy * found.sums.signal), precision);
     if (options.max_bytes_per_vertex && found.model_bytes > *options.max_bytes_per_vertex * vertices)
-        refusal = "--max-bytes-per-vertex: with one component a cluster the model takes " +
-                  figure(found.model_bytes / vertices) + " at precision " + nameOf(precision) + ", the bound is " +
-                  figure(*options.max_bytes_per_vertex);
+        refusal.emplace("max_bytes_per_vertex", "with one component a cluster the model takes " +
+                                                    figure(found.model_bytes / vertices) + " at precision " +
+                                                    nameOf(precision) + ", the bound is " +
+                                                    figure(*options.max_bytes_per_vertex));
     else if (options.max_error && found.sums.relative() > *options.max_error)
-        refusal = std::string("--max-error: precision ") + nameOf(precision) + " gives " +
-                  figure(found.sums.relative()) +
-                  (options.max_bytes_per_vertex ? " within --max-bytes-per-vertex" : " with every component") +
-                  ", the bound is " + figure(*options.max_error);
+        refusal.emplace("max_error",
+                        std::string("precision ") + nameOf(precision) + " gives " + figure(found.sums.relative()) +
+                            (options.max_bytes_per_vertex ? " within the bytes" : " with every component") +
+                            ", the bound is " + figure(*options.max_error));
     else
         return finish(chosen(found.choice), found, precision);
     return {};
@@ -241,13 +244,13 @@ Packed packWithin(const Model& model, const PackOptions& options, const WriteAss
     std::vector<AssetPrecision> candidates = {options.precision.value_or(AssetPrecision::kI8)};
     if (options.max_error && !options.precision)
         candidates = {AssetPrecision::kI8, AssetPrecision::kF16, AssetPrecision::kF32};
-    std::string first_refusal;
+    std::optional<BadOption> first_refusal;
     for (AssetPrecision precision : candidates) {
-        std::string refusal;
+        std::optional<BadOption> refusal;
         if (std::optional<Packed> found = search.within(options, precision, refusal)) return std::move(*found);
-        if (first_refusal.empty() || !options.max_bytes_per_vertex) first_refusal = refusal;
+        if (!first_refusal || !options.max_bytes_per_vertex) first_refusal = refusal;
     }
-    throw UsageError(first_refusal);
+    throw *first_refusal;
 }
 
 }  // namespace penumbra

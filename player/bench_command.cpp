@@ -5,6 +5,8 @@
 #include "player/bench/bench_report.h"
 #include "player/bench/bench_scene.h"
 #include "player/frame/open_asset.h"
+#include "player/look_flags.h"
+#include "player/picture_flags.h"
 #include "player/player_verbs.h"
 
 namespace penumbra {
@@ -14,20 +16,11 @@ namespace {
 struct BenchCommand {
     std::filesystem::path asset, scene;
     RenderOptions options;
-    std::string size, backend = "auto", reflectance = "slices", light_form = "auto";
     int runs = 50;
     std::vector<int> characters;
-    std::vector<const CLI::Option*> asset_only;  // what a scene says itself
-};
 
-void refuseForScenes(const BenchCommand& command) {
-    if (command.asset.empty() == command.scene.empty())
-        throw UsageError(command.asset.empty() ? "an asset, X.pnb, or a --scene S.json is required"
-                                               : "an asset or a --scene: one or the other");
-    if (command.scene.empty()) return;
-    for (const CLI::Option* option : command.asset_only)
-        if (option->count() > 0) throw UsageError(option->get_name() + " is of no use with --scene");
-}
+    std::vector<std::filesystem::path> inputs() const { return namedFiles({asset, scene}); }
+};
 
 void runSceneBench(const BenchCommand& command, const CommonOptions& common, Report& report) {
     const SceneDescription scene = readScene(command.scene);
@@ -43,11 +36,8 @@ void runSceneBench(const BenchCommand& command, const CommonOptions& common, Rep
 }
 
 void runBench(BenchCommand& command, const CommonOptions& common, Report& report) {
-    refuseForScenes(command);
-    command.options.backend = parseGlBackend(command.backend);
-    command.options.shading = {parseReflectance(command.reflectance), parseLightForm(command.light_form)};
-    if (!command.size.empty()) parseSize(command.size, command.options.width, command.options.height);
-    if (const std::string problem = findProblem(command.options); !problem.empty()) throw UsageError(problem);
+    if (command.asset.empty() && command.scene.empty())
+        throw UsageError("an asset, X.pnb, or a --scene S.json is required");
     if (!command.scene.empty()) return runSceneBench(command, common, report);
     const OpenAsset asset(command.asset);
     if (common.dry_run) {
@@ -60,46 +50,30 @@ void runBench(BenchCommand& command, const CommonOptions& common, Report& report
 }
 
 void defineBench(CLI::App& app, BenchCommand& command) {
-    app.add_option("asset", command.asset, "X.pnb with a model");
-    app.add_option("--scene", command.scene,
-                   "S.json instead of an asset: characters that cast on a ground and on one another (docs/scene.md)");
-    app.add_option("--runs", command.runs, "frames to time; the median counts")
-        ->check(CLI::Range(1, 100000))
-        ->capture_default_str();
+    CLI::Option* asset = app.add_option("asset", command.asset, "X.pnb with a model");
+    CLI::Option* scene = app.add_option(
+        "--scene", command.scene,
+        "S.json instead of an asset: characters that cast on a ground and on one another (docs/scene.md)");
+    app.add_option("--runs", command.runs, "frames to time; the median counts")->check(within(1, 100000));
     app.add_option("--characters", command.characters,
                    "also so many characters of the asset at once, as 10,100; 1 is always measured with them. Of a "
                    "scene: so many "
                    "copies of its first character")
         ->delimiter(',')
-        ->check(CLI::Range(1, 10000));
-    command.asset_only = {app.add_option("--brdf", command.options.brdf,
-                                         "name of one material for all parts (default: what the asset gives each)"),
-                          app.add_option("--slot", command.options.slots,
-                                         "SLOT=NAME: the material of a part of the mesh; any number of them"),
-                          app.add_option("--light", command.options.light, "name of the light (default: the first)")};
-    app.add_option("--light-form", command.light_form, "auto, lobes (as fitted), fixed or rotation (both exact)")
-        ->capture_default_str();
-    app.add_option("--reflectance", command.reflectance, "slices, or the paper's operators")->capture_default_str();
-    app.add_option("--size", command.size, "WIDTHxHEIGHT in pixels (default: 512x512)");
-    app.add_option("--aa", command.options.samples, "samples a pixel: 1, 2, 4 or 8")->capture_default_str();
-    app.add_option("--gl", command.backend, "auto (a GPU, else software), egl or osmesa")->capture_default_str();
+        ->check(within(1, 10000));
+    addMaterialFlags(app, command.options);
+    addShadingFlags(app, command.options.shading);
+    addTargetFlags(app, command.options);
+    scene->excludes(asset);
+    // The scene itself says these.
+    for (const char* option : {"--brdf", "--slot", "--light"}) scene->excludes(app.get_option(option));
 }
 
 }  // namespace
 
 Verb benchVerb() {
-    const auto command = std::make_shared<BenchCommand>();
-    return {"bench",
-            "Time evaluation, shading and drawing of an asset or a scene.",
-            [command](CLI::App& app) { defineBench(app, *command); },
-            [command] {
-                std::vector<std::filesystem::path> inputs;
-                for (const std::filesystem::path& file : {command->asset, command->scene})
-                    if (!file.empty()) inputs.push_back(file);
-                return inputs;
-            },
-            {},
-            [command](const CommonOptions& common, Report& report) { runBench(*command, common, report); }};
+    return verbOf<BenchCommand>("bench", "Time evaluation, shading and drawing of an asset or a scene.", defineBench,
+                                runBench);
 }
 
 }  // namespace penumbra

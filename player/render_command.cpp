@@ -11,7 +11,6 @@
 #include "player/render_flags.h"
 #include "player/render_report.h"
 #include "player/scene/side_by_side.h"
-#include "sh/light/light_rotation.h"
 
 namespace penumbra {
 
@@ -31,20 +30,21 @@ BatchPlan makePlan(const RenderCommand& command, const AssetView& asset, const A
     RenderOptions look = command.options;
     if (!command.draws()) look.channel = Channel::kAmbient;  // needs neither material nor light
     plan.look = resolveLook(look, asset, truth);
-    plan.chosen = chooseFrames(asset, command.choice);
-    plan.framing = command.framing;
+    plan.chosen = chooseFrames(asset, command.frames.choice);
+    const bool pictures = command.frames.choice.sequence && !command.output.empty();
+    plan.framing = command.frames.framing.value_or(pictures ? Framing::kClips : Framing::kFrame);
     if (FramePattern::looksLikeOne(command.output)) {
         const FramePattern pattern(command.output);
         for (const ListedFrame& frame : plan.chosen.frames) plan.files.push_back(pattern.name(frame.listed));
     } else if (!command.output.empty()) {
         plan.files = {command.output};
     }
-    plan.panels = picturesOf(command.sheet, command.options.channel);
+    plan.panels = picturesOf(command.errors.sheet, command.options.channel);
     plan.relative_error = truth && command.batch;
     plan.image_error = command.imageError();
-    plan.flip = command.flip;
+    plan.flip = command.errors.flip;
     findTruth(plan);
-    if (!command.sheet.file.empty()) planSheet(command.sheet, plan);  // too large a sheet fails now
+    if (!command.errors.sheet.file.empty()) planSheet(command.errors.sheet, plan);  // too large a sheet fails now
     return plan;
 }
 
@@ -52,7 +52,7 @@ BatchPlan makePlan(const RenderCommand& command, const AssetView& asset, const A
 std::vector<std::filesystem::path> moreFiles(const RenderRun& run) {
     std::vector<std::filesystem::path> files;
     if (FramePattern::looksLikeOne(run.command.output)) files = run.plan.files;
-    for (const std::filesystem::path& file : {run.command.csv, run.command.sheet.file})
+    for (const std::filesystem::path& file : {run.command.errors.csv, run.command.errors.sheet.file})
         if (!file.empty()) files.push_back(file);
     return files;
 }
@@ -66,13 +66,13 @@ void listFiles(const RenderRun& run) {
                     options.height, run.plan.files[i].c_str());
     }
     const std::size_t frames = run.plan.chosen.frames.size();
-    if (!run.command.sheet.file.empty()) {
-        const SheetLayout sheet = planSheet(run.command.sheet, run.plan);
+    if (!run.command.errors.sheet.file.empty()) {
+        const SheetLayout sheet = planSheet(run.command.errors.sheet, run.plan);
         std::printf("would put %zu frames on %d x %d pixels, to %s\n", frames, sheet.width, sheet.height,
-                    run.command.sheet.file.c_str());
+                    run.command.errors.sheet.file.c_str());
     }
-    if (!run.command.csv.empty())
-        std::printf("would measure %zu frames, to %s\n", frames, run.command.csv.c_str());
+    if (!run.command.errors.csv.empty())
+        std::printf("would measure %zu frames, to %s\n", frames, run.command.errors.csv.c_str());
     else if (run.command.gate)
         std::printf("would measure %zu frames\n", frames);
 }
@@ -94,15 +94,14 @@ BatchSink sinkOf(RenderRun& run, Progress& progress) {
         writePicture(run.plan.options, run.plan.files[i], picture, run.exposure);
     };
     const auto keep = [&run](std::size_t, std::vector<Image> panels) {
-        run.cells.push_back(sheetCell(run.command.sheet, run.plan, std::move(panels), run.exposure));
+        run.cells.push_back(sheetCell(run.command.errors.sheet, run.plan, std::move(panels), run.exposure));
     };
     return {write, keep, [&progress](std::size_t done) { progress.update(double(done)); },
             [&run](float exposure) { run.exposure = exposure; }};
 }
 
 BatchResult runFrames(RenderRun& run, const CommonOptions& common) {
-    Progress progress(parseProgressStyle(common.quiet ? "none" : common.progress), "rendering", "frames",
-                      double(run.plan.chosen.frames.size()));
+    Progress progress(common.progress, "rendering", "frames", double(run.plan.chosen.frames.size()));
     return runBatch(run.plan, common.threads, sinkOf(run, progress));
 }
 
@@ -136,11 +135,6 @@ SceneDescription describedScene(const RenderCommand& command, Report& report) {
         report.willRead(filesNamedIn(scene));
         return scene;
     }
-    try {
-        (void)parseLightRotation(command.options.light_rotation);
-    } catch (const std::invalid_argument& error) {
-        throw UsageError(std::string("--light-rotation: ") + error.what());
-    }
     SceneDescription scene = sceneSideBySide(command.assets);
     for (SceneCharacter& one : scene.characters) one.material = command.options.brdf;
     scene.light.name = command.options.light;
@@ -152,7 +146,7 @@ void runScene(const RenderCommand& command, const CommonOptions& common, Report&
     const CastWay way = command.cast.way();
     report.phase("read");
     PosedScene scene(describedScene(command, report), way);
-    if (command.time_option->count() > 0) scene.pose(command.time);
+    if (command.time) scene.pose(*command.time);
     const std::optional<Image> compared = readCompared(command);
     std::optional<OpenAsset> truth;
     if (!command.truth.empty()) truth.emplace(command.truth);
@@ -180,7 +174,7 @@ void runScene(const RenderCommand& command, const CommonOptions& common, Report&
 }
 
 void runRender(RenderCommand& command, const CommonOptions& common, Report& report) {
-    parseRender(command);
+    checkRender(command);
     if (command.isScene()) return runScene(command, common, report);
     report.phase("read");
     const OpenAsset asset(command.assets.front());
@@ -199,38 +193,31 @@ void runRender(RenderCommand& command, const CommonOptions& common, Report& repo
     if (command.gate) judgement = {*command.gate, judge(*command.gate, result.frames, asset.view.animation)};
 
     report.phase("write");
-    if (!command.csv.empty()) writeWholeFile(command.csv, figuresCsv(result.frames, asset.view.animation));
-    if (!command.sheet.file.empty())
-        writePng(command.sheet.file,
-                 finishSheet(command.sheet, run.plan, std::move(run.cells), result.frames,
+    if (!command.errors.csv.empty())
+        writeWholeFile(command.errors.csv, figuresCsv(result.frames, asset.view.animation));
+    if (!command.errors.sheet.file.empty())
+        writePng(command.errors.sheet.file,
+                 finishSheet(command.errors.sheet, run.plan, std::move(run.cells), result.frames,
                              judgement ? &judgement->result : nullptr),
                  1);
     if (command.batch)
         reportBatch(run.plan, result, judgement, common, report);
     else
         reportFrame(run.plan, result, common, report);
-    if (judgement && !judgement->result.passed) throw std::runtime_error(judgement->result.message);
+    if (judgement && !judgement->result.passed) throw std::runtime_error("--fail-above: " + judgement->result.message);
 }
 
 }  // namespace
 
 Verb renderVerb() {
-    const auto command = std::make_shared<RenderCommand>();
-    return {"render",
-            "Draw frames of an asset, measure them against the truth, without a window.",
-            [command](CLI::App& app) { defineRender(app, *command); },
-            [command] {
-                std::vector<std::filesystem::path> inputs = command->assets;
-                for (const std::filesystem::path& file : {command->scene, command->truth, command->compared})
-                    if (!file.empty()) inputs.push_back(file);
-                return inputs;
-            },
-            [command] {  // a plain name is known before the asset is read
-                const bool pattern = FramePattern::looksLikeOne(command->output);
-                return pattern ? std::filesystem::path() : command->output;
-            },
-            [command](const CommonOptions& common, Report& report) { runRender(*command, common, report); },
-            true};
+    Verb verb =
+        verbOf<RenderCommand>("render", "Draw frames of an asset, measure them against the truth, without a window.",
+                              defineRender, runRender);
+    verb.output = [output = verb.output] {  // a plain name is known before the asset is read
+        return FramePattern::looksLikeOne(output()) ? std::filesystem::path() : output();
+    };
+    verb.names_outputs = true;
+    return verb;
 }
 
 }  // namespace penumbra

@@ -68,7 +68,7 @@ namespace {
 
 template <class Measured>
 void putFigures(const Measured& measured, nlohmann::ordered_json& json) {
-    for (const Figure figure : kFigures) {
+    for (const auto& [word, figure] : kFigureWords) {
         const double value = figureOf(measured, figure);
         if (std::isfinite(value)) json[std::string(keyOf(figure))] = value;
     }
@@ -105,8 +105,8 @@ nlohmann::ordered_json rowJson(const Row& row) {
 void printRow(const Row& row) {
     std::printf("%-24s %-8s %6zu %6zu", row.name.substr(0, 24).c_str(), row.held_out ? "held out" : "training",
                 row.run.frames, row.run.with_truth);
-    constexpr std::array<int, kFigures.size()> kDigits = {4, 4, 4, 4, 2, 4, 4, 4};  // by Figure
-    for (const Figure figure : kFigures) {
+    constexpr std::array<int, std::size(kFigureWords)> kDigits = {4, 4, 4, 4, 2, 4, 4, 4};  // by Figure
+    for (const auto& [word, figure] : kFigureWords) {
         const double value = figureOf(row.run, figure);
         if (std::isfinite(value))
             std::printf(" %9.*f", kDigits[std::size_t(figure)], value);

@@ -2,6 +2,8 @@
 #include <cstdio>
 
 #include "formats/common/errors.h"
+#include "player/look_flags.h"
+#include "player/picture_flags.h"
 #include "player/player_verbs.h"
 #include "player/view/view_scene.h"
 #include "player/view/window/view_loop.h"
@@ -16,27 +18,29 @@ struct ViewCommand {
     std::filesystem::path scene;
     ViewOptions options;
     bool no_settings = false;
-    std::string size, path = "auto", reflectance = "slices", light_form = "auto";
+
+    std::vector<std::filesystem::path> inputs() const {
+        std::vector<std::filesystem::path> files = assets;
+        files.insert(files.end(), truths.begin(), truths.end());
+        files.push_back(scene);
+        return namedFiles(files);
+    }
 };
 
 std::pair<int, int> parseWindowSize(const std::string& text) {
-    int width = 0, height = 0;
-    parseSize(text, width, height);
-    if (width < kMinWidth || width > kMaxWidth || height < kMinHeight || height > kMaxHeight)
-        throw UsageError("--size must be from " + std::to_string(kMinWidth) + "x" + std::to_string(kMinHeight) +
-                         " to " + std::to_string(kMaxWidth) + "x" + std::to_string(kMaxHeight) + ", not " + text);
-    return {width, height};
+    const std::optional<PictureSize> size = parseSize(text);
+    if (!size || size->width < kMinWidth || size->width > kMaxWidth || size->height < kMinHeight ||
+        size->height > kMaxHeight)
+        throw std::invalid_argument("must be from " + std::to_string(kMinWidth) + "x" + std::to_string(kMinHeight) +
+                                    " to " + std::to_string(kMaxWidth) + "x" + std::to_string(kMaxHeight) + ", not " +
+                                    text);
+    return {size->width, size->height};
 }
 
 void runViewCommand(ViewCommand& command, const CommonOptions& common, Report& report) {
     ViewOptions& options = command.options;
-    if (!command.size.empty()) options.size = parseWindowSize(command.size);
     options.settings = !command.no_settings;
-    options.path = parsePath(command.path);
-    options.shading = {parseReflectance(command.reflectance), parseLightForm(command.light_form)};
     options.files = command.assets;
-    if (!command.scene.empty() && command.scene.extension() != ".json")
-        throw UsageError("--scene takes a .json file, not " + command.scene.string());
     if (!command.scene.empty()) options.files.insert(options.files.begin(), command.scene);
     if (options.files.empty()) throw UsageError("name an asset, or a scene with --scene");
     options.files.insert(options.files.end(), command.truths.begin(), command.truths.end());
@@ -65,43 +69,27 @@ void defineView(CLI::App& app, ViewCommand& command) {
                    "X.pnb files: characters side by side; others add materials and lights, an .exr or .hdr a light");
     app.add_option("--scene", command.scene,
                    "scene.json: who stands where (docs/scene.md), also on ground with heights, which key 0's brush "
-                   "shapes (docs/heightfield.md)");
+                   "shapes (docs/heightfield.md)")
+        ->check(endsIn({".json"}));
     app.add_option("--truth", command.truths, "X.truth.pnb: baked frames to compare with; any number of them");
-    app.add_option("--size", command.size, "WIDTHxHEIGHT of the window (default: as it was left, else 1280x800)");
+    addParsed(app, "--size", command.options.size, parseWindowSize,
+              "WIDTHxHEIGHT of the window (default: as it was left, else 1280x800)");
     app.add_flag("--no-settings", command.no_settings, "neither read nor keep what the window was left with");
-    app.add_option("--path", command.path, "where vertices are evaluated: auto, cpu or glsl")->capture_default_str();
-    app.add_option("--light-form", command.light_form,
-                   "as in render: auto (= rotation), lobes, fixed or rotation; V in the window")
-        ->capture_default_str();
-    app.add_option("--reflectance", command.reflectance, "as in render: slices or operators; P in the window")
-        ->capture_default_str();
+    addPathFlag(app, command.options.path);
+    addShadingFlags(app, command.options.shading);
     app.add_option("--light-fade", command.options.fade.seconds,
                    "seconds in which one light becomes the next; 0: at once")
-        ->check(CLI::Range(0.0, 60.0))
-        ->capture_default_str();
+        ->check(within(0.0, 60.0));
     app.add_option("--sun-time", command.options.fade.sun_time,
                    "time constant in seconds of the suns that are found while lights change; 0: not smoothed")
-        ->check(CLI::Range(0.0, 10.0))
-        ->capture_default_str();
-    app.add_option("--screenshots", command.options.screenshots, "folder that F12 writes view_0001.png, ... into")
-        ->capture_default_str();
+        ->check(within(0.0, 10.0));
+    app.add_option("--screenshots", command.options.screenshots, "folder that F12 writes view_0001.png, ... into");
 }
 
 }  // namespace
 
 Verb viewVerb() {
-    const auto command = std::make_shared<ViewCommand>();
-    return {"view",
-            "Show assets in a window (F1 lists the keys).",
-            [command](CLI::App& app) { defineView(app, *command); },
-            [command] {
-                std::vector<std::filesystem::path> inputs = command->assets;
-                inputs.insert(inputs.end(), command->truths.begin(), command->truths.end());
-                if (!command->scene.empty()) inputs.push_back(command->scene);
-                return inputs;
-            },
-            [] { return std::filesystem::path(); },
-            [command](const CommonOptions& common, Report& report) { runViewCommand(*command, common, report); }};
+    return verbOf<ViewCommand>("view", "Show assets in a window (F1 lists the keys).", defineView, runViewCommand);
 }
 
 }  // namespace penumbra

@@ -81,7 +81,7 @@ EDGES = {
     r"png\.h": ["formats/image/image_", "tests/formats/test_image_file.cpp",
                   "tests/formats/test_height_file.cpp", "tests/formats/test_texture_file.cpp"],
     r"jpeglib\.h|jerror\.h": ["formats/image/image_jpeg.cpp"],
-    r"CLI/": ["formats/common/command_line.h", "formats/common/name_list_option.h", "formats/common/name_option.h"],
+    r"CLI/": ["formats/common/command_line.h", "formats/common/options.h", "formats/common/name_list_option.h", "formats/common/name_option.h"],
     r"EGL/|GL/": ["player/gl/"],
     r"GLFW/": ["player/view/window/view_window.cpp"],
     r"imgui|backends/imgui": ["player/view/"],

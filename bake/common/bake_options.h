@@ -49,8 +49,4 @@ struct BakeOptions {
     Precision precision = Precision::kFloat32;
 };
 
-// Returns "" when the options can be used, and otherwise one sentence that names the option, its range and the value
-// given.
-std::string findProblem(const BakeOptions& options);
-
 }  // namespace penumbra

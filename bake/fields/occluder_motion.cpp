@@ -68,7 +68,7 @@ OccluderMotion motionOf(const BakeSource& source, const std::optional<std::files
     for (const Shift& shift : shifts)
         if (!shift.rigid)
             throw InvalidInput(name + ": " + frameText(source, shift) +
-                               ": it turns or bends; a field moves with a point of --inputs and does not turn");
+                               ": it turns or bends; a field moves with a point of the inputs and does not turn");
     const ExtraInputs table = placeInputs(readInputTable(*inputs), inputs->string(), source);
     for (const auto& [point, column] : pointsOf(table.names)) {
         bool follows = true;

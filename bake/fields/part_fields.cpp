@@ -16,7 +16,6 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "bake/common/out_of_range.h"
 #include "bake/fields/occluder_motion.h"
 #include "bake/fields/part_tracer.h"
 #include "bake/fields/signed_distance.h"
@@ -36,18 +35,6 @@ constexpr std::size_t kPointsPerTask = 64;
 constexpr double kMegabyte = 1e6;
 
 }  // namespace
-
-std::string findProblem(const FieldOptions& options) {
-    if (options.rays < 16 || options.rays > 1 << 16)
-        return outOfRange("--rays", "16..65536 directions a point", options.rays);
-    if (options.cells < 4 || options.cells > 64)
-        return outOfRange("--cells", "4..64 points along a side", options.cells);
-    if (!(options.megabytes >= 0.01 && options.megabytes <= 1000))
-        return outOfRange("--megabytes", "0.01..1000 million bytes", options.megabytes);
-    if (!(options.fade >= 1e-6 && options.fade <= 1))
-        return outOfRange("--fade", "1e-6..1 diagonals of the rest positions", options.fade);
-    return findProblem(options.cache);
-}
 
 // --- The plan -------------------------------------------------------------------------------------------------------
 
@@ -90,8 +77,8 @@ void checkPart(const std::filesystem::path& file, const FieldFile& fields, std::
 void addParts(const Mesh& mesh, const PartTable& table, const FieldOptions& options, FieldPlan& plan) {
     const FrameRange range = options.parts.value_or(FrameRange{0, table.partCount(), 1});
     if (range.end > table.partCount())
-        throw UsageError("--parts ends at " + std::to_string(range.end) + ", but there are " +
-                         std::to_string(table.partCount()) + " parts");
+        throw BadOption("parts", "ends at " + std::to_string(range.end) + ", but there are " +
+                                     std::to_string(table.partCount()) + " parts");
     std::vector<PartMesh> meshes;
     for (std::size_t part = 0; part < table.partCount(); ++part)
         meshes.push_back(partMesh(mesh.rest_positions, mesh.triangles, table.part_of_triangle, part));
@@ -117,7 +104,7 @@ std::size_t FieldPlan::pointCount() const {
 FieldPlan planFields(const std::vector<std::filesystem::path>& paths, const FieldOptions& options) {
     const BakeSource source = readSource(paths, options.cache);
     if (source.rig && (options.cache.metres != 1 || options.cache.z_up))
-        throw UsageError("--units and --up are for meshes of point caches, and none is read");
+        throw BadOption(options.cache.metres != 1 ? "units" : "up", "is for meshes of point caches, and none is read");
     const Mesh& mesh = source.mesh();
     const double diagonal = boxDiagonal(mesh.rest_positions);
     if (!(diagonal > 0 && std::isfinite(diagonal)))
@@ -135,7 +122,7 @@ FieldPlan planFields(const std::vector<std::filesystem::path>& paths, const Fiel
     file.fields.fade = float(options.fade * diagonal);
     addParts(mesh, table, options, plan);
     if (options.inputs) {
-        if (source.rig) throw UsageError("--inputs: of a mesh without skin only; a rig's parts move with its bones");
+        if (source.rig) throw BadOption("inputs", "of a mesh without skin only; a rig's parts move with its bones");
         plan.files_read.push_back(*options.inputs);
     }
     file.motion = motionOf(source, options.inputs);

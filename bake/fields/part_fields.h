@@ -24,9 +24,6 @@ struct FieldOptions {
     std::optional<std::filesystem::path> inputs = {};
     PointCacheOptions cache = {};
 };
-// Returns "" when the options can be used, and otherwise one sentence that names the option, its range and the value
-// given.
-std::string findProblem(const FieldOptions& options);
 
 // The plan tells what will be traced, before any ray is.
 struct FieldPlan {

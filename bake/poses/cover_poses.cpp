@@ -99,8 +99,9 @@ LocalFeatures localFeatures(const Rig& rig, std::span<const float> numbers, int 
     for (const std::vector<std::size_t>& others : near)
         out.starts.push_back(out.starts.back() + kPairNumbers * others.size());
     if (double(poses) * double(out.width()) * sizeof(float) > kMaxFeatureBytes)
-        throw UsageError(std::to_string(poses) +
-                         " poses are too many to compare (more than 2 GiB of features); use a lower --cover or --fps");
+        throw BadOption("cover", std::to_string(poses) +
+                                     " poses are too many to compare (more than 2 GiB of features); cover fewer, or "
+                                     "list fewer frames");
     out.values.resize(poses * out.width());
     parallelFor(poses, threads, [&](std::size_t p) {
         throwIfInterrupted();

@@ -128,8 +128,8 @@ std::vector<NodePose> mixPose(const MixSource& source, std::span<const LimbChoic
 std::vector<float> mixPoses(const MixSource& source, std::size_t count, std::uint64_t seed, int threads) {
     const std::size_t width = source.rig.nodes.size() * kNodeNumbers;
     if (double(count) * double(width) * sizeof(float) > kMaxMixedBytes)
-        throw UsageError(std::to_string(count) + " mixed poses of " + std::to_string(source.rig.nodes.size()) +
-                         " nodes are too many (more than 2 GiB); use a lower --mix or --cover");
+        throw BadOption("mix", std::to_string(count) + " mixed poses of " + std::to_string(source.rig.nodes.size()) +
+                                   " nodes are too many (more than 2 GiB); mix or cover fewer");
     std::vector<float> out(count * width);
     parallelFor(count, threads, [&](std::size_t p) {
         throwIfInterrupted();

@@ -104,9 +104,8 @@ PoseFeatures poseFeatures(const Rig& rig, std::span<const RigFrame> frames, int 
     const std::vector<Pair> pairs = choosePairs(bones, meanSquaredDistances(rig, bones, frames, threads));
     PoseFeatures out{frames.size(), 3 * pairs.size(), {}};
     if (double(out.frames) * double(out.width) * sizeof(float) > kMaxFeatureBytes)
-        throw UsageError(std::to_string(out.frames) +
-                         " frames are too many to compare (more than 2 GiB of features); " +
-                         "use a lower --fps or --frames");
+        throw BadOption("frames", std::to_string(out.frames) +
+                                      " are too many to compare (more than 2 GiB of features); use a lower fps");
     out.values.resize(out.frames * out.width);
     parallelFor(frames.size(), threads, [&](std::size_t f) {
         throwIfInterrupted();

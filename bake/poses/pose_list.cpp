@@ -14,39 +14,18 @@
 
 namespace penumbra {
 
-constexpr std::int64_t kMaxSampled = 1000000, kMaxMixed = 1000000, kMaxCovering = 10000;
-
-std::string findProblem(const PoseOptions& options) {
-    if (!(options.fps >= 0 && options.fps <= 1000)) {
-        std::ostringstream text;
-        text << "--fps must be 0..1000 samples a second, not " << options.fps;
-        return text.str();
-    }
-    if (options.choose < 0) return "--choose must be 0 or more frames, not " + std::to_string(options.choose);
-    if (options.sample < 0 || options.sample > kMaxSampled)
-        return "--sample must be 0..1000000 poses, not " + std::to_string(options.sample);
-    if (options.mix < 0 || options.mix > kMaxMixed)
-        return "--mix must be 0..1000000 poses, not " + std::to_string(options.mix);
-    if (options.cover < 0 || options.cover > kMaxCovering)
-        return "--cover must be 0..10000 poses, not " + std::to_string(options.cover);
-    if (options.choose + options.sample + options.mix + options.cover == 0)
-        return "--choose, --sample, --mix or --cover is needed: how many poses?";
-    if (!options.limits.empty() && options.sample == 0) return "--limits needs --sample";
-    return "";
-}
-
 namespace {
 
 // Returns the clips to choose from: those of the options, or all, without the held-out ones.
 std::vector<std::string> candidateClips(const Rig& rig, const PoseOptions& options) {
-    for (const std::string& name : options.holdout) checkClipName(rig, "--holdout", name);
+    for (const std::string& name : options.holdout) checkClipName(rig, "holdout", name);
     std::vector<std::string> clips = options.clips;
     if (clips.empty())
         for (const Clip& clip : rig.clips) clips.push_back(clip.name);
     std::erase_if(clips, [&](const std::string& name) {
         return std::find(options.holdout.begin(), options.holdout.end(), name) != options.holdout.end();
     });
-    if (clips.empty() && !rig.clips.empty()) throw UsageError("--holdout: no clip is left to choose from");
+    if (clips.empty() && !rig.clips.empty()) throw BadOption("holdout", "no clip is left to choose from");
     return clips;
 }
 
@@ -61,8 +40,8 @@ PosePlan planPoses(const std::vector<std::filesystem::path>& rigs, const PoseOpt
     plan.candidates = sampleFrames(plan.rig, candidateClips(plan.rig, options), options.fps);
     if (options.frames) plan.candidates = sliceFrames(plan.candidates, *options.frames);
     if (options.choose > std::int64_t(plan.candidates.frameCount()))
-        throw UsageError("--choose must be at most " + std::to_string(plan.candidates.frameCount()) +
-                         ", the number of candidate frames, not " + std::to_string(options.choose));
+        throw BadOption("choose", "must be at most " + std::to_string(plan.candidates.frameCount()) +
+                                      ", the number of candidate frames, not " + std::to_string(options.choose));
     return plan;
 }
 
@@ -126,11 +105,11 @@ namespace {
 void checkCanMix(const PosePlan& plan, std::size_t limbs, std::size_t frames) {
     const std::string rig = plan.rig.files_read.at(0).string();
     if (limbs < 2)
-        throw UsageError("--mix and --cover need limbs, but the skeleton of " + rig +
-                         " has no fork with two long branches; use --sample");
+        throw BadOption("mix", "mixing and covering need limbs, but the skeleton of " + rig +
+                                   " has no fork with two long branches; sample poses instead");
     if (frames < 2)
-        throw UsageError("--mix and --cover need at least 2 frames, but only " + std::to_string(frames) + " of " + rig +
-                         " is listed");
+        throw BadOption("mix", "mixing and covering need at least 2 frames, but only " + std::to_string(frames) +
+                                   " of " + rig + " is listed");
 }
 
 // Mixes poses of the listed frames. The random ones come first, and the covering ones know them.

@@ -30,9 +30,6 @@ struct PoseOptions {
     std::int64_t mix = 0, cover = 0;
     std::uint64_t seed = 1;  // seeds the random choice, the sampling and the mixing
 };
-// Returns "" when the options can be used, and otherwise one sentence that names the option, its range and the value
-// given.
-std::string findProblem(const PoseOptions& options);
 
 struct PosePlan {
     Rig rig;

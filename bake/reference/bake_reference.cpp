@@ -11,21 +11,6 @@
 
 namespace penumbra {
 
-std::string findProblem(const ReferenceOptions& options) {
-    const auto outside = [](const char* option, const char* range, int value) {
-        return std::string(option) + " must be " + range + ", not " + std::to_string(value);
-    };
-    if (options.width < 1 || options.width > 16384) return outside("--size", "1..16384 pixels wide", options.width);
-    if (options.height < 1 || options.height > 16384) return outside("--size", "1..16384 pixels high", options.height);
-    if (options.samples < 4 || options.samples > 1 << 20)
-        return outside("--samples", "4..1048576 shadow rays a pixel", options.samples);
-    if (options.camera_rays < 1 || options.camera_rays > 64)
-        return outside("--aa", "1..64 camera rays a pixel", options.camera_rays);
-    if (options.bounces < 0 || options.bounces > kMaxBounces)
-        return outside("--bounces", "0..16 reflections", options.bounces);
-    return "";
-}
-
 namespace {
 
 std::size_t materialAt(const ReferenceFrame& input, const Corners& corners) {

@@ -33,9 +33,6 @@ struct ReferenceOptions {
     double bias =
         1e-4;  // distance from the surface to the start of a shadow ray, in diagonals of ReferenceFrame::scale
 };
-// Returns "" when the options can be used, and otherwise one sentence that names the option, its range and the value
-// given.
-std::string findProblem(const ReferenceOptions& options);
 
 // The frame that the picture shows, with its mesh. The infinite floor (header.ground_y) is not drawn, but blocks the
 // light from below.

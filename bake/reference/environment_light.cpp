@@ -171,7 +171,7 @@ double EnvironmentLight::ownDensity(Vec3d direction) const {
 
 EnvironmentLight readEnvironmentLight(const std::filesystem::path& path, std::string_view layout) {
     if (path.extension() != ".h5") return EnvironmentLight::fromMap(readEnvironmentMap(path, layout));
-    if (!layout.empty()) throw UsageError("--layout is of pictures, not of " + path.string());
+    if (!layout.empty()) throw BadOption("layout", "is of pictures, not of " + path.string());
     const LightFile file = readLight(path);
     return EnvironmentLight::fromSh(file.order, file.sh);
 }

@@ -48,16 +48,16 @@ std::vector<std::filesystem::path> everyFileOf(const std::filesystem::path& occl
 void checkGiven(const VisibilityHeader& header, const std::string& name, const BakeWords& words,
                 const std::vector<std::filesystem::path>& occluders) {
     if (occluders.size() != words.occluders.size())
-        throw UsageError(name + ": baked " +
-                         (words.occluders.empty() ? "without an occluder"
-                                                  : "with " + joined(words.occluders) + "; give each with --occluder"));
+        throw BadOption("occluder", name + " was baked " +
+                                        (words.occluders.empty() ? "without an occluder"
+                                                                 : "with " + joined(words.occluders) + "; give each"));
     const auto& inputs = header.provenance.inputs;
     for (const std::filesystem::path& occluder : occluders)
         for (const std::filesystem::path& file : everyFileOf(occluder)) {
             const std::string sum = sha256OfFile(file);
             if (std::none_of(inputs.begin(), inputs.end(), [&](const ProvenanceInput& i) { return i.sha256 == sum; }))
-                throw UsageError("--occluder " + occluder.string() + ": not what " + name + " was baked with (" +
-                                 joined(words.occluders) + ")");
+                throw BadOption("occluder", occluder.string() + " is not what " + name + " was baked with (" +
+                                                joined(words.occluders) + ")");
         }
 }
 

@@ -69,7 +69,7 @@ public:
     void add(const SceneCharacter& one, const AssetView& asset, std::optional<double> seconds, bool look) {
         if (!asset.has_mesh) throw InvalidInput(one.at + "/asset: " + one.asset.string() + " has no mesh");
         if (asset.model.deforming && asset.animation.playback.positions.empty())
-            throw InvalidInput(one.at + "/asset: " + one.asset.string() + " has no frames (--no-playback)");
+            throw InvalidInput(one.at + "/asset: " + one.asset.string() + " has no frames");
         const VisibilityFrame posed = poseOf(one, asset, seconds);
         Affine to_scene = placementOf(one);
         to_scene.m[7] += standingHeight(one, posed.positions, to_scene, ground_, heights_);

@@ -185,7 +185,7 @@ BaseColors readBaseColors(const Rig& rig, const std::string& file) {
         const MaterialColor& material = part.color.material;
         const std::string where = file + ": slot '" + mesh.slots[part.slot] + "'";
         if (!material.problem.empty()) throw InvalidInput(material.problem);
-        if (!material.base) throw UsageError(where + " has no base colour: give --albedo");
+        if (!material.base) throw BadOption("albedo", "is needed: " + where + " has no base colour");
         surfaces.push_back({part, material.texture ? pictures.open(*material.texture, where, out) : nullptr});
         out.textured = out.textured || material.texture;
     }

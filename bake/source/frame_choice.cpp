@@ -11,7 +11,7 @@ void refuseTwice(const std::vector<std::filesystem::path>& rigs) {
         for (std::size_t j = 0; j < i; ++j) {
             std::error_code missing;  // readRig() reports a missing file
             if (rigs[i] == rigs[j] || std::filesystem::equivalent(rigs[i], rigs[j], missing))
-                throw UsageError(rigs[i].string() + ": given twice");
+                throw BadOption("rig", rigs[i].string() + " is given twice");
         }
 }
 
@@ -27,14 +27,14 @@ FrameList cutIntoBlocks(const FrameList& frames, int blocks) {
     for (std::size_t c = 0; c < counts.size(); ++c) {
         const auto count = std::uint64_t(blocks);
         if (count > counts[c])
-            throw UsageError("--blocks " + std::to_string(blocks) + ": clip '" + frames.clip_names[c] + "' has " +
-                             std::to_string(counts[c]) + " frames");
+            throw BadOption("blocks", "must be at most " + std::to_string(counts[c]) + ", the frames of clip '" +
+                                          frames.clip_names[c] + "', not " + std::to_string(blocks));
         for (std::uint64_t b = 0; b < count; ++b) {
             const std::uint64_t begin = b * counts[c] / count, end = (b + 1) * counts[c] / count;
             out.clip.insert(out.clip.end(), end - begin, std::uint16_t(out.clip_names.size()));
             out.clip_names.push_back(frames.clip_names[c] + "#" + std::to_string(b + 1));
         }
-        if (out.clip_names.size() > 65535) throw UsageError("--blocks: more than 65535 clips");
+        if (out.clip_names.size() > 65535) throw BadOption("blocks", "would make more than 65535 clips");
     }
     return out;
 }
@@ -44,10 +44,10 @@ std::string clipOfBlock(const std::string& name) { return name.substr(0, name.rf
 void appendFrames(const FrameList& more, FrameList& frames) {
     for (const std::string& name : more.clip_names)
         if (std::find(frames.clip_names.begin(), frames.clip_names.end(), name) != frames.clip_names.end())
-            throw UsageError("--clips: --poses lists frames of clip '" + name + "' already");
+            throw BadOption("clips", "the list of poses has frames of clip '" + name + "' already");
     const std::size_t clips = frames.clip_names.size();
     if (clips + more.clip_names.size() > 65535)
-        throw UsageError("--clips: more than 65535 clips with those of --poses");
+        throw BadOption("clips", "more than 65535 clips with those of the list of poses");
     frames.clip_names.insert(frames.clip_names.end(), more.clip_names.begin(), more.clip_names.end());
     for (const std::uint16_t clip : more.clip) frames.clip.push_back(std::uint16_t(clip + clips));
     frames.time.insert(frames.time.end(), more.time.begin(), more.time.end());
@@ -76,7 +76,7 @@ void checkClipName(const Rig& rig, const std::string& option, const std::string&
         if (clip.name == name) return;
         known += (known.empty() ? "" : ", ") + clip.name;
     }
-    throw UsageError(option + ": no clip '" + name + "'; the rig has " + (known.empty() ? "none" : known));
+    throw BadOption(option, "no clip '" + name + "'; the rig has " + (known.empty() ? "none" : known));
 }
 
 namespace {

@@ -10,7 +10,7 @@
 
 namespace penumbra {
 
-// Throws UsageError when a file is given twice.
+// Throws BadOption when a file is given twice.
 void refuseTwice(const std::vector<std::filesystem::path>& rigs);
 
 // Returns the entries begin, begin + step, ... < end.
@@ -22,24 +22,24 @@ std::vector<T> slice(const std::vector<T>& all, const FrameRange& range) {
     return out;
 }
 
-// Returns a slice of the list. Throws UsageError when the range ends beyond it.
+// Returns a slice of the list. Throws BadOption when the range ends beyond it.
 FrameList sliceFrames(const FrameList& all, const FrameRange& range);
 
 // Cuts every clip into contiguous blocks whose lengths differ by one at most. The blocks become clips "NAME#1",
-// "NAME#2", ...; times stay. `blocks` 1 returns the list as it is. Throws UsageError for a clip of fewer frames than
+// "NAME#2", ...; times stay. `blocks` 1 returns the list as it is. Throws BadOption for a clip of fewer frames than
 // blocks, and when there would be more than 65535 clips.
 FrameList cutIntoBlocks(const FrameList& frames, int blocks);
 // Returns "NAME" for "NAME#3".
 std::string clipOfBlock(const std::string& name);
 
-// Adds the clips of `more` after those of `frames`. Throws UsageError for a clip that is in both.
+// Adds the clips of `more` after those of `frames`. Throws BadOption for a clip that is in both.
 void appendFrames(const FrameList& more, FrameList& frames);
 
 // Returns for every name the index into rig.clips, or -1 (the rest pose) where the rig has no clip of this name.
 std::vector<int> clipIndices(const Rig& rig, const std::vector<std::string>& names);
 std::vector<RigFrame> rigFrames(const Rig& rig, const FrameList& frames);
 
-// Throws UsageError, which lists the clips of `rig`, when it has none called `name`.
+// Throws BadOption, which lists the clips of `rig`, when it has none called `name`.
 void checkClipName(const Rig& rig, const std::string& option, const std::string& name);
 
 // Adds the sampled and the mixed poses of a list as clips of `rig`.

@@ -130,36 +130,33 @@ ColorChoice readColorChoice(const std::string& text) {
     return {{}, text};
 }
 
-std::vector<Vec3> readAlbedo(const std::string& choice, const Mesh& mesh) {
-    const SurfaceColors colors{chosenColors(readColorChoice(choice), mesh)};
-    if (const std::string problem = findProblem(colors, mesh); !problem.empty())
-        throw UsageError("--albedo: " + problem);
+std::vector<Vec3> readAlbedo(const ColorChoice& choice, const Mesh& mesh) {
+    const SurfaceColors colors{chosenColors(choice, mesh)};
+    if (const std::string problem = findProblem(colors, mesh); !problem.empty()) throw BadOption("albedo", problem);
     return colors.albedo;
 }
 
 ChosenColors surfaceColors(const BakeSource& source, const Mesh& mesh, const TransferOptions& options) {
-    if (options.transmission.any() && !mesh.two_sided)
-        throw UsageError("--transmission goes with --two-sided: the mesh is not two-sided");
+    if (options.transmission.any() && !mesh.two_sided) throw BadOption("transmission", "the mesh is not two-sided");
     ChosenColors out;
-    std::string where = options.transmission.any() ? "--albedo and --transmission: " : "--albedo: ", advice;
+    std::string where;
     if (options.albedo.any()) {
         out.colors.albedo = chosenColors(options.albedo, mesh);
         out.albedo_from = options.albedo.table ? "table " + options.albedo.table->filename().string() : "one colour";
     } else {
         const std::string file = source.filesRead().front().string();
         if (!source.rig || source.rig->part_colors.empty())
-            throw UsageError(file + ": has no base colours: give --albedo");
+            throw BadOption("albedo", "is needed: " + file + " has no base colours");
         BaseColors base = readBaseColors(*source.rig, file);
         out.albedo_from = base.textured ? kFromTextures : kFromBaseColors;
         out.pictures = std::move(base.pictures);
         out.colors.albedo = base.colors;
         if (mesh.two_sided) out.colors.albedo.insert(out.colors.albedo.end(), base.colors.begin(), base.colors.end());
-        where = file + ": " + out.albedo_from + ": ";
-        advice = ": give --albedo";
+        where = "is needed: " + file + ": " + out.albedo_from + ": ";
     }
     if (options.transmission.any()) out.colors.transmission = chosenColors(options.transmission, mesh);
     if (const std::string problem = findProblem(out.colors, mesh); !problem.empty())
-        throw UsageError(where + problem + advice);
+        throw BadOption("albedo", where + problem);
     return out;
 }
 

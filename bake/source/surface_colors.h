@@ -9,9 +9,9 @@ namespace penumbra {
 ColorChoice readColorChoice(const std::string& text);
 
 // Returns the albedo of each vertex of `mesh` that a choice names. Throws what surfaceColors() throws.
-std::vector<Vec3> readAlbedo(const std::string& choice, const Mesh& mesh);
+std::vector<Vec3> readAlbedo(const ColorChoice& choice, const Mesh& mesh);
 
-// This is what `albedo_from` says where no --albedo is given.
+// This is what `albedo_from` says where no albedo is given.
 constexpr const char* kFromBaseColors = "the rig's base colours";
 constexpr const char* kFromTextures = "the rig's base colours and textures";
 
@@ -22,7 +22,7 @@ struct ChosenColors {
 };
 
 // Returns the colours of each vertex of `mesh`, which is the mesh of `source` and may have got backs. Without an
-// albedo among the options the rig's own base colours and textures are the albedo. Throws UsageError, InvalidInput and
+// albedo among the options the rig's own base colours and textures are the albedo. Throws BadOption, InvalidInput and
 // Unsupported, which name what is wrong.
 ChosenColors surfaceColors(const BakeSource& source, const Mesh& mesh, const TransferOptions& options);
 

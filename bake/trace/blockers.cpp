@@ -113,7 +113,7 @@ std::vector<Occluder> readOccluders(const std::vector<std::filesystem::path>& pa
             if (clip < 0 && known.size() == 1 && one_clip) clip = 0;
             if (standsStill(occluder.source)) clip = -1;
             if (clip < 0 && !standsStill(occluder.source))
-                throw UsageError("--occluder " + path.string() + ": it moves, but has no clip '" + name + "'");
+                throw BadOption("occluder", path.string() + " moves, but has no clip '" + name + "'");
             occluder.clips.push_back(clip);
         }
         out.push_back(std::move(occluder));

@@ -81,7 +81,7 @@ BakeJournal::BakeJournal(const fs::path& output, const VisibilityHeader& header,
     std::error_code error;
     if (!resume) {
         if (fs::file_size(path_, error) > 0)
-            note_ = path_.string() + ": discarded; --resume goes on from what a killed bake left";
+            note_ = path_.string() + ": discarded; a bake that resumes goes on from what a killed one left";
         start(key);
         return;
     }

@@ -160,9 +160,9 @@ Whole listWhole(const ShardPlace& place, const std::vector<std::string>& names, 
     FrameList all{names, {}, {}};
     for (std::size_t c = 0; c < all.clip_names.size(); ++c) {
         const int known = place.clipNamed(all.clip_names[c]);
-        if (known < 0) throw UsageError("--clips: the shards know no clip '" + all.clip_names[c] + "'");
+        if (known < 0) throw BadOption("clips", "the shards know no clip '" + all.clip_names[c] + "'");
         if (std::count(all.clip_names.begin(), all.clip_names.end(), all.clip_names[c]) > 1)
-            throw UsageError("clip '" + all.clip_names[c] + "' is asked for twice");
+            throw BadOption("clips", "'" + all.clip_names[c] + "' is asked for twice");
         all.clip.insert(all.clip.end(), place.clip_frames[std::size_t(known)], std::uint16_t(c));
     }
     all.time.resize(all.clip.size());
@@ -389,7 +389,7 @@ void writeMerged(const MergePlan& plan, const fs::path& output, ProgressStyle st
 
 void writeIndex(MergePlan& plan, const fs::path& output, int threads) {
     assert(!plan.problems.any());
-    if (plan.is_virtual) throw UsageError("--virtual: a shard has no frames of its own; give the files that it names");
+    if (plan.is_virtual) throw BadOption("virtual", "a shard has no frames of its own; give the files that it names");
     VirtualSources sources{{}, std::vector<std::string>(plan.shards.size()), plan.frames_of_shard, plan.source};
     // 1. The index names each shard relative to its own folder, so that both can be moved together.
     const fs::path folder = fs::canonical(fs::absolute(output).parent_path());

@@ -55,10 +55,10 @@ std::string optionsJson(const BakeOptions& options, const std::string& albedo_fr
     return json.dump();
 }
 
-// Lists all frames of the chosen clips. --frames slices this list later.
+// Lists all frames of the chosen clips. BakeOptions::frames slices this list later.
 FrameList listFrames(BakeSource& source, const BakeOptions& options) {
     if (!options.poses) return sampleFrames(source, options.clips, options.fps);
-    if (!source.rig) throw UsageError("--poses lists frames of a rig, not of a point cache");
+    if (!source.rig) throw BadOption("poses", "lists frames of a rig, not of a point cache");
     FrameList frames = readPoseFrames(*options.poses, *source.rig);
     source.filesRead().push_back(*options.poses);
     if (!options.clips.empty()) appendFrames(sampleFrames(source, options.clips, options.fps), frames);
@@ -155,13 +155,15 @@ void describeTransfer(BakePlan& plan, const TransferOptions& options) {
     plan.pictures = std::move(chosen.pictures);
 }
 
-// Refuses options that have no effect: --units, --up and --cache-fps say what a cache does not say itself, but rigs
-// do.
+// Refuses options that have no effect: they say what a cache does not say itself, but rigs do.
 void checkCacheOptions(const BakePlan& plan, const PointCacheOptions& options) {
     const auto is_cache = [](const Occluder& occluder) { return occluder.source.cache.has_value(); };
     const bool any = plan.source.cache || std::any_of(plan.occluders.begin(), plan.occluders.end(), is_cache);
     if (!any && (options.metres != 1 || options.z_up || options.fps > 0))
-        throw UsageError("--units, --up and --cache-fps are for point caches, and none is read");
+        throw BadOption(options.metres != 1 ? "units"
+                        : options.z_up      ? "up"
+                                            : "cache_fps",
+                        "is for point caches, and none is read");
 }
 
 }  // namespace

@@ -215,16 +215,6 @@ GroupedBlockers groupByArea(const Model& model, const SurfaceSamples& samples, c
 
 }  // namespace
 
-const char* nameOf(BlockerMethod method) { return method == BlockerMethod::kArea ? "area" : "paper"; }
-
-std::string findProblem(const BlockerOptions& options) {
-    if (options.spheres < 1 || options.spheres > int(kMaxBlockers))
-        return "--spheres must be 1.." + std::to_string(kMaxBlockers) + ", not " + std::to_string(options.spheres);
-    if (options.refine && options.method == BlockerMethod::kPaper)
-        return "--refine is of no use to --method paper, whose spheres hold their vertices";
-    return "";
-}
-
 GroupedBlockers groupBlockers(const SurfaceSamples& samples, std::span<const int> foot_of_joint, int count,
                               std::uint64_t seed) {
     GroupedBlockers grouped{{}, std::vector<std::uint32_t>(samples.points.size())};
@@ -242,7 +232,7 @@ GroupedBlockers boundVertices(const SurfaceSamples& samples, int count, std::uin
 }
 
 BlockerFit fitBlockers(const Model& model, const BlockerOptions& options, int threads) {
-    assert(findProblem(options).empty());
+    assert(options.spheres >= 1 && options.spheres <= int(kMaxBlockers));
     const bool paper = options.method == BlockerMethod::kPaper;
     const SurfaceSamples samples =
         paper ? sampleVertices(model.mesh, model.skin) : sampleSurface(model.mesh, model.skin, kSamples, options.seed);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "fit/blockers/refine_radii.h"
+#include "formats/common/words.h"
 #include "formats/stage/blocker_file.h"
 #include "formats/stage/model_file.h"
 
@@ -14,7 +15,9 @@ enum class BlockerMethod {
     kArea,  // k-means of points spread evenly over the surface, mean distances as radii, silhouettes of the right area
     kPaper  // Nowrouzezahrai 2009, section 7: k-means of the vertices, with spheres that hold all of their vertices
 };
-const char* nameOf(BlockerMethod method);  // "area", "paper"
+inline constexpr Word<BlockerMethod> kBlockerMethodWords[] = {{"area", BlockerMethod::kArea},
+                                                              {"paper", BlockerMethod::kPaper}};
+constexpr std::string_view nameOf(BlockerMethod method) { return wordOf(kBlockerMethodWords, method); }
 
 struct BlockerOptions {
     int spheres = 15;  // 1..kMaxBlockers
@@ -22,8 +25,6 @@ struct BlockerOptions {
     std::uint64_t seed = 1;
     bool refine = false;  // refineRadii() after the one factor; of kArea
 };
-// Returns "" when the options can be used, or else one sentence that names the option, its range and the value given.
-std::string findProblem(const BlockerOptions& options);
 
 struct FootBlockers {
     std::string joint;

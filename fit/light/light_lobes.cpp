@@ -279,13 +279,6 @@ LightLobesFit measured(int order, std::span<const double> sh, double scale, cons
 
 }  // namespace
 
-LobeFit parseLobeFit(std::string_view name) {
-    if (name == "greedy") return LobeFit::kGreedy;
-    if (name == "joint") return LobeFit::kJoint;
-    if (name == "fixed") return LobeFit::kFixed;
-    throw std::invalid_argument("lobes are fitted greedy, joint or fixed, not '" + std::string(name) + "'");
-}
-
 LightLobesFit fitLobes(int order, std::span<const double> sh, int count, LobeFit how) {
     assert(order >= 1 && order <= kMaxOrder && int(sh.size()) == 3 * coefficientCount(order));
     assert(how == LobeFit::kFixed || (count >= 1 && count <= kMaxFittedLobes));

@@ -3,14 +3,15 @@
 // for every band and colour channel, a coefficient. To rotate a lobe is to evaluate the basis once, so a light of few
 // lobes turns into any vertex' frame cheaply.
 #include <span>
-#include <string_view>
 
+#include "formats/common/words.h"
 #include "formats/stage/light_file.h"
 
 namespace penumbra {
 
 enum class LobeFit { kGreedy, kJoint, kFixed };
-LobeFit parseLobeFit(std::string_view name);  // greedy, joint or fixed; throws std::invalid_argument otherwise
+inline constexpr Word<LobeFit> kLobeFitWords[] = {
+    {"greedy", LobeFit::kGreedy}, {"joint", LobeFit::kJoint}, {"fixed", LobeFit::kFixed}};
 
 constexpr int kMaxFittedLobes = 7;
 constexpr int fixedLobeCount(int order) { return 2 * order - 1; }

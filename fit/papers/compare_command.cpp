@@ -217,7 +217,7 @@ CompareSource sourceOf(const VisibilityHeader& header, std::size_t joints, const
 void measure(const CompareInput& input, const std::vector<FitOptions>& grid, const CommonOptions& common,
              Comparison& comparison, Report& report) {
     const double steps = double(grid.size()) + 3;
-    Progress progress = progressOf(common, "compare", "steps", steps);
+    Progress progress(common.progress, "compare", "steps", steps);
     report.phase("eigenvalues");
     const CompareOptions& options = comparison.options;
     const CompareCharacter character = prepareCharacter(input, options);

@@ -6,6 +6,7 @@
 #include "fit/papers/papers.h"
 #include "fit/report/run_report.h"
 #include "formats/common/errors.h"
+#include "formats/common/options.h"
 
 namespace penumbra {
 
@@ -86,8 +87,7 @@ LobeFitOptions optionsOf(const LobesCommand& command, const FitOptions& shared) 
 void addLobesOption(CLI::App& app, int& lobes) {
     lobes = LobeFitOptions{}.lobes;
     app.add_option("--lobes", lobes, "zonal lobes of a vertex, of --model zh-lobes")
-        ->check(CLI::Range(1, kMaxVisibilityLobes))
-        ->capture_default_str();
+        ->check(within(1, kMaxVisibilityLobes));
 }
 
 void runLobes(const LobesCommand& command, const FitOptions& shared, const CommonOptions& common, Report& report) {

@@ -3,6 +3,7 @@
 
 #include "fit/papers/operators/brdf_operators.h"
 #include "fit/papers/papers.h"
+#include "formats/common/options.h"
 #include "formats/common/warning.h"
 
 namespace penumbra {
@@ -36,21 +37,20 @@ void addOperatorOptions(CLI::App& app, OperatorsCommand& command) {
     CLI::Option* operators = app.add_option("--operators", command.count,
                                             "also K reflection product operators (Nowrouzezahrai 2009), 1..16; one "
                                             "more or less where K would cut a pair")
-                                 ->check(CLI::Range(1, kMaxOperators));
-    app.add_option("--operators-from", command.from,
-                   "slices (default), table (SVD of the BRDF itself), literal (the paper as printed, for comparisons)")
-        ->check(CLI::IsMember({"slices", "table", "literal"}))
+                                 ->check(within(1, kMaxOperators));
+    addChoice(app, "--operators-from", command.from, kOperatorSourceWords,
+              "slices, table (SVD of the BRDF itself), literal (the paper as printed, for comparisons)")
         ->needs(operators);
 }
 
 void addOperators(const OperatorsCommand& command, const ShadingTruth& truth, const RgbBrdf& source, BrdfFile& brdf,
                   const CommonOptions& common, Report& report) {
     report.phase("operators");
-    brdf.operators = fitOperators(source, brdf, parseOperatorSource(command.from), command.count, common.threads);
+    brdf.operators = fitOperators(source, brdf, command.from, command.count, common.threads);
     measureOperators(truth, brdf);
     report.figures["operators"] = brdf.operators.count;
     report.figures["operators_asked"] = command.count;
-    report.figures["operators_from"] = command.from;
+    report.figures["operators_from"] = nameOf(command.from);
     report.figures["operators_bytes_per_channel"] = operatorBytes(brdf.operators);
     warnOfOperators(brdf);
     if (brdf.operators.count != command.count && !common.quiet)

@@ -1,7 +1,7 @@
 #pragma once
 // All that the main path knows of what only reproduces the papers (docs/formulas.md, Papers): two verbs, and one branch
 // each of `visibility`, of `predict` and of `brdf`.
-#include "fit/reflectance/shading_error.h"
+#include "fit/papers/operators/brdf_operators.h"
 #include "fit/report/run_report.h"
 
 namespace penumbra {
@@ -27,7 +27,7 @@ void runLobes(const LobesCommand& command, const FitOptions& shared, const Commo
 // `penumbra-fit brdf --operators K`: reflection product operators (Nowrouzezahrai 2009).
 struct OperatorsCommand {
     int count = 0;  // k; 0 means none
-    std::string from = "slices";
+    OperatorSource from = OperatorSource::kSlices;
 };
 void addOperatorOptions(CLI::App& app, OperatorsCommand& command);
 // Fits and measures the operators of a material whose slices are in `brdf`, and puts them there.

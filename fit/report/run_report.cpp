@@ -6,7 +6,7 @@
 namespace penumbra {
 
 Progress progressOf(const CommonOptions& common, const char* what, const char* unit, double total) {
-    return {parseProgressStyle(common.quiet ? "none" : common.progress), what, unit, total};
+    return {common.progress, what, unit, total};
 }
 
 FitObserver observerOf(Report& report, Progress& progress) {

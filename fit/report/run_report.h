@@ -35,6 +35,8 @@ void print(const ClipTable& table);
 // The run of `penumbra-fit predict`, which is the same for every kind of model.
 struct PredictCommand {
     std::string model, poses, output;
+
+    std::vector<std::filesystem::path> inputs() const { return {model, poses}; }
 };
 
 // A model that was read, as the run sees it.

@@ -21,13 +21,13 @@ std::string nameOf(const FieldFile& fields) {
 }
 
 void checkCharacter(const VisibilityHeader& header, const std::string& file, const FieldFile& fields) {
-    if (!header.skin) throw InvalidInput("--fields: " + nameOf(fields) + " has joints, but " + file + " has none");
+    if (!header.skin) throw InvalidInput(nameOf(fields) + ": the fields have joints, but " + file + " has none");
     const PartTable table = makePartTable(header.mesh, *header.skin);
     bool same = fields.joint_names == header.skin->joint_names && fields.mesh_sha256 == meshSha256(header.mesh) &&
                 fields.part_of_joint == table.part_of_joint && fields.fields.parts.size() == table.partCount();
     for (std::size_t p = 0; same && p < table.partCount(); ++p)
         same = fields.fields.parts[p].joint == table.joint_of_part[p];
-    if (!same) throw InvalidInput("--fields: the fields are of another character than " + file);
+    if (!same) throw InvalidInput(nameOf(fields) + ": the fields are of another character than " + file);
 }
 
 // The bake names its occluders by their content.
@@ -38,14 +38,14 @@ void checkOccluder(const VisibilityHeader& header, const std::string& file, cons
         !fields.provenance.inputs.empty() && std::any_of(baked.begin(), baked.end(), [&](const ProvenanceInput& input) {
             return input.sha256 == fields.provenance.inputs.front().sha256;
         });
-    if (!known) throw InvalidInput("--fields: " + name + " is no occluder that " + file + " was baked with");
+    if (!known) throw InvalidInput(name + ": is no occluder that " + file + " was baked with");
     if (fields.motion.moves)
-        throw UsageError("--fields: " + name + " moves; its fields need --inputs with a point that it moves with");
+        throw BadOption("fields", name + " moves; its fields need inputs with a point that it moves with");
     if (fields.motion.follows.empty()) return;
     const std::vector<std::string> points = inputJointNames(header.input_names, inputJoints(header.input_names, 0));
     if (std::find(points.begin(), points.end(), fields.motion.follows) == points.end())
-        throw InvalidInput("--fields: " + name + " moves with the input '" + fields.motion.follows + "', which " +
-                           file + " does not have");
+        throw InvalidInput(name + ": moves with the input '" + fields.motion.follows + "', which " + file +
+                           " does not have");
 }
 
 // Returns the joint of an occluder, and moves its field to where it is while that joint rests.
@@ -73,10 +73,10 @@ void checkFields(const VisibilityHeader& header, const std::string& file, std::s
             continue;
         }
         checkCharacter(header, file, one);
-        if (++characters > 1) throw UsageError("--fields: two files are of one character");
+        if (++characters > 1) throw BadOption("fields", "two files are of one character");
     }
     if (header.skin && characters == 0)
-        throw UsageError("--fields: none of the files is that of the character in " + file);
+        throw BadOption("fields", "none of the files is that of the character in " + file);
 }
 
 Composition compositionOf(const Model& model, std::span<const FieldFile> fields, const VisibilityHeader& header) {

@@ -39,7 +39,7 @@ std::vector<std::size_t> framesOfModel(const Model& model, const FrameList& bake
             ++f;
         if (f == model.frames.frameCount())
             throw InvalidInput(file + ": /frames: clip '" + clip + "', " + std::to_string(bake.time[b]) +
-                               " s is no frame of the model: bake transfer with the clips and the --fps of the "
+                               " s is no frame of the model: bake transfer with the clips and the fps of the "
                                "visibility, or some of its frames");
         found.push_back(f);
     }
@@ -155,9 +155,8 @@ double relative(const ErrorSums& sums) { return sums.variance > 0 ? std::sqrt(su
 void checkIndirectFit(const Model& model, const VisibilityHeader& header, const std::string& file) {
     if (header.quantity != kDiffuseTransfer)
         throw InvalidInput(file + ": quantity '" + header.quantity +
-                           "': indirect light needs a bake with --quantity transfer and --bounces");
-    if (!header.hasBounces())
-        throw InvalidInput(file + ": bounces: 0, so that no light is reflected; bake with --bounces 3");
+                           "': indirect light needs a bake of transfer with bounces");
+    if (!header.hasBounces()) throw InvalidInput(file + ": bounces: 0, so that no light is reflected; bake with 3");
     if (header.order < kIndirectOrder)
         throw InvalidInput(file + ": sh_order: " + std::to_string(header.order) + "; indirect light needs order " +
                            std::to_string(kIndirectOrder));
@@ -167,7 +166,7 @@ void checkIndirectFit(const Model& model, const VisibilityHeader& header, const 
     framesOfModel(model, header.frames, file);
     for (std::size_t f = 0; f < header.frames.frameCount(); ++f)
         if (!isHeldOut(model.holdout_clips, header.frames, f)) return;
-    throw UsageError(file + ": the model holds out all of its clips; no frame is left to train on");
+    throw BadOption("bake", file + ": the model holds out all of its clips; no frame is left to train on");
 }
 
 IndirectFit fitIndirect(const Model& model, const VisibilityReader& reader, const std::string& file,

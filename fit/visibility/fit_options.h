@@ -45,8 +45,4 @@ struct FitOptions {
 
 double inputVariance(const FitOptions& options);  // with the default resolved
 
-// Returns an empty text when the options can be used. Otherwise one sentence names the option, its range and the value
-// given.
-std::string findProblem(const FitOptions& options);
-
 }  // namespace penumbra

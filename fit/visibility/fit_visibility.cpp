@@ -34,31 +34,32 @@ namespace {
 void checkKind(const VisibilityHeader& header, const std::string& file, const FitOptions& options) {
     if (header.skin) {
         if (options.features == FeatureKind::kDihedrals)
-            throw UsageError("--features dihedral-angles: " + file +
-                             " has a skeleton; take joint-angles or relative-bones");
-        if (options.parts > 0) throw UsageError("--parts: " + file + " has a skeleton, whose joints are its parts");
+            throw BadOption("features", file + " has a skeleton; take joint-angles or relative-bones");
+        if (options.parts > 0) throw BadOption("parts", file + " has a skeleton, whose joints are its parts");
         return;
     }
     if (options.features == FeatureKind::kJointAngles)
-        throw UsageError("--features joint-angles: " + file +
-                         " has no skeleton; take relative-bones (of its near-rigid parts) or dihedral-angles");
+        throw BadOption("features", file +
+                                        " has no skeleton; take relative-bones (of its near-rigid parts) or "
+                                        "dihedral-angles");
     if (options.features == FeatureKind::kDihedrals && header.edges.empty() && header.input_names.empty())
-        throw InvalidInput(file + ": /mesh/edges: empty, but --features dihedral-angles reads it");
+        throw InvalidInput(file + ": /mesh/edges: empty, but dihedral-angles are read from it");
     if (std::size_t(options.parts) > header.mesh.frontVertexCount())
-        throw UsageError("--parts " + std::to_string(options.parts) + " is more than the " +
-                         std::to_string(header.mesh.frontVertexCount()) + " vertices");
+        throw BadOption("parts", std::to_string(options.parts) + " is more than the " +
+                                     std::to_string(header.mesh.frontVertexCount()) + " vertices");
 }
 
 // Checks that a composed model can be made: there are local moments, and the fields are those of this character and of
 // what it was baked with.
 void checkComposed(const VisibilityHeader& header, const std::string& file, const FitOptions& options) {
     if (options.convention.below != BelowHorizon::kMirrored)
-        throw UsageError("--model composed takes convention D, not " + options.convention.name());
+        throw BadOption("convention", "a composed model takes convention D, not " + options.convention.name());
     if (!header.local)
-        throw InvalidInput(file + ": /visibility/local: missing, but --model composed reads it (bake with --local)");
+        throw InvalidInput(
+            file + ": /visibility/local: missing, but composed models read it (penumbra-bake can bake local moments)");
     if (header.local->order < options.convention.order)
-        throw UsageError("--convention " + options.convention.name() + ": " + file + " has local moments of order " +
-                         std::to_string(header.local->order));
+        throw BadOption("convention", options.convention.name() + ": " + file + " has local moments of order " +
+                                          std::to_string(header.local->order));
     checkFields(header, file, options.fields);
 }
 
@@ -69,17 +70,15 @@ void checkInput(const VisibilityHeader& header, const std::string& file, const F
     if (!options.fields.empty()) checkComposed(header, file, options);
     const int needed = options.convention.order + options.form->more_bands;
     if (needed > header.order)
-        throw UsageError("--convention " + options.convention.name() + " needs moments of order " +
-                         std::to_string(needed) + "; the file has order " + std::to_string(header.order));
+        throw BadOption("convention", options.convention.name() + " needs moments of order " + std::to_string(needed) +
+                                          "; the file has order " + std::to_string(header.order));
     if (std::size_t(options.clusters) > header.mesh.vertexCount())
-        throw UsageError("--clusters " + std::to_string(options.clusters) + " is more than the " +
-                         std::to_string(header.mesh.vertexCount()) + " vertices");
+        throw BadOption("clusters", std::to_string(options.clusters) + " is more than the " +
+                                        std::to_string(header.mesh.vertexCount()) + " vertices");
     if (options.features == FeatureKind::kJointAngles && header.pose_size == 0)
-        throw InvalidInput(file + ": /frames/pose: empty, but --features joint-angles reads it");
+        throw InvalidInput(file + ": /frames/pose: empty, but joint-angles are read from it");
     if (header.skin && options.features == FeatureKind::kRelativeBones && header.skin->jointCount() < 2)
-        throw InvalidInput(file +
-                           ": /skin/joint_names: --features relative-bones needs at least two joints; "
-                           "take --features joint-angles");
+        throw InvalidInput(file + ": /skin/joint_names: relative-bones need at least two joints; take joint-angles");
 }
 
 // Copies the poses. The table may have angles, which other features do not read.
@@ -224,15 +223,6 @@ double inputVariance(const FitOptions& options) {
     if (options.input_variance != 0) return options.input_variance;
     if (options.features != FeatureKind::kRelativeBones) return 0.9;
     return options.model == ModelKind::kNeural ? 0.95 : 0.99;
-}
-
-std::string findProblem(const FitOptions& options) {
-    if (options.clusters < 0) return "--clusters must be auto or at least 1, not " + std::to_string(options.clusters);
-    if (!(inputVariance(options) > 0 && inputVariance(options) <= 1))
-        return "--input-variance must lie in (0, 1], not " + std::to_string(options.input_variance);
-    if (!(options.output_variance > 0 && options.output_variance <= 1))
-        return "--output-variance must lie in (0, 1], not " + std::to_string(options.output_variance);
-    return {};
 }
 
 void checkFit(const VisibilityHeader& header, const std::string& file, const FitOptions& options) {

@@ -14,23 +14,23 @@ namespace {
 void checkHoldout(const FrameList& frames, const std::vector<std::string>& holdout) {
     for (const std::string& name : holdout)
         if (std::find(frames.clip_names.begin(), frames.clip_names.end(), name) == frames.clip_names.end())
-            throw UsageError("--holdout: no clip '" + name + "'; the file has " + joined(frames.clip_names));
+            throw BadOption("holdout", "no clip '" + name + "'; the file has " + joined(frames.clip_names));
 }
 
-// Returns which of `frames` are in `list`. Throws UsageError where a frame of the list is not among them or belongs to
+// Returns which of `frames` are in `list`. Throws BadOption where a frame of the list is not among them or belongs to
 // a clip that is held out.
 std::vector<bool> listedFrames(const FrameList& frames, const FrameList& list,
                                const std::vector<std::string>& holdout) {
     std::vector<bool> listed(frames.frameCount());
     for (std::size_t i = 0; i < list.frameCount(); ++i) {
         const std::string& clip = list.clip_names[list.clip[i]];
-        const std::string name = "--train-frames: clip '" + clip + "', " + std::to_string(list.time[i]) + " s: ";
-        if (isHeldOut(holdout, clip)) throw UsageError(name + "the clip is held out");
+        const std::string name = "clip '" + clip + "', " + std::to_string(list.time[i]) + " s: ";
+        if (isHeldOut(holdout, clip)) throw BadOption("train_frames", name + "the clip is held out");
         std::size_t f = 0;
         while (f < listed.size() &&
                (frames.clip_names[frames.clip[f]] != clip || std::abs(frames.time[f] - list.time[i]) > kSameTime))
             ++f;
-        if (f == listed.size()) throw UsageError(name + "the visibility file has no such frame");
+        if (f == listed.size()) throw BadOption("train_frames", name + "the visibility file has no such frame");
         listed[f] = true;
     }
     return listed;
@@ -58,7 +58,7 @@ Split splitFrames(const FrameList& frames, const std::vector<std::string>& holdo
         else if (listed[f])
             split.train.push_back(f);
     }
-    if (split.train.empty()) throw UsageError("--holdout: no clip is left to train on");
+    if (split.train.empty()) throw BadOption("holdout", "no clip is left to train on");
     return split;
 }
 

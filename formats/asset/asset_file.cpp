@@ -19,10 +19,6 @@ namespace penumbra {
 
 static_assert(std::endian::native == std::endian::little, "assets are read in place and are little endian");
 
-AssetPrecision parsePrecision(std::string_view name) {
-    return name == "f32" ? AssetPrecision::kF32 : name == "f16" ? AssetPrecision::kF16 : AssetPrecision::kI8;
-}
-
 std::size_t bytesPerNumber(AssetPrecision precision) {
     switch (precision) {
         case AssetPrecision::kF32:

@@ -34,8 +34,7 @@ constexpr std::size_t kMaxMaterials = 4096;   // materials of an asset; bounds w
 constexpr std::string_view kAssetIdentifier = "PNB1";
 
 enum class AssetPrecision : std::uint8_t { kF32 = 0, kF16 = 1, kI8 = 2 };
-const char* nameOf(AssetPrecision precision);          // "f32", "f16", "i8"
-AssetPrecision parsePrecision(std::string_view name);  // one of these names
+const char* nameOf(AssetPrecision precision);  // "f32", "f16", "i8"
 
 struct NumbersView {
     AssetPrecision precision = AssetPrecision::kF32;

@@ -69,8 +69,7 @@ namespace {
 
 BrdfReading readAnalytic(const BrdfSource& source) {
     if (std::error_code error; std::filesystem::is_regular_file(source.analytic, error))
-        throw UsageError(std::string(source.analytic_option) + ": " + source.analytic +
-                         " is a file: --merl and --table take files of measurements");
+        throw BadOption(source.analytic_option, source.analytic + " is a file: merl and table take measurements");
     try {
         if (const std::optional<Membrane> membrane = parseMembrane(source.analytic)) {
             BrdfReading reading{rgbBrdf({}), {}, {lobeOf({})}, membrane};
@@ -86,7 +85,7 @@ BrdfReading readAnalytic(const BrdfSource& source) {
         const BrdfSpec spec = parseBrdf(source.analytic);
         return {rgbBrdf(spec), {}, {lobeOf(spec)}};
     } catch (const std::invalid_argument& error) {
-        throw UsageError(std::string(source.analytic_option) + ": " + error.what());
+        throw BadOption(source.analytic_option, error.what());
     }
 }
 
@@ -102,9 +101,9 @@ bool looksBinary(std::string_view text) {
 BrdfReading decodeTable(const std::string& text, const BrdfSource& source, const std::string& name, int threads) {
     if (looksLikeFits(text)) return decodeFits(text, name, source.material);
     if (!source.material.empty())
-        throw UsageError("--material needs a --table of several materials (a .csv of fits), " + name + " has one");
+        throw BadOption("material", "needs a table of several materials (a .csv of fits), " + name + " has one");
     if (looksLikeBrdfTable(text)) return decodeBrdfTable(text, name);
-    if (looksLikeMerl(text)) throw InvalidInput(name + ": is a file of the MERL database: use --merl");
+    if (looksLikeMerl(text)) throw InvalidInput(name + ": is a file of the MERL database, not a table");
     if (looksBinary(text))
         throw InvalidInput(name + ": binary, not a known table (Cornell's .brdf, fits .csv, penumbra-brdf-table)");
     return decodeScattered(text, name, threads);
@@ -114,9 +113,8 @@ BrdfReading decodeTable(const std::string& text, const BrdfSource& source, const
 
 BrdfReading readBrdfSource(const BrdfSource& source, int threads) {
     const int given = !source.analytic.empty() + !source.merl.empty() + !source.table.empty();
-    if (given != 1)
-        throw UsageError(std::string("give exactly one of ") + source.analytic_option + ", --merl and --table");
-    if (!source.material.empty() && source.table.empty()) throw UsageError("--material needs --table");
+    if (given != 1) throw BadOption(source.analytic_option, "give exactly one of this, merl and table");
+    if (!source.material.empty() && source.table.empty()) throw BadOption("material", "needs a table");
     if (!source.analytic.empty()) return readAnalytic(source);
     const std::filesystem::path path = source.files()[0];
     const std::string text = readText(path);

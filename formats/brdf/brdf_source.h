@@ -16,12 +16,12 @@ namespace penumbra {
 
 // Exactly one of the first three members is set.
 struct BrdfSource {
-    std::string analytic = {};                   // NAME[:key=value,...], sh/brdf/brdf.h
-    std::filesystem::path merl = {};             // .binary of the MERL database
-    std::filesystem::path table = {};            // scattered .brdf, fits .csv or our own table
-    std::string material = {};                   // the row, for a file of fits
-    const char* analytic_option = "--analytic";  // what the command line calls `analytic`, for messages
-    bool takes_ranges = false;                   // of a parameter, as alpha=0.1..0.6
+    std::string analytic = {};                 // NAME[:key=value,...], sh/brdf/brdf.h
+    std::filesystem::path merl = {};           // .binary of the MERL database
+    std::filesystem::path table = {};          // scattered .brdf, fits .csv or our own table
+    std::string material = {};                 // the row, for a file of fits
+    const char* analytic_option = "analytic";  // what the command line calls `analytic`, for BadOption
+    bool takes_ranges = false;                 // of a parameter, as alpha=0.1..0.6
     std::vector<std::filesystem::path> files() const;
 };
 

@@ -16,27 +16,14 @@
 
 namespace penumbra {
 
-std::string findProblem(const PointCacheOptions& options) {
-    if (!(options.metres > 0 && options.metres < 1e12))
-        return "--units: metres of a unit must be above 0, not " + std::to_string(options.metres);
-    if (!(options.fps >= 0 && options.fps < 1e6))
-        return "--cache-fps: keys a second must be from 0 to 1e6, not " + std::to_string(options.fps);
-    return {};
-}
-
 double metresOfUnit(const std::string& units) {
     for (const auto& [name, metres] : {std::pair("m", 1.0), {"cm", 0.01}, {"mm", 0.001}, {"inch", 0.0254}})
         if (units == name) return metres;
     double metres = 0;
     const auto [end, error] = std::from_chars(units.data(), units.data() + units.size(), metres);
     if (error != std::errc() || end != units.data() + units.size() || !(metres > 0 && metres < 1e12))
-        throw UsageError("--units: m, cm, mm, inch or a number of metres above 0, not '" + units + "'");
+        throw std::invalid_argument("must be m, cm, mm, inch or a number of metres above 0, not '" + units + "'");
     return metres;
-}
-
-bool upIsZ(const std::string& up) {
-    if (up != "y" && up != "z") throw UsageError("--up: y or z, not '" + up + "'");
-    return up == "z";
 }
 
 std::vector<double> evenTimes(std::size_t keys, double fps) {
@@ -210,9 +197,9 @@ void addFilesRead(const std::filesystem::path& path, const std::vector<std::file
     std::vector<std::filesystem::path>& all = cache.files_read;
     for (const std::filesystem::path& file : read)
         if (read.size() > 1 && std::find(all.begin(), all.end(), file) != all.end())
-            throw UsageError(path.string() +
-                             ": belongs to a sequence that is read already; name a sequence by its first " +
-                             "file or by a pattern in quotes");
+            throw BadOption("rig", path.string() +
+                                       " belongs to a sequence that is read already; name a sequence by its first " +
+                                       "file or by a pattern in quotes");
     all.insert(all.end(), read.begin(), read.end());
 }
 
@@ -220,7 +207,7 @@ void addFilesRead(const std::filesystem::path& path, const std::vector<std::file
 
 PointCache joinCache(const std::vector<std::filesystem::path>& paths, std::vector<CacheFile> files,
                      const PointCacheOptions& options) {
-    if (files.empty()) throw UsageError("a point cache is needed");
+    assert(!files.empty());
     const auto sources = std::make_shared<Sources>();
     sources->files = std::move(files);
     sources->options = options;

@@ -23,21 +23,16 @@ namespace penumbra {
 // Keys a second where a file does not tell.
 constexpr double kCacheFps = 24;
 
-// The options --units, --up and --cache-fps.
+// What a file does not say itself.
 struct PointCacheOptions {
-    double metres = 1;  // of one unit of the file, > 0 (--units: metresOfUnit())
-    bool z_up = false;  // --up z: (x, y, z) of the file is (x, z, -y) here; --up y: as it is
-    // --cache-fps: keys at 0, 1/fps, 2/fps, ... whatever the file says; 0: as the file says, else kCacheFps
+    double metres = 1;  // of one unit of the file, > 0 (metresOfUnit())
+    bool z_up = false;  // (x, y, z) of the file is (x, z, -y) here
+    // Keys at 0, 1/fps, 2/fps, ... whatever the file says; 0: as the file says, else kCacheFps.
     double fps = 0;
 };
 
-// Returns "" when the options can be used, and otherwise one sentence that names the option, its range and the value
-// given.
-std::string findProblem(const PointCacheOptions& options);
-// Reads "m", "cm", "mm", "inch" or a number of metres > 0. Throws UsageError "--units: ...".
+// Reads "m", "cm", "mm", "inch" or a number of metres > 0. Throws std::invalid_argument.
 double metresOfUnit(const std::string& units);
-// Reads "y" or "z" and returns true for z. Throws UsageError "--up: ...".
-bool upIsZ(const std::string& up);
 
 struct PointCacheClip {
     std::string name;           // unique in the cache

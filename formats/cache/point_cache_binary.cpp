@@ -95,7 +95,7 @@ CacheFile readMddCache(const std::filesystem::path& path, double fps) {
     for (std::size_t i = 0; i < seconds.size(); ++i)
         if (!std::isfinite(seconds[i]) || (i > 0 && !(seconds[i] > seconds[i - 1])))
             cache.fail("its times are not finite and ascending at frame " + std::to_string(i) +
-                       "; --cache-fps replaces them");
+                       "; frames a second that are given replace them");
     return cacheOf(cache, {seconds.begin(), seconds.end()});
 }
 

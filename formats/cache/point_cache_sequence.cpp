@@ -55,7 +55,7 @@ CacheFile readSequenceCache(const std::filesystem::path& path, double fps) {
     cache.files_read = sequence.files;
     if (sequence.step > 1)
         cache.note = path.string() + ": numbers in steps of " + std::to_string(sequence.step) +
-                     "; each file is one frame, and --cache-fps counts files";
+                     "; each file is one frame, and frames a second count files";
     cache.clips.push_back({sequence.name, evenTimes(sequence.files.size(), fps > 0 ? fps : kCacheFps)});
     cache.read = [files = sequence.files, topology = Topology{cache.file, cache.vertex_count, cache.triangles}](
                      std::size_t, std::size_t key) { return readSequenceFrame(files[key], topology); };

@@ -3,6 +3,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstdlib>
@@ -13,6 +14,7 @@
 
 #include "formats/common/check_readable.h"
 #include "formats/common/errors.h"
+#include "formats/common/options.h"
 #include "formats/common/parallel_for.h"
 #include "formats/common/program_version.h"
 #include "formats/common/sha256.h"
@@ -26,6 +28,11 @@ using std::chrono::steady_clock;
 
 constexpr int kMaxThreads = 1024;
 constexpr const char* kCommonGroup = "Options that all programs share";
+constexpr Word<std::optional<ProgressStyle>> kProgressStyles[] = {{"auto", {}},
+                                                                  {"none", ProgressStyle::kNone},
+                                                                  {"bar", ProgressStyle::kBar},
+                                                                  {"openjd", ProgressStyle::kOpenJd},
+                                                                  {"alf", ProgressStyle::kAlf}};
 constexpr const char* kExitCodes =
     "Exit codes: 0 done, 1 usage, 2 cannot read or write, 3 input invalid, 4 failed while running or stopped, "
     "5 unsupported";
@@ -52,7 +59,16 @@ void Report::willRead(const std::vector<fs::path>& files) {
 
 namespace {
 
-void addCommonOptions(CLI::App& app, CommonOptions& common) {
+struct CommandLine {
+    CLI::App app;
+    CommonOptions common;
+    std::optional<ProgressStyle> progress;  // unset: a bar on a terminal, else none
+    std::vector<CLI::App*> verbs;           // in the order of the program's verbs
+    explicit CommandLine(const char* description) : app(description) {}
+};
+
+void addCommonOptions(CLI::App& app, CommandLine& line) {
+    CommonOptions& common = line.common;
     CLI::Option* quiet = app.add_flag("-q,--quiet", common.quiet, "No messages but errors")->group(kCommonGroup);
     app.add_flag("-v,--verbose", common.verbosity, "More messages; twice for still more")
         ->force_callback(false)  // CLI11 2.4 gives counted flags the value 0, which would exclude --quiet
@@ -60,12 +76,10 @@ void addCommonOptions(CLI::App& app, CommonOptions& common) {
         ->excludes(quiet)
         ->group(kCommonGroup);
     app.add_option("--threads", common.threads, "Threads; else $PENUMBRA_THREADS, $CUE_THREADS, all cores")
-        ->check(CLI::Range(1, kMaxThreads))
+        ->check(within(1, kMaxThreads))
         ->default_str("all cores")
         ->group(kCommonGroup);
-    app.add_option("--progress", common.progress, "Progress as auto, none, bar, openjd or alf")
-        ->check(CLI::IsMember({"auto", "none", "bar", "openjd", "alf"}))
-        ->default_str("auto")
+    addChoice(app, "--progress", line.progress, kProgressStyles, "How progress is told; auto: a bar on a terminal")
         ->group(kCommonGroup);
     app.add_option("--report", common.report, "Write what was done, figures and seconds a phase, as JSON")
         ->type_name("FILE")
@@ -77,13 +91,6 @@ void addCommonOptions(CLI::App& app, CommonOptions& common) {
     app.add_flag("--dry-run", common.dry_run, "Check everything, say what would be done, write nothing")
         ->group(kCommonGroup);
 }
-
-struct CommandLine {
-    CLI::App app;
-    CommonOptions common;
-    std::vector<CLI::App*> verbs;  // in the order of the program's verbs
-    explicit CommandLine(const char* description) : app(description) {}
-};
 
 void defineCommandLine(CommandLine& line, const char* program, const std::string& version,
                        const std::vector<Verb>& verbs) {
@@ -103,8 +110,22 @@ void defineCommandLine(CommandLine& line, const char* program, const std::string
         sub->option_defaults()->always_capture_default(false);
         for (CLI::Option* option : sub->get_options())
             if (option->get_default_str() == "[]") option->default_str("");  // an empty list
-        addCommonOptions(*sub, line.common);
+        addCommonOptions(*sub, line);
         line.verbs.push_back(sub);
+    }
+}
+
+// Refuses an option that ends the line or stands before another option: CLI11 takes "-o" for the exposure in
+// "--exposure -o x.png".
+void checkValuesGiven(const CommandLine& line, int argc, char** argv) {
+    const auto verb =
+        std::ranges::find_if(line.verbs, [&](const CLI::App* v) { return argc > 1 && v->get_name() == argv[1]; });
+    if (verb == line.verbs.end()) return;
+    for (int i = 2; i < argc; ++i) {
+        const CLI::Option* option = argv[i][0] == '-' ? (*verb)->get_option_no_throw(argv[i]) : nullptr;
+        if (!option || option->get_items_expected_min() == 0) continue;
+        if (i + 1 == argc || (argv[i + 1][0] == '-' && (*verb)->get_option_no_throw(argv[i + 1])))
+            throw UsageError(std::string(argv[i]) + " needs a value");
     }
 }
 
@@ -139,6 +160,7 @@ int threadsFromEnvironment() {
 
 // Parses the command line. Returns the exit code if that was all (--help, --version).
 std::optional<int> parse(CommandLine& line, const char* program, int argc, char** argv) {
+    checkValuesGiven(line, argc, argv);
     try {
         line.app.parse(argc, argv);
     } catch (const CLI::Success& done) {
@@ -148,18 +170,22 @@ std::optional<int> parse(CommandLine& line, const char* program, int argc, char*
         const auto parsed = line.app.get_subcommands();
         const std::string name = std::string(program) + (parsed.empty() ? "" : " " + parsed.front()->get_name());
         std::string what = error.what();
+        if (const std::size_t at = what.find(": must "); at != what.npos) what.erase(at, 1);
         if (parsed.empty())
             what = argc < 2 ? "a verb is required" : "\"" + std::string(argv[1]) + "\" is neither a verb nor an option";
         throw UsageError(what + " (see " + name + " --help)");
     }
     checkValues(*line.app.get_subcommands().front());
     if (line.common.threads == 0) line.common.threads = threadsFromEnvironment();
+    const ProgressStyle automatic = ::isatty(STDERR_FILENO) ? ProgressStyle::kBar : ProgressStyle::kNone;
+    line.common.progress = line.common.quiet ? ProgressStyle::kNone : line.progress.value_or(automatic);
     return std::nullopt;
 }
 
 struct Run {
     const char* program;
     const Verb& verb;
+    const CLI::App& options;
     const CommonOptions& common;
     Report report;
     steady_clock::time_point start = steady_clock::now();
@@ -333,6 +359,14 @@ void flushResults() {
         throw IoError("standard output: cannot write" + (errno ? std::string(": ") + std::strerror(errno) : ""));
 }
 
+// Runs the verb, and gives the option that a library complains about the name of its flag.
+void callVerb(Run& run) try { run.verb.run(run.common, run.report); } catch (const BadOption& error) {
+    std::string flag = "--" + error.option;
+    std::ranges::replace(flag, '_', '-');
+    if (!run.options.get_option_no_throw(flag)) throw;
+    throw UsageError(flag + (error.problem.starts_with("must ") ? " " : ": ") + error.problem);
+}
+
 int runVerb(Run& run) {
     try {
         checkFiles(run);
@@ -340,7 +374,7 @@ int runVerb(Run& run) {
         run.report.check_written = [&run](const std::vector<fs::path>& files) { checkManyWritten(files, run); };
         run.report.check_read = [&run](const std::vector<fs::path>& files) { checkManyRead(files, run); };
         if (run.common.verbosity > 0) run.report.log_as = run.program + (" " + run.verb.name);
-        run.verb.run(run.common, run.report);
+        callVerb(run);
         flushResults();
         if (run.common.verbosity > 0)
             logLine(run.report.log_as,
@@ -380,7 +414,7 @@ int runProgram(const char* program, const char* description, const std::vector<F
     }
     for (std::size_t i = 0; i < verbs.size(); ++i) {
         if (!line.verbs[i]->parsed()) continue;
-        Run run{program, verbs[i], line.common, {}};
+        Run run{program, verbs[i], *line.verbs[i], line.common, {}};
         return runVerb(run);
     }
     return kExitUsage;

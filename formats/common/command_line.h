@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -19,7 +20,7 @@ struct CommonOptions {
     int verbosity = 0;
     int threads = 0;  // 0: --threads, else PENUMBRA_THREADS, else CUE_THREADS, else all cores; resolved by runProgram
     std::string report;  // JSON file, "" = none
-    std::string progress = "auto";
+    ProgressStyle progress = ProgressStyle::kNone;
     std::string depfile;  // make rule, "" = none
     bool no_clobber = false;
     bool dry_run = false;
@@ -56,6 +57,28 @@ struct Verb {
     bool names_outputs = false;  // `run` calls Report::willWrite()
     bool checks_inputs = false;  // `run` reports every input that cannot be read, not only the first
 };
+
+// Returns those of the names that are set.
+inline std::vector<std::filesystem::path> namedFiles(std::vector<std::filesystem::path> files) {
+    std::erase(files, std::filesystem::path());
+    return files;
+}
+
+// Makes a verb of a struct that holds its options. inputs() of it tells what the run reads, and `output`, if it has
+// one, what the run writes. Read is Command, or const where the run only reads it.
+template <class Command, class Read = Command>
+Verb verbOf(const char* name, const char* help, void (*define)(CLI::App&, Command&),
+            void (*run)(Read&, const CommonOptions&, Report&)) {
+    const auto command = std::make_shared<Command>();
+    Verb verb{name,
+              help,
+              [=](CLI::App& app) { define(app, *command); },
+              [=] { return command->inputs(); },
+              {},
+              [=](const CommonOptions& common, Report& report) { run(*command, common, report); }};
+    if constexpr (requires { command->output; }) verb.output = [=] { return std::filesystem::path(command->output); };
+    return verb;
+}
 
 // Parses the command line, runs one verb, writes report and depfile, and turns exceptions into one line and an exit
 // code. --version prints the formats after the tool's own version ("penumbra.visibility 1, penumbra.poses 1, ...").

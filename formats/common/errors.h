@@ -18,6 +18,13 @@ enum ExitCode : int {
 struct UsageError : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
+// A value that cannot be had of an option. Libraries call the option by the field of its struct, as in
+// "light_rotation", and the command line makes "--light-rotation" of it.
+struct BadOption : UsageError {
+    BadOption(const std::string& name, const std::string& what_is_wrong)
+        : UsageError(name + ": " + what_is_wrong), option(name), problem(what_is_wrong) {}
+    std::string option, problem;
+};
 struct IoError : std::runtime_error {
     using std::runtime_error::runtime_error;
 };

@@ -8,10 +8,10 @@
 namespace penumbra {
 
 // Returns the place in `list` of what is called `name`, or of the only one whose name begins so ("ggx" for
-// "ggx:alpha=0.3"), or the first for "". Throws UsageError, which begins
-// with `asker` (the option, or the place in a file) and lists what there is.
-template <class T>
-std::size_t findByName(const std::vector<T>& list, std::string_view name, const std::string& asker) {
+// "ggx:alpha=0.3"), or the first for "". Throws BadOption, which names
+// `asker` (the option, or the place in a file) and lists what there is.
+template <class List>
+std::size_t findByName(const List& list, std::string_view name, const std::string& asker) {
     if (name.empty()) return 0;
     std::size_t beginning = 0, beginnings = 0;
     std::string known;
@@ -24,8 +24,8 @@ std::size_t findByName(const std::vector<T>& list, std::string_view name, const 
         ++beginnings;
     }
     if (beginnings == 1) return beginning;
-    throw UsageError(asker + ": the asset has " + (beginnings == 0 ? "no" : "more than one") + " \"" +
-                     std::string(name) + "\"; it has " + known);
+    throw BadOption(asker, std::string("the asset has ") + (beginnings == 0 ? "no" : "more than one") + " \"" +
+                               std::string(name) + "\"; it has " + known);
 }
 
 }  // namespace penumbra

@@ -9,7 +9,7 @@ namespace penumbra {
 
 FrameRange parseFrameRange(const std::string& text) {
     const auto bad = [&]() {
-        return UsageError("--frames must be A:B or A:B:S with whole numbers A < B and S >= 1, not '" + text + "'");
+        return std::invalid_argument("must be A:B or A:B:S with whole numbers A < B and S >= 1, not '" + text + "'");
     };
     std::size_t numbers[3] = {0, 0, 1};
     int count = 0;
@@ -27,8 +27,8 @@ FrameRange parseFrameRange(const std::string& text) {
 
 void checkFrameRange(const FrameRange& range, std::size_t count) {
     if (range.end > count)
-        throw UsageError("--frames must end at most at " + std::to_string(count) +
-                         ", the number of sampled frames, not " + std::to_string(range.end));
+        throw BadOption("frames", "must end at most at " + std::to_string(count) +
+                                      ", the number of sampled frames, not " + std::to_string(range.end));
 }
 
 }  // namespace penumbra

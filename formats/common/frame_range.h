@@ -1,5 +1,5 @@
 #pragma once
-// The option --frames A:B[:S].
+// Ranges of frames, A:B[:S].
 #include <cstddef>
 #include <string>
 
@@ -10,10 +10,10 @@ struct FrameRange {
     std::size_t begin = 0, end = 0, step = 1;
 };
 
-// Parses "A:B" or "A:B:S". Throws UsageError.
+// Parses "A:B" or "A:B:S". Throws std::invalid_argument.
 FrameRange parseFrameRange(const std::string& text);
 
-// Throws UsageError when the range ends beyond a list of `count` frames.
+// Throws BadOption when the range ends beyond a list of `count` frames.
 void checkFrameRange(const FrameRange& range, std::size_t count);
 
 }  // namespace penumbra

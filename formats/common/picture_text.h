@@ -7,6 +7,7 @@
 
 namespace penumbra {
 
+constexpr int kMaxPictureSide = 16384;  // pixels
 struct PictureSize {
     int width = 0, height = 0;
 };

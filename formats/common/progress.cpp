@@ -1,23 +1,10 @@
 #include "formats/common/progress.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cstdio>
 
-#include "formats/common/errors.h"
-
 namespace penumbra {
 using std::chrono::steady_clock;
-
-ProgressStyle parseProgressStyle(std::string_view word) {
-    if (word == "auto") return ::isatty(STDERR_FILENO) ? ProgressStyle::kBar : ProgressStyle::kNone;
-    if (word == "none") return ProgressStyle::kNone;
-    if (word == "bar") return ProgressStyle::kBar;
-    if (word == "openjd") return ProgressStyle::kOpenJd;
-    if (word == "alf") return ProgressStyle::kAlf;
-    throw UsageError("--progress: \"" + std::string(word) + "\" is none of auto, none, bar, openjd, alf");
-}
 
 Progress::Progress(ProgressStyle style, std::string what, std::string unit, double total)
     : style_(style), what_(std::move(what)), unit_(std::move(unit)), total_(total), start_(steady_clock::now()) {}

@@ -2,7 +2,6 @@
 // Prints progress on stderr, or in the dialect that the caller's farm reads.
 #include <chrono>
 #include <string>
-#include <string_view>
 
 namespace penumbra {
 
@@ -12,10 +11,6 @@ enum class ProgressStyle {
     kOpenJd,  // "openjd_progress: 42.0" and "openjd_status: ..." on stdout, as Open Job Description asks
     kAlf,     // "ALF_PROGRESS 42%" on stdout (Tractor)
 };
-
-// Reads the word of --progress. "auto" is a bar on a terminal and nothing elsewhere. Throws UsageError on an unknown
-// word.
-ProgressStyle parseProgressStyle(std::string_view word);
 
 class Progress {
 public:

@@ -12,14 +12,11 @@ struct SlotChoice {
     std::string slot, material;
 };
 
-// Cuts the text at the first '='. Throws UsageError when a side is empty.
+// Cuts the text at the first '='. Throws BadOption when a side is empty.
 SlotChoice parseSlotChoice(const std::string& text);
 
 // Returns every slot whose whole name, node or material is `name`; where there is none, every slot of which one of
-// these begins so. Throws UsageError, which lists the slots, when no slot fits.
+// these begins so. Throws BadOption, which lists the slots, when no slot fits.
 std::vector<std::size_t> findSlots(std::span<const std::string_view> slots, std::string_view name);
-
-// Returns the material called `name`, or the only one that begins so. Throws UsageError, which lists them.
-std::size_t findMaterial(std::span<const std::string_view> materials, std::string_view name);
 
 }  // namespace penumbra

@@ -236,7 +236,7 @@ MapLayout chooseLayout(const Image& image, std::string_view layout, const std::s
         return hasShape(image, 3, 4) ? MapLayout::kVerticalCross : MapLayout::kHorizontalCross;
     }
     if (layout != "angular" && layout != "ball")
-        throw UsageError("layout must be latlong, angular, ball or cube, not '" + std::string(layout) + "'");
+        throw BadOption("layout", "must be latlong, angular, ball or cube, not '" + std::string(layout) + "'");
     expect(image.width == image.height, "square");
     return layout == "angular" ? MapLayout::kAngular : MapLayout::kBall;
 }

@@ -62,7 +62,7 @@ void writeImage(const std::filesystem::path& path, const Image& image, float exp
     else if (path.extension() == ".png")
         writePng(path, image, exposure);
     else
-        throw UsageError(path.string() + ": a picture must be named .png or .exr");
+        throw BadOption("output", path.string() + ": a picture must be named .png or .exr");
 }
 
 Vec3d latLongDirection(double u, double v) {

@@ -1,6 +1,7 @@
 #include "formats/rig/frame_sampling.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 #include "formats/common/errors.h"
@@ -19,7 +20,7 @@ std::vector<double> frameTimes(const ClipTimes& clip, double fps) {
     std::vector<double> times;
     if (fps > 0) {
         if (duration * fps > kMaxFrames)
-            throw UsageError("--fps " + std::to_string(fps) + " gives clip '" + clip.name + "' more than 1e7 frames");
+            throw BadOption("fps", std::to_string(fps) + " gives clip '" + clip.name + "' more than 1e7 frames");
         for (std::size_t i = 0; double(i) / fps <= duration + 1e-9; ++i) times.push_back(clip.begin + double(i) / fps);
         return times;
     }
@@ -34,21 +35,21 @@ const ClipTimes& findClip(const std::vector<ClipTimes>& known, const std::string
     for (const ClipTimes& clip : known)
         if (clip.name == name) return clip;
     const std::string names = joined(known, ", ", &ClipTimes::name);
-    throw UsageError("no clip '" + name + "'; " + owner + " has " + (names.empty() ? "none" : names));
+    throw BadOption("clips", "no clip '" + name + "'; " + owner + " has " + (names.empty() ? "none" : names));
 }
 
 }  // namespace
 
 FrameList sampleClips(const std::vector<ClipTimes>& known, const std::vector<std::string>& chosen, double fps,
                       const std::string& owner) {
-    if (!std::isfinite(fps) || fps < 0) throw UsageError("frames per second must be 0 or more");
+    assert(std::isfinite(fps) && fps >= 0);
     std::vector<std::string> names = chosen;
     if (names.empty())
         for (const ClipTimes& clip : known) names.push_back(clip.name);
     FrameList frames;
     for (const std::string& name : names) {
         if (std::count(names.begin(), names.end(), name) > 1)
-            throw UsageError("clip '" + name + "' is asked for twice");
+            throw BadOption("clips", "'" + name + "' is asked for twice");
         for (const double t : frameTimes(findClip(known, name, owner), fps)) {
             frames.clip.push_back(std::uint16_t(frames.clip_names.size()));
             frames.time.push_back(t);

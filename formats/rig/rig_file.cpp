@@ -1,6 +1,7 @@
 #include "formats/rig/rig_file.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <map>
 
@@ -123,7 +124,7 @@ Rig buildRig(RigSource&& source) {
 }  // namespace
 
 Rig joinRig(std::vector<RigSource> sources) {
-    if (sources.empty()) throw UsageError("a rig is needed");
+    assert(!sources.empty());
     RigSource& first = sources.front();
     for (std::size_t i = 1; i < sources.size(); ++i) addClips(first, std::move(sources[i]));
     makeClipNamesUnique(first.clips);

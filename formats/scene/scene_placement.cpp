@@ -87,7 +87,7 @@ Camera cameraOf(const SceneDescription& scene, const std::string& option, std::s
     try {
         return makeCamera(option.empty() ? scene.camera : option, points, radius, kPitch, scene.origin);
     } catch (const std::invalid_argument& problem) {
-        if (!option.empty()) throw UsageError(std::string("--camera: ") + problem.what());
+        if (!option.empty()) throw BadOption("camera", problem.what());
         throw InvalidInput(scene.at + ": /camera: " + problem.what());
     }
 }

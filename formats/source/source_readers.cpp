@@ -80,7 +80,6 @@ Rig readRig(const std::vector<std::filesystem::path>& paths) {
 }
 
 PointCache readPointCache(const std::vector<std::filesystem::path>& paths, const PointCacheOptions& options) {
-    if (const std::string problem = findProblem(options); !problem.empty()) throw UsageError(problem);
     const bool beside_positions = std::any_of(paths.begin(), paths.end(), givesPositionsAlone);
     std::vector<CacheFile> files;
     for (const std::filesystem::path& path : paths) files.push_back(readCacheFile(path, options.fps, beside_positions));

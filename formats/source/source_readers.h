@@ -37,7 +37,7 @@ bool isPointCache(const std::filesystem::path& path);
 Rig readRig(const std::vector<std::filesystem::path>& paths);
 
 // Reads a cache of several paths (point_cache.h). Checks everything except the frames' numbers, which are checked when
-// they are read. Throws UsageError (findProblem()), IoError, InvalidInput, which names file, field and frame, and
+// they are read. Throws BadOption, IoError, InvalidInput, which names file, field and frame, and
 // Unsupported.
 PointCache readPointCache(const std::vector<std::filesystem::path>& paths, const PointCacheOptions& options);
 

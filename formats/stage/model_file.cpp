@@ -146,7 +146,7 @@ void refuseLobes(const Hdf5Reader& in) {
     if (readTextAttribute(in, "/", "format") == "penumbra.lobes")
         throw Unsupported(in.name +
                           ": zonal lobes are the reference model of zonal lobes, which penumbra-fit predict alone "
-                          "evaluates; fit another --model");
+                          "evaluates; fit another kind");
 }
 
 void readModelRoot(const Hdf5Reader& in, Model& model) {

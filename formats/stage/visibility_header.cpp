@@ -32,7 +32,7 @@ void writeVisibilityHeader(hid_t file, const VisibilityHeader& header) {
     writeTextAttribute(file, "/", "quantity", header.quantity);
     writeTextAttribute(file, "/", "frame", "model");
     writeIntegerAttribute(file, "/", "rays", header.rays);
-    if (header.seed > std::uint64_t(INT64_MAX)) throw UsageError("seed: larger than 2^63 - 1");
+    if (header.seed > std::uint64_t(INT64_MAX)) throw BadOption("seed", "must be at most 2^63 - 1");
     writeIntegerAttribute(file, "/", "seed", std::int64_t(header.seed));
     writeIntegerAttribute(file, "/", "bounces", header.bounces);
     if (header.ground_y) writeNumberAttribute(file, "/", "ground_y", *header.ground_y);

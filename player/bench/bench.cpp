@@ -128,7 +128,7 @@ GlBench benchGl(Subject& subject, const RenderOptions& options, int runs) {
 BenchResult benchAsset(const RenderOptions& asked, const AssetView& asset, int runs, int threads,
                        const std::vector<int>& characters) {
     if (asset.transfer && !characters.empty())
-        throw UsageError("--characters: " + asset.name + " has linear transfer; crowds are of models of visibility");
+        throw BadOption("characters", asset.name + " has linear transfer; crowds are of models of visibility");
     RenderOptions options = asked;
     options.channel = asset.materials.empty() || asset.lights.empty() ? Channel::kAmbient : Channel::kShaded;
     options.suns = SunChoice::kOff;

@@ -370,7 +370,7 @@ nlohmann::ordered_json figuresOf(const SceneCost& cost) {
 SceneBench benchScene(const RenderOptions& asked, const SceneDescription& scene, int runs, int threads,
                       std::vector<int> counts) {
     if (!counts.empty() && scene.characters.empty())
-        throw UsageError("--characters: the scene has no character to copy");
+        throw BadOption("characters", "the scene has no character to copy");
     SceneBench bench;
     bench.threads = threads > 0 ? threads : hardwareThreads();
     RenderOptions options = asked;

@@ -15,7 +15,7 @@ constexpr std::size_t kMaxGroups = 65535;  // of a dispatch, in each direction; 
 ModelPainter::ModelPainter(std::shared_ptr<GlAsset> asset, std::size_t capacity)
     : asset_(std::move(asset)), capacity_(capacity), poses_(4 * capacity * asset_->pose().size) {
     if (capacity > kMaxGroups || asset_->vertexCount() / kWorkGroup >= kMaxGroups)
-        throw Unsupported("too many characters or vertices for one dispatch; use --path cpu");
+        throw Unsupported("too many characters or vertices for one dispatch; use the CPU path");
     makeRoom();
 }
 

@@ -25,7 +25,7 @@ FrameView makeView(const RenderOptions& options, const AssetView& asset, std::sp
         clipFromModel(camera, double(options.width) / options.height, radius, view.clip_from_model);
         view.eye = toFloat(cameraPosition(camera));
     } catch (const std::invalid_argument& problem) {
-        throw UsageError(std::string("--camera: ") + problem.what());
+        throw BadOption("camera", problem.what());
     }
     return view;
 }

@@ -10,7 +10,7 @@ namespace penumbra {
 
 // Returns the view of a picture. The camera frames this frame's skinned positions with half the rest pose's diagonal
 // as the radius and with defaultPitch(), as penumbra-bake reference does, so that the pictures lie over each other.
-// Throws UsageError, which names --camera.
+// Throws BadOption "camera".
 FrameView makePictureView(const RenderOptions& options, const AssetView& asset, std::span<const Vec3> positions);
 
 // Returns one view for a whole sequence, so that nothing jumps. `box` holds every frame (boundsOfClips()). The radius

@@ -1,7 +1,6 @@
 #pragma once
 // Tells what a picture shows.
-#include <string>
-#include <string_view>
+#include "formats/common/words.h"
 
 namespace penumbra {
 
@@ -19,9 +18,14 @@ enum class Channel {
 // Tells whether a channel compares with the truth.
 constexpr bool needsTruth(Channel channel) { return channel == Channel::kError || channel == Channel::kTransferError; }
 
-// Reads "shaded", "ao", "error", "clusters", "normals", "parts", "ao-bounced" or "transfer-error". Throws UsageError
-// for other words.
-Channel parseChannel(std::string_view word);
-std::string_view nameOf(Channel channel);
+inline constexpr Word<Channel> kChannelWords[] = {{"shaded", Channel::kShaded},
+                                                  {"ao", Channel::kAmbient},
+                                                  {"error", Channel::kError},
+                                                  {"clusters", Channel::kClusters},
+                                                  {"normals", Channel::kNormals},
+                                                  {"parts", Channel::kParts},
+                                                  {"ao-bounced", Channel::kBouncedAmbient},
+                                                  {"transfer-error", Channel::kTransferError}};
+constexpr std::string_view nameOf(Channel channel) { return wordOf(kChannelWords, channel); }
 
 }  // namespace penumbra

@@ -1,6 +1,6 @@
 #pragma once
-// RenderOptions tells what a picture shows and how large it is. player/render_command.cpp defines the flags of
-// `penumbra-player render` that set these values; the defaults stand here.
+// RenderOptions tells what a picture shows and how large it is; the defaults stand here. player/look_flags.h and
+// player/picture_flags.h define the flags that set these values.
 #include <optional>
 #include <string>
 #include <string_view>
@@ -63,20 +63,22 @@ struct RenderOptions {
     std::vector<std::string> boxes;
 };
 
-// Returns "" when the options can be used, and otherwise one sentence that names the option, its range and the value
-// given.
-std::string findProblem(const RenderOptions& options);
-
-// Read words of the command line. They throw UsageError, which names the option and what it takes.
-VisibilitySource parseSource(std::string_view word);             // model | truth
-std::optional<EvaluationPath> parsePath(std::string_view word);  // auto | cpu | glsl
-SunChoice parseSuns(std::string_view word);                      // auto | on | off
-Bounces parseBounces(std::string_view word);                     // both | direct | indirect
-Reflectance parseReflectance(std::string_view word);             // slices | operators
-LightForm parseLightForm(std::string_view word);                 // auto | lobes | fixed | rotation
-std::string_view nameOf(Reflectance reflectance);                // slices | operators
-std::string_view nameOf(LightForm form);                         // lobes | fixed | rotation
-std::optional<Vec3> parseBackground(std::string_view text);      // transparent | r/g/b; light is the caller's
-void parseSize(std::string_view text, int& width, int& height);  // WxH
+inline constexpr Word<VisibilitySource> kSourceWords[] = {{"model", VisibilitySource::kModel},
+                                                          {"truth", VisibilitySource::kTruth}};
+inline constexpr Word<std::optional<EvaluationPath>> kPathWords[] = {
+    {"auto", {}}, {"cpu", EvaluationPath::kCpu}, {"glsl", EvaluationPath::kGlsl}};
+inline constexpr Word<int> kSampleWords[] = {{"1", 1}, {"2", 2}, {"4", 4}, {"8", 8}};
+inline constexpr Word<SunChoice> kSunWords[] = {
+    {"auto", SunChoice::kAuto}, {"on", SunChoice::kOn}, {"off", SunChoice::kOff}};
+inline constexpr Word<Bounces> kBounceWords[] = {
+    {"both", Bounces::kBoth}, {"direct", Bounces::kDirect}, {"indirect", Bounces::kIndirect}};
+inline constexpr Word<Reflectance> kReflectanceWords[] = {{"slices", Reflectance::kSlices},
+                                                          {"operators", Reflectance::kOperators}};
+inline constexpr Word<LightForm> kLightFormWords[] = {{"lobes", LightForm::kLobes},
+                                                      {"fixed", LightForm::kFixed},
+                                                      {"rotation", LightForm::kRotation},
+                                                      {"auto", ShadingChoice().light_form}};
+constexpr std::string_view nameOf(Reflectance reflectance) { return wordOf(kReflectanceWords, reflectance); }
+constexpr std::string_view nameOf(LightForm form) { return wordOf(kLightFormWords, form); }
 
 }  // namespace penumbra

@@ -18,9 +18,8 @@ namespace penumbra {
 namespace {
 
 template <class T>
-void checkSome(const AssetView& asset, const std::vector<T>& list, const std::string& option) {
-    if (list.empty())
-        throw InvalidInput(asset.name + ": holds no " + option + "; give penumbra-pack asset one with --" + option);
+void checkSome(const AssetView& asset, const std::vector<T>& list, const std::string& what) {
+    if (list.empty()) throw InvalidInput(asset.name + ": holds no " + what + "; penumbra-pack asset takes one");
 }
 
 const ClipView* findClip(const AnimationView& animation, std::string_view name) {
@@ -47,31 +46,29 @@ std::size_t truthFrame(const AssetView& asset, const AssetView& truth, const Cli
 // Applies "SLOT=NAME".
 void assignMaterial(const AssetView& asset, const std::string& text, Shot& shot) {
     const SlotChoice choice = parseSlotChoice(text);
-    if (asset.mesh.slots.empty()) throw UsageError("--slot: the asset's mesh is one part without a name; use --brdf");
-    std::vector<std::string_view> names;
-    for (const MaterialView& material : asset.materials) names.push_back(material.name);
+    if (asset.mesh.slots.empty()) throw BadOption("slot", "the asset's mesh is one part without a name");
     for (const std::size_t slot : findSlots(asset.mesh.slots, choice.slot))
-        shot.material_of_slot[slot] = findMaterial(names, choice.material);
+        shot.material_of_slot[slot] = findByName(asset.materials, choice.material, "slot");
 }
 
 // Applies "MATERIAL=VALUE". The name of a material may have a '=' itself.
 void setParameter(const AssetView& asset, const std::string& text, Shot& shot) {
     const std::size_t at = text.rfind('=');
     if (at == text.npos || at == 0 || at + 1 == text.size())
-        throw UsageError("--parameter takes MATERIAL=VALUE, not \"" + text + "\"");
-    const std::size_t material = findByName(asset.materials, text.substr(0, at), "--parameter");
+        throw BadOption("parameter", "must be MATERIAL=VALUE, not \"" + text + "\"");
+    const std::size_t material = findByName(asset.materials, text.substr(0, at), "parameter");
     const std::string name = "the asset's material \"" + std::string(asset.materials[material].name) + "\"";
     const std::optional<ChangingParameter> range = changingParameter(asset.materials[material]);
     if (!range)
-        throw UsageError("--parameter: " + name +
-                         " has none that changes; penumbra-fit brdf makes live ones, and those over a range");
+        throw BadOption("parameter",
+                        name + " has none that changes; penumbra-fit brdf makes live ones, and those over a range");
     if (std::ranges::find(shot.material_of_slot, material) == shot.material_of_slot.end())
-        throw UsageError("--parameter: " + name + " is not drawn; --brdf and --slot choose what is");
+        throw BadOption("parameter", name + " is not drawn");
     try {
         shot.parameters.emplace_back(material,
                                      parseNumber(range->name, text.substr(at + 1), range->least, range->most));
     } catch (const std::invalid_argument& error) {
-        throw UsageError("--parameter: " + name + ": " + error.what());
+        throw BadOption("parameter", name + ": " + error.what());
     }
 }
 
@@ -80,28 +77,29 @@ bool wantsSuns(SunChoice choice, const AssetView& asset, const Shot& shot) {
     std::string lacking;
     const LightView& light = asset.lights[shot.light];
     if (light.suns.empty())
-        lacking = "the light \"" + std::string(light.name) + "\" has none (penumbra-fit light --factor)";
-    if (shot.shading.light_form != LightForm::kRotation) lacking = "they need --light-form rotation";
+        lacking = "the light \"" + std::string(light.name) +
+                  "\" has none; penumbra-fit light finds them where it factors the light";
+    if (shot.shading.light_form != LightForm::kRotation) lacking = "they need the light form rotation";
     if (asset.transfer) lacking = "linear transfer takes all of the light as SH";
-    if (!lacking.empty() && choice == SunChoice::kOn) throw UsageError("--suns on: " + lacking);
+    if (!lacking.empty() && choice == SunChoice::kOn) throw BadOption("suns", lacking);
     return lacking.empty();
 }
 
 void requireIndirect(const AssetView& asset, const std::string& option) {
     if (!asset.model.indirect)
-        throw UsageError(option + ": " + asset.name + " has no light that bounces (penumbra-fit indirect)");
+        throw BadOption(option, asset.name + " has no light that bounces (penumbra-fit indirect)");
 }
 
 // Transfer has the light of all directions summed up, so that nothing but diffuse materials can be made of it.
 void requireDiffuse(const AssetView& asset, const Shot& shot) {
     if (shot.shading.light_form != LightForm::kRotation)
-        throw UsageError("--light-form: " + asset.name + " has linear transfer, which takes the light exactly");
+        throw BadOption("light_form", asset.name + " has linear transfer, which takes the light exactly");
     if (shot.shading.reflectance != Reflectance::kSlices)
-        throw UsageError("--reflectance operators: " + asset.name + " has linear transfer, which is diffuse");
+        throw BadOption("reflectance", asset.name + " has linear transfer, which is diffuse");
     for (const std::size_t m : shot.material_of_slot)
         if (!isLambert(asset.materials[m]))
-            throw UsageError(asset.name + ": has linear transfer, which is diffuse, and the material \"" +
-                             std::string(asset.materials[m].name) + "\" is not lambert");
+            throw BadOption("brdf", asset.name + " has linear transfer, which is diffuse, and the material \"" +
+                                        std::string(asset.materials[m].name) + "\" is not lambert");
 }
 
 void resolveShading(const RenderOptions& options, const AssetView& asset, Shot& shot) {
@@ -113,60 +111,59 @@ void resolveShading(const RenderOptions& options, const AssetView& asset, Shot& 
     shot.material_of_slot.resize(std::max<std::size_t>(1, asset.mesh.slots.size()));
     if (!options.brdf.empty())
         std::fill(shot.material_of_slot.begin(), shot.material_of_slot.end(),
-                  findByName(asset.materials, options.brdf, "--brdf"));
+                  findByName(asset.materials, options.brdf, "brdf"));
     for (const std::string& assignment : options.slots) assignMaterial(asset, assignment, shot);
     for (const std::string& assignment : options.parameters) setParameter(asset, assignment, shot);
-    shot.light = findByName(asset.lights, options.light, "--light");
+    shot.light = findByName(asset.lights, options.light, "light");
     if (asset.transfer) requireDiffuse(asset, shot);
     for (const std::size_t material : shot.material_of_slot)
         if (!hasReflectance(asset.materials[material], shot.shading.reflectance))
-            throw UsageError("--reflectance operators: the asset's material \"" +
-                             std::string(asset.materials[material].name) +
-                             "\" has none; fit it with penumbra-fit brdf --operators");
+            throw BadOption("reflectance", "the asset's material \"" + std::string(asset.materials[material].name) +
+                                               "\" has no operators; penumbra-fit brdf makes them");
     if (!hasForm(asset.lights[shot.light], shot.shading.light_form))
-        throw UsageError("--light-form lobes: the asset's light \"" + std::string(asset.lights[shot.light].name) +
-                         "\" has none; fit it with penumbra-fit light --lobes");
+        throw BadOption("light_form", "the asset's light \"" + std::string(asset.lights[shot.light].name) +
+                                          "\" has no lobes; penumbra-fit light makes them");
     shot.bounces = options.bounces;
-    if (shot.bounces == Bounces::kIndirect) requireIndirect(asset, "--bounces indirect");
+    if (shot.bounces == Bounces::kIndirect) requireIndirect(asset, "bounces");
     // The whole light bounces, so that pictures of indirect light alone have no suns as such.
     shot.suns = shot.bounces != Bounces::kIndirect && wantsSuns(options.suns, asset, shot);
     try {
         const Mat3d rotation = parseLightRotation(options.light_rotation);
         for (std::size_t i = 0; i < 9; ++i) shot.light_rotation.m[i] = float(rotation.m[i]);
     } catch (const std::invalid_argument& error) {
-        throw UsageError(std::string("--light-rotation: ") + error.what());
+        throw BadOption("light_rotation", error.what());
     }
 }
 
 void checkComposed(const AssetView& asset, const std::string& option) {
     if (!asset.model.composition)
-        throw UsageError(option + ": " + asset.name + " is not composed (penumbra-fit visibility --model composed)");
+        throw BadOption(option, asset.name + " is not composed (penumbra-fit visibility makes composed models)");
 }
 
 void resolveOverlays(const RenderOptions& options, const AssetView& asset, Shot& shot) {
     shot.lobe = options.lobe;
     const std::size_t vertices = asset.mesh.positions.size();
     if (shot.lobe && *shot.lobe >= vertices)
-        throw UsageError("--lobe must be a vertex, 0.." + std::to_string(vertices - 1) + ", not " +
-                         std::to_string(*shot.lobe));
+        throw BadOption("lobe",
+                        "must be a vertex, 0.." + std::to_string(vertices - 1) + ", not " + std::to_string(*shot.lobe));
     if (shot.lobe) shot.lobe_of = parseFactor(asset, options.lobe_of);
     if (shot.lobe_of != FactorChoice() && options.source == VisibilitySource::kTruth)
-        throw UsageError("--lobe-of " + options.lobe_of + ": the truth is known as a whole alone");
-    if (!options.boxes.empty()) checkComposed(asset, "--boxes");
+        throw BadOption("lobe_of", "the truth is known as a whole alone, without " + options.lobe_of);
+    if (!options.boxes.empty()) checkComposed(asset, "boxes");
     for (const std::string& word : options.boxes)
         if (word == "all")
             for (std::size_t p = 0; p < asset.model.composition->parts.size(); ++p) shot.boxes.push_back(p);
         else
-            shot.boxes.push_back(findPart(asset, word, "--boxes"));
+            shot.boxes.push_back(findPart(asset, word, "boxes"));
 }
 
 // What an asset of transfer has not.
 void checkForTransfer(const RenderOptions& options, const AssetView& asset) {
     if (!asset.transfer) return;
     const std::string what = asset.name + " has linear transfer";
-    if (options.channel == Channel::kClusters) throw UsageError("--channel clusters: " + what + ", which has none");
-    if (options.lobe) throw UsageError("--lobe: " + what + ", which is no visibility");
-    if (options.path == EvaluationPath::kGlsl) throw UsageError("--path glsl: " + what + ", which the CPU evaluates");
+    if (options.channel == Channel::kClusters) throw BadOption("channel", what + ", which has no clusters");
+    if (options.lobe) throw BadOption("lobe", what + ", which is no visibility");
+    if (options.path == EvaluationPath::kGlsl) throw BadOption("path", what + ", which the CPU evaluates");
 }
 
 }  // namespace
@@ -174,8 +171,7 @@ void checkForTransfer(const RenderOptions& options, const AssetView& asset) {
 void requireFrames(const AssetView& asset) {
     if (asset.model.deforming && asset.animation.frameCount() > 0 && asset.animation.playback.positions.empty())
         throw Unsupported(asset.name +
-                          ": its frames were left out (penumbra-pack asset --no-playback): nothing says "
-                          "where its vertices are");
+                          ": penumbra-pack asset left its frames out: nothing says where its vertices are");
 }
 
 Shot resolveLook(const RenderOptions& options, const AssetView& asset, const AssetView* truth) {
@@ -183,9 +179,9 @@ Shot resolveLook(const RenderOptions& options, const AssetView& asset, const Ass
         throw InvalidInput(asset.name + ": holds no model; make one with penumbra-pack asset");
     const bool needs_truth = needsTruth(options.channel) || options.source == VisibilitySource::kTruth;
     if (needs_truth && !truth)
-        throw UsageError(
-            "--channel error, --channel transfer-error and --source truth need --truth X.truth.pnb (penumbra-pack "
-            "truth makes it)");
+        throw BadOption("truth",
+                        "the channels error and transfer-error and the source truth need X.truth.pnb of "
+                        "penumbra-pack truth");
     Shot shot;
     shot.asset = &asset;
     checkSome(asset, asset.animation.clips, "clip");
@@ -193,8 +189,8 @@ Shot resolveLook(const RenderOptions& options, const AssetView& asset, const Ass
     if (truth) checkTruth(asset, *truth);
     shot.truth = truth;
     if (options.channel == Channel::kShaded) resolveShading(options, asset, shot);
-    if (options.channel == Channel::kParts) checkComposed(asset, "--channel parts");
-    if (options.channel == Channel::kBouncedAmbient) requireIndirect(asset, "--channel ao-bounced");
+    if (options.channel == Channel::kParts) checkComposed(asset, "channel");
+    if (options.channel == Channel::kBouncedAmbient) requireIndirect(asset, "channel");
     if (options.channel == Channel::kTransferError && !hasTransferOf(asset, *truth))
         throw InvalidInput(truth->name + ": SH order 1 is too low for E_transfer");
     checkForTransfer(options, asset);
@@ -204,10 +200,10 @@ Shot resolveLook(const RenderOptions& options, const AssetView& asset, const Ass
 
 Shot resolveShot(const RenderOptions& options, const AssetView& asset, const AssetView* truth) {
     Shot shot = resolveLook(options, asset, truth);
-    const ClipView& clip = asset.animation.clips[findByName(asset.animation.clips, options.clip, "--clip")];
+    const ClipView& clip = asset.animation.clips[findByName(asset.animation.clips, options.clip, "clip")];
     if (std::size_t(options.frame) >= clip.frame_count)
-        throw UsageError("--frame must be 0.." + std::to_string(clip.frame_count - 1) + " for clip \"" +
-                         std::string(clip.name) + "\", not " + std::to_string(options.frame));
+        throw BadOption("frame", "must be 0.." + std::to_string(clip.frame_count - 1) + " for clip \"" +
+                                     std::string(clip.name) + "\", not " + std::to_string(options.frame));
     shot.frame = clip.first_frame + std::size_t(options.frame);
     if (truth) shot.truth_frame = truthFrame(asset, *truth, clip, std::size_t(options.frame));
     return shot;

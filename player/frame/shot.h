@@ -27,7 +27,7 @@ struct Shot {
     std::vector<std::size_t> boxes;  // of the fields of these parts
 };
 
-// Resolves all names. `truth` may be null. Throws UsageError for an unknown name (it lists the known ones), for a
+// Resolves all names. `truth` may be null. Throws BadOption for an unknown name (it lists the known ones), for a
 // frame beyond the clip's last, and for a truth that is needed but not given. Throws InvalidInput for an asset
 // without what the channel needs, and for a truth of another mesh or animation. The views must outlive the shot.
 Shot resolveShot(const RenderOptions& options, const AssetView& asset, const AssetView* truth);

@@ -146,17 +146,18 @@ VisibilityFactor visibilityFactor(const Evaluator& evaluator, std::size_t vertex
     const AssetView& asset = evaluator.asset();
     const VertexFactors of(evaluator, vertex);
     if (choice.kind == FactorKind::kWhole) return of.whole();
-    if (!evaluator.composed()) throw UsageError(asset.name + ": is not composed; its visibility is one whole");
+    if (!evaluator.composed()) throw BadOption("lobe_of", asset.name + " is not composed; its visibility is one whole");
     if (choice.kind == FactorKind::kLocal) return of.local();
     if (choice.kind == FactorKind::kFar) return of.far();
     if (choice.kind == FactorKind::kResidual) {
-        if (asset.model.composition->residual.empty()) throw UsageError(asset.name + ": has no residual");
+        if (asset.model.composition->residual.empty()) throw BadOption("lobe_of", asset.name + " has no residual");
         return of.residual();
     }
     const std::span<const std::uint16_t> parts = of.farParts();
     if (std::find(parts.begin(), parts.end(), choice.part) == parts.end())
-        throw UsageError("part " + nameOfPart(asset, choice.part) + " is not far from vertex " +
-                         std::to_string(vertex) + " in the skeleton: what it blocks is in the local visibility");
+        throw BadOption("lobe_of", "part " + nameOfPart(asset, choice.part) + " is not far from vertex " +
+                                       std::to_string(vertex) +
+                                       " in the skeleton: what it blocks is in the local visibility");
     return of.part(choice.part);
 }
 
@@ -167,11 +168,11 @@ FactorChoice parseFactor(const AssetView& asset, std::string_view word) {
                                                                   {"residual", FactorKind::kResidual}};
     if (word == kWords[0].first) return {};
     if (!asset.model.composition)
-        throw UsageError(asset.name + ": is not composed; its visibility is one whole, without a factor \"" +
-                         std::string(word) + "\"");
+        throw BadOption("lobe_of", asset.name + " is not composed; its visibility is one whole, without a factor \"" +
+                                       std::string(word) + "\"");
     for (const auto& [name, kind] : kWords)
         if (word == name) return {kind};
-    return {FactorKind::kPart, findPart(asset, word, "--lobe-of")};
+    return {FactorKind::kPart, findPart(asset, word, "lobe_of")};
 }
 
 }  // namespace penumbra

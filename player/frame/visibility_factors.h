@@ -31,7 +31,7 @@ struct VisibilityFactor {
 
 // Returns the joint that a part moves with, by which the part is called. One that stands still has its number instead.
 std::string nameOfPart(const AssetView& asset, std::size_t part);
-// Returns the part that is called `word`, or of the only one whose name begins so. Throws UsageError, which names
+// Returns the part that is called `word`, or of the only one whose name begins so. Throws BadOption, which names
 // `option` and what there is.
 std::size_t findPart(const AssetView& asset, std::string_view word, const std::string& option);
 // Returns, for instance, "local" or "far: LeftArm".
@@ -42,12 +42,12 @@ std::string nameOf(const AssetView& asset, const FactorChoice& choice);
 // whole alone.
 std::vector<VisibilityFactor> visibilityFactors(const Evaluator& evaluator, std::size_t vertex);
 
-// Returns one of these factors; a far part that blocks nothing has one too. It throws UsageError for a residual that
+// Returns one of these factors; a far part that blocks nothing has one too. It throws BadOption for a residual that
 // the asset has not, for a part that is not far from the vertex, and for any factor but the whole where the asset is
 // not composed.
 VisibilityFactor visibilityFactor(const Evaluator& evaluator, std::size_t vertex, const FactorChoice& choice);
 
-// Reads "whole", "local", "far", "residual", or the joint of a part or how only its name begins. Throws UsageError for
+// Reads "whole", "local", "far", "residual", or the joint of a part or how only its name begins. Throws BadOption for
 // other words.
 FactorChoice parseFactor(const AssetView& asset, std::string_view word);
 

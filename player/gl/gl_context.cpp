@@ -6,13 +6,6 @@
 
 namespace penumbra {
 
-GlBackend parseGlBackend(std::string_view word) {
-    if (word == "auto") return GlBackend::kAuto;
-    if (word == "egl") return GlBackend::kEgl;
-    if (word == "osmesa") return GlBackend::kOsMesa;
-    throw UsageError("--gl is auto, egl or osmesa, not \"" + std::string(word) + "\"");
-}
-
 namespace {
 
 std::string glString(GLenum name) {

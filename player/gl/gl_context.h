@@ -2,7 +2,8 @@
 // Makes a current OpenGL 4.3 core context without a window or a display server.
 #include <memory>
 #include <string>
-#include <string_view>
+
+#include "formats/common/words.h"
 
 namespace penumbra {
 
@@ -12,8 +13,8 @@ enum class GlBackend {
     kOsMesa,  // libOSMesa.so.8: software, needs neither GPU nor display
 };
 
-// Reads "auto", "egl" or "osmesa". Throws UsageError for other words.
-GlBackend parseGlBackend(std::string_view word);
+inline constexpr Word<GlBackend> kGlWords[] = {
+    {"auto", GlBackend::kAuto}, {"egl", GlBackend::kEgl}, {"osmesa", GlBackend::kOsMesa}};
 
 // Is current on the calling thread from its making to its end. A process may have only one at a time.
 class GlContext {

@@ -48,7 +48,7 @@ void checkStorageBlock(const char* what, std::size_t bytes) {
     if (bytes > std::size_t(limit))
         throw Unsupported(std::string(what) + " takes " + std::to_string(bytes) +
                           " bytes of a storage block and this OpenGL has " + std::to_string(limit) +
-                          "; use --path cpu");
+                          "; use the CPU path");
 }
 
 namespace {
@@ -86,7 +86,7 @@ void checkTexels(GLenum format, std::size_t bytes) {
     gl::GetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &limit);
     if (bytes / texelBytes(format) > std::size_t(limit))
         throw Unsupported("this OpenGL addresses " + std::to_string(limit) + " texels of a buffer and the asset has " +
-                          std::to_string(bytes / texelBytes(format)) + "; use --path cpu");
+                          std::to_string(bytes / texelBytes(format)) + "; use the CPU path");
 }
 
 GlObject textureOf(const GlObject& buffer, GLenum format) {

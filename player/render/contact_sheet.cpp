@@ -86,9 +86,10 @@ SheetLayout layoutSheet(std::size_t cells, const SheetLayout& tiles, int columns
     if (width > kMaxSheetSide || height > kMaxSheetSide || width * height > kMaxSheetPixels) {
         char size[64];
         std::snprintf(size, sizeof size, "%.0f x %.0f", width, height);
-        throw UsageError("--sheet: " + std::to_string(cells) + " cells would make " + size + " pixels, above " +
-                         std::to_string(kMaxSheetSide) + " a side or " + std::to_string(int(kMaxSheetPixels)) +
-                         " in all: take fewer --frames, another --columns, a smaller --size or more --shrink");
+        throw BadOption("sheet", std::to_string(cells) + " cells would make " + size + " pixels, above " +
+                                     std::to_string(kMaxSheetSide) + " a side or " +
+                                     std::to_string(int(kMaxSheetPixels)) +
+                                     " in all: take fewer frames, other columns, a smaller size or shrink more");
     }
     layout.width = int(width);
     layout.height = int(height);

@@ -26,7 +26,7 @@ struct SheetLayout {
 };
 
 // Lays out the sheet. `columns` 0 takes as many as bring the sheet's width nearest to 3/2 of its height. Throws
-// UsageError, which names --sheet, when the sheet would be larger than kMaxSheetSide or kMaxSheetPixels.
+// BadOption when the sheet would be larger than kMaxSheetSide or kMaxSheetPixels.
 constexpr int kMaxSheetSide = 16384;
 constexpr double kMaxSheetPixels = 1 << 25;
 SheetLayout layoutSheet(std::size_t cells, const SheetLayout& tiles, int columns);

@@ -52,20 +52,20 @@ GateResult judge(const ErrorGate& gate, std::span<const FrameRecord> records, co
         if (figureOf(records[i], gate.figure) > gate.above) result.failed.push_back(i);
     result.run = figureOf(run, gate.figure);
 
-    const std::string head = "--fail-above " + shortNumber(gate.above) + ": ", name(nameOf(gate.figure));
+    const std::string name(nameOf(gate.figure)), above = " above " + shortNumber(gate.above);
     const std::string all = std::to_string(records.size()) + " frames";
     const double share = 100 * double(result.failed.size()) / double(records.size());
     if (order.empty() && result.without == 0)
-        result.message = head + "nothing was compared";
+        result.message = "nothing was compared";
     else if (result.without > 0)
-        result.message = head + std::to_string(result.without) + " of " + all + " have no " + name +
+        result.message = std::to_string(result.without) + " of " + all + " have no " + name +
                          " (the first: " + frameName(records[first_without], animation) + ")" +
                          worstFrames(gate, records, result.failed, animation);
     else if (gate.over_run && !(result.run <= gate.above))
-        result.message = head + name + " is " + shortNumber(result.run) + " over " + all +
+        result.message = name + " is " + shortNumber(result.run) + "," + above + ", over " + all +
                          worstFrames(gate, records, order, animation);
     else if (!gate.over_run && share > gate.percent)
-        result.message = head + name + " is above it in " + std::to_string(result.failed.size()) + " of " + all +
+        result.message = name + " is" + above + " in " + std::to_string(result.failed.size()) + " of " + all +
                          (gate.percent > 0 ? " (" + shortNumber(gate.percent) + "% may be)" : "") +
                          worstFrames(gate, records, result.failed, animation);
     result.passed = result.message.empty();

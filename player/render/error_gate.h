@@ -1,5 +1,5 @@
 #pragma once
-// Decides whether a run's figures are good enough, for --fail-above.
+// Decides whether a run's figures are good enough.
 #include "player/render/frame_figures.h"
 
 namespace penumbra {

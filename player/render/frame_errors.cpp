@@ -23,7 +23,7 @@ std::vector<double> storedMean(const AssetView& asset) {
     return mean;
 }
 
-// Returns the larger of the two, or NaN if either is: std::max() drops a NaN, and then --fail-above would pass it.
+// Returns the larger of the two, or NaN if either is: std::max() drops a NaN, and then a gate would pass it.
 double largerOrNan(double a, double b) { return a > b || std::isnan(a) ? a : b; }
 
 }  // namespace

@@ -13,31 +13,14 @@ namespace {
 
 constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
 
-struct FigureName {
-    std::string_view word, key;
-};
+// By Figure.
+constexpr std::string_view kKeys[std::size(kFigureWords)] = {"ambient_error_mean", "ambient_error_max", "rms_v",
+                                                             "relative_error",     "image_rmse",        "flip",
+                                                             "out_of_range",       "transfer_error"};
 
 }  // namespace
-constexpr std::array<FigureName, kFigures.size()> kNames = {{{"ambient-mean", "ambient_error_mean"},
-                                                             {"ambient-max", "ambient_error_max"},
-                                                             {"rms-v", "rms_v"},
-                                                             {"relative", "relative_error"},
-                                                             {"image-rmse", "image_rmse"},
-                                                             {"flip", "flip"},
-                                                             {"out-of-range", "out_of_range"},
-                                                             {"transfer", "transfer_error"}}};
 
-Figure parseFigure(const std::string& option, std::string_view word) {
-    std::string known;
-    for (const Figure figure : kFigures) {
-        if (word == nameOf(figure)) return figure;
-        known += (known.empty() ? "" : ", ") + std::string(nameOf(figure));
-    }
-    throw UsageError(option + " is one of " + known + ", not \"" + std::string(word) + "\"");
-}
-
-std::string_view nameOf(Figure figure) { return kNames[std::size_t(figure)].word; }
-std::string_view keyOf(Figure figure) { return kNames[std::size_t(figure)].key; }
+std::string_view keyOf(Figure figure) { return kKeys[std::size_t(figure)]; }
 
 namespace {
 
@@ -105,14 +88,14 @@ std::string csvField(std::string_view text) {
 
 std::string figuresCsv(std::span<const FrameRecord> records, const AnimationView& animation) {
     std::string csv = "clip,frame,time,held_out,truth";
-    for (const Figure figure : kFigures) csv += "," + std::string(keyOf(figure));
+    for (const Word<Figure>& figure : kFigureWords) csv += "," + std::string(keyOf(figure.value));
     csv += ",file\n";
     for (const FrameRecord& record : records) {
         const ClipView& clip = animation.clips[record.at.clip];
         csv += csvField(clip.name) + "," + std::to_string(record.at.number) + "," +
                number(animation.times[record.at.frame]) + "," + (clip.held_out ? "1," : "0,") +
                (record.errors ? "1" : "0");
-        for (const Figure figure : kFigures) csv += "," + number(figureOf(record, figure));
+        for (const Word<Figure>& figure : kFigureWords) csv += "," + number(figureOf(record, figure.value));
         csv += "," + csvField(record.file.string()) + "\n";
     }
     return csv;

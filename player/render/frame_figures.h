@@ -19,13 +19,11 @@ struct FrameRecord {
 };
 
 enum class Figure { kAmbientMean, kAmbientMax, kRmsV, kRelative, kImageRmse, kFlip, kOutOfRange, kTransfer };
-constexpr std::array<Figure, 8> kFigures = {Figure::kAmbientMean, Figure::kAmbientMax, Figure::kRmsV,
-                                            Figure::kRelative,    Figure::kImageRmse,  Figure::kFlip,
-                                            Figure::kOutOfRange,  Figure::kTransfer};
-// Reads "ambient-mean", "ambient-max", "rms-v", "relative", "image-rmse", "flip", "out-of-range" or "transfer". Throws
-// UsageError, which names `option`, for other words.
-Figure parseFigure(const std::string& option, std::string_view word);
-std::string_view nameOf(Figure figure);
+inline constexpr Word<Figure> kFigureWords[] = {
+    {"ambient-mean", Figure::kAmbientMean}, {"ambient-max", Figure::kAmbientMax}, {"rms-v", Figure::kRmsV},
+    {"relative", Figure::kRelative},        {"image-rmse", Figure::kImageRmse},   {"flip", Figure::kFlip},
+    {"out-of-range", Figure::kOutOfRange},  {"transfer", Figure::kTransfer}};
+constexpr std::string_view nameOf(Figure figure) { return wordOf(kFigureWords, figure); }
 // Returns the name of a column or key: "ambient_error_mean", ..., "out_of_range".
 std::string_view keyOf(Figure figure);
 

@@ -17,10 +17,10 @@ std::vector<std::size_t> chooseClips(const std::vector<ClipView>& clips, const F
         return chosen;
     }
     for (const std::string& name : choice.clips) {
-        if (name == "all" && !named_all) throw UsageError("--clip all goes with no other --clip");
-        chosen.push_back(findByName(clips, name, "--clip"));
+        if (name == "all" && !named_all) throw BadOption("clip", "all goes with no other clip");
+        chosen.push_back(findByName(clips, name, "clip"));
         if (std::count(chosen.begin(), chosen.end(), chosen.back()) > 1)
-            throw UsageError("--clip " + name + ": given twice");
+            throw BadOption("clip", name + " is given twice");
     }
     if (chosen.empty()) chosen.push_back(0);
     return chosen;
@@ -36,15 +36,15 @@ std::vector<ListedFrame> framesOf(const std::vector<ClipView>& clips, const std:
 
 void checkFrame(const ClipView& clip, int frame) {
     if (std::size_t(frame) >= clip.frame_count)
-        throw UsageError("--frame must be 0.." + std::to_string(clip.frame_count - 1) + " for clip \"" +
-                         std::string(clip.name) + "\", not " + std::to_string(frame));
+        throw BadOption("frame", "must be 0.." + std::to_string(clip.frame_count - 1) + " for clip \"" +
+                                     std::string(clip.name) + "\", not " + std::to_string(frame));
 }
 
 }  // namespace
 
 ChosenFrames chooseFrames(const AssetView& asset, const FrameChoice& choice) {
     const std::vector<ClipView>& clips = asset.animation.clips;
-    if (clips.empty()) throw InvalidInput(asset.name + ": holds no clip; give penumbra-pack asset one with --clip");
+    if (clips.empty()) throw InvalidInput(asset.name + ": holds no clip");
     ChosenFrames list{chooseClips(clips, choice), {}};
     const std::vector<ListedFrame> all = framesOf(clips, list.clips);
     if (all.empty()) throw InvalidInput(asset.name + ": the chosen clips have no frames");
@@ -57,8 +57,8 @@ ChosenFrames chooseFrames(const AssetView& asset, const FrameChoice& choice) {
         list.frames = all;
     } else {
         if (list.clips.size() > 1)
-            throw UsageError("--frame " + std::to_string(choice.frame.value_or(0)) + " is of one clip; " +
-                             std::to_string(list.clips.size()) + " are chosen: take --frames");
+            throw BadOption("frame", std::to_string(choice.frame.value_or(0)) + " is of one clip, and " +
+                                         std::to_string(list.clips.size()) + " are chosen");
         checkFrame(clips[list.clips[0]], choice.frame.value_or(0));
         list.frames = {all[std::size_t(choice.frame.value_or(0))]};
     }
@@ -102,8 +102,9 @@ FramePattern::FramePattern(const std::filesystem::path& path) : folder_(path.par
         }
     }
     if (digits_ == 0 || conversions != 1)
-        throw UsageError("-o " + path.string() +
-                         ": the files of a sequence need one %d or %0Nd (N 1..9) in their name, as out.%04d.png has");
+        throw BadOption("output", path.string() +
+                                      ": the files of a sequence need one %d or %0Nd (N 1..9) in their "
+                                      "name, as out.%04d.png has");
 }
 
 std::filesystem::path FramePattern::name(std::size_t number) const {

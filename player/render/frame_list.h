@@ -23,7 +23,8 @@ struct ListedFrame {
     std::size_t clip = 0;    // of AnimationView::clips
     std::size_t number = 0;  // in the clip
     std::size_t frame = 0;   // of the animation
-    std::size_t listed = 0;  // place among the frames of all chosen clips, which --frames counts and a pattern writes
+    std::size_t listed =
+        0;  // place among the frames of all chosen clips, which FrameChoice::frames counts and a pattern writes
 };
 
 struct ChosenFrames {
@@ -32,14 +33,14 @@ struct ChosenFrames {
     ListedFrame first = {};           // of all frames of these clips, whether it is in `frames` or not
 };
 
-// Throws UsageError for an unknown clip, one given twice and a frame beyond the last. Throws InvalidInput for an
+// Throws BadOption for an unknown clip, one given twice and a frame beyond the last. Throws InvalidInput for an
 // asset without clips.
 ChosenFrames chooseFrames(const AssetView& asset, const FrameChoice& choice);
 
 // A name such as "out.%04d.png", with one %d or %0Nd (N 1..9) in the name of the file. %% stands for a percent sign.
 class FramePattern {
 public:
-    // Throws UsageError, which names what is wrong. Nothing in the folder's name is read as a pattern.
+    // Throws BadOption, which names what is wrong. Nothing in the folder's name is read as a pattern.
     explicit FramePattern(const std::filesystem::path& path);
     // Tells whether the name has a percent sign, so that it can only be a pattern.
     static bool looksLikeOne(const std::filesystem::path& path);

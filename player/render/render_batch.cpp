@@ -10,13 +10,6 @@
 
 namespace penumbra {
 
-Framing parseFraming(std::string_view word) {
-    if (word == "clips") return Framing::kClips;
-    if (word == "clip") return Framing::kClip;
-    if (word == "frame") return Framing::kFrame;
-    throw UsageError("--framing is clips, clip or frame, not \"" + std::string(word) + "\"");
-}
-
 namespace {
 
 bool showsTruth(const Panel& panel) { return needsTruth(panel.channel) || panel.source == VisibilitySource::kTruth; }

@@ -13,7 +13,8 @@ enum class Framing {
     kClip,   // one for each clip
     kFrame,  // each frame is framed as if it were alone
 };
-Framing parseFraming(std::string_view word);  // clips | clip | frame; throws UsageError
+inline constexpr Word<Framing> kFramingWords[] = {
+    {"clips", Framing::kClips}, {"clip", Framing::kClip}, {"frame", Framing::kFrame}};
 
 struct BatchPlan {
     RenderOptions options;

@@ -1,6 +1,5 @@
 #include "player/render/render_sheet.h"
 
-#include <array>
 #include <cmath>
 #include <cstdio>
 
@@ -9,14 +8,7 @@
 
 namespace penumbra {
 
-constexpr std::array<std::string_view, 3> kPanelNames = {"model", "truth", "error"};
 constexpr float kPanelGrey = 0.0452f;  // behind pictures without a background: sRGB 60 / 255
-
-SheetPanel parseSheetPanel(std::string_view word) {
-    for (std::size_t i = 0; i < kPanelNames.size(); ++i)
-        if (word == kPanelNames[i]) return SheetPanel(i);
-    throw UsageError("--panels takes model, truth and error, not \"" + std::string(word) + "\"");
-}
 
 std::vector<Panel> picturesOf(const SheetOptions& sheet, Channel channel) {
     std::vector<Panel> pictures;
@@ -92,7 +84,7 @@ std::vector<std::string> titleOf(const BatchPlan& plan) {
 std::string legendOf(const SheetOptions& sheet) {
     std::string legend;
     for (const SheetPanel panel : sheet.panels)
-        legend += (legend.empty() ? "" : " | ") + std::string(kPanelNames[std::size_t(panel)]);
+        legend += (legend.empty() ? "" : " | ") + std::string(wordOf(kPanelWords, panel));
     return legend;
 }
 
@@ -112,8 +104,8 @@ FrameRecord widestRecord(const ListedFrame& at, const BatchPlan& plan) {
 SheetLayout planSheet(const SheetOptions& sheet, const BatchPlan& plan) {
     const int smaller = std::min(plan.options.width, plan.options.height);
     if (sheet.shrink > smaller)
-        throw UsageError("--shrink must be at most " + std::to_string(smaller) + ", the picture's smaller side, not " +
-                         std::to_string(sheet.shrink));
+        throw BadOption("shrink", "must be at most " + std::to_string(smaller) + ", the picture's smaller side, not " +
+                                      std::to_string(sheet.shrink));
     SheetLayout tiles;
     tiles.panels = int(sheet.panels.size());
     tiles.tile_width = plan.options.width / sheet.shrink;

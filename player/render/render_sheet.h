@@ -7,6 +7,8 @@
 namespace penumbra {
 
 enum class SheetPanel { kModel, kTruth, kError };
+inline constexpr Word<SheetPanel> kPanelWords[] = {
+    {"model", SheetPanel::kModel}, {"truth", SheetPanel::kTruth}, {"error", SheetPanel::kError}};
 
 struct SheetOptions {
     std::filesystem::path file = {};  // "" = none
@@ -15,12 +17,10 @@ struct SheetOptions {
     int shrink = 1;   // a tile's pixels are means of squares of as many
 };
 
-// Reads "model", "truth" or "error". Throws UsageError, which names --panels, for other words.
-SheetPanel parseSheetPanel(std::string_view word);
 std::vector<Panel> picturesOf(const SheetOptions& sheet, Channel channel);
 bool showsError(const SheetOptions& sheet, Channel channel);
 
-// Lays out every frame of the plan before anything is drawn. Throws UsageError when the sheet would be too large.
+// Lays out every frame of the plan before anything is drawn. Throws BadOption when the sheet would be too large.
 SheetLayout planSheet(const SheetOptions& sheet, const BatchPlan& plan);
 
 // Returns clip, frame, time, held out, and the figures that were measured.

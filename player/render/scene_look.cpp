@@ -20,7 +20,7 @@ Shot lookOf(const PosedScene& scene, const SceneMember& member, const RenderOpti
     look.channel = options.channel == Channel::kError ? Channel::kAmbient : options.channel;
     look.shading = options.shading;
     if (options.suns == SunChoice::kOn && scene.castWay().mode != CastMode::kProduct)
-        throw UsageError("--suns on: they need --cast product");
+        throw BadOption("suns", "they need the cast product");
     look.bounces = options.bounces;
     look.suns = scene.castWay().mode == CastMode::kProduct ? options.suns : SunChoice::kOff;
     look.brdf = member.file->material;
@@ -30,7 +30,7 @@ Shot lookOf(const PosedScene& scene, const SceneMember& member, const RenderOpti
     try {
         return resolveLook(look, view, nullptr);
     } catch (const UsageError& error) {
-        throw UsageError(member.file->at + ": " + error.what());
+        throw BadOption(member.file->at, error.what());
     }
 }
 
@@ -65,7 +65,7 @@ SceneSunlight sceneSunlight(const PosedScene& scene, std::span<const std::unique
 
 void requireLight(const PosedScene& scene, Channel channel) {
     if (channel == Channel::kShaded && !scene.light())
-        throw UsageError("the scene has no light: name an asset that has one under \"light\", or ask for --channel ao");
+        throw BadOption("channel", "the scene has no light: name an asset that has one under \"light\", or ask for ao");
 }
 
 }  // namespace penumbra

@@ -21,7 +21,7 @@ struct SceneLook {
     std::vector<LobeRange> lobes;       // of every vertex, where suns shine
     std::vector<SlotLobes> slot_lobes;  // and of every slot
 
-    // Of the options it reads channel and shading. Throws UsageError for a member without materials.
+    // Of the options it reads channel and shading. Throws BadOption for a member without materials.
     SceneLook(const PosedScene& scene, const SceneMember& member, const RenderOptions& options);
     SceneLook(const SceneLook&) = delete;
 };
@@ -38,7 +38,7 @@ struct SceneSunlight {
 // Suns shine on everyone or on nobody, so that all have the same light. Sets the lobes of the looks.
 SceneSunlight sceneSunlight(const PosedScene& scene, std::span<const std::unique_ptr<SceneLook>> looks);
 
-// Throws UsageError where a scene without a light is to be shaded.
+// Throws BadOption where a scene without a light is to be shaded.
 void requireLight(const PosedScene& scene, Channel channel);
 
 }  // namespace penumbra

@@ -17,10 +17,11 @@ bool shine(const PosedScene& scene, SunChoice choice) {
     if (!scene.light())
         lacking = "the scene has no light";
     else if (scene.light()->suns.empty())
-        lacking = "the light \"" + std::string(scene.light()->name) + "\" has none (penumbra-fit light --factor)";
+        lacking = "the light \"" + std::string(scene.light()->name) +
+                  "\" has none; penumbra-fit light finds them where it factors the light";
     else if (scene.castWay().mode != CastMode::kProduct)
-        lacking = "they need --cast product";
-    if (!lacking.empty() && choice == SunChoice::kOn) throw UsageError("--suns on: " + lacking);
+        lacking = "they need the cast product";
+    if (!lacking.empty() && choice == SunChoice::kOn) throw BadOption("suns", lacking);
     return lacking.empty();
 }
 

@@ -134,14 +134,6 @@ TEST_F(BakeVisibility, PoseThatIsNotFiniteIsAnErrorThatNamesTheFrame) {
     EXPECT_TRUE(std::filesystem::is_empty(folder_));
 }
 
-TEST(BakeOptions, ProblemsNameOptionRangeAndValue) {
-    EXPECT_EQ(findProblem(BakeOptions{}), "");
-    EXPECT_EQ(findProblem(BakeOptions{.order = 9}), "--order must be 1..8 bands, not 9");
-    EXPECT_NE(findProblem(BakeOptions{.rays = 15}), "");
-    EXPECT_NE(findProblem(BakeOptions{.bias = std::nan("")}), "");
-    EXPECT_NE(findProblem(BakeOptions{.fps = -1}), "");
-}
-
 TEST(BakeOptions, FrameRangeTakesTwoOrThreeNumbers) {
     const FrameRange range = parseFrameRange("2:10:3");
     EXPECT_EQ(range.begin, 2u);
@@ -149,7 +141,7 @@ TEST(BakeOptions, FrameRangeTakesTwoOrThreeNumbers) {
     EXPECT_EQ(range.step, 3u);
     EXPECT_EQ(parseFrameRange("0:1").step, 1u);
     for (const char* bad : {"", "3", "3:", ":3", "3:3", "4:3", "0:4:0", "0:4:1:2", "a:b", "0:4x", "-1:4", "0 :4"})
-        EXPECT_THROW(parseFrameRange(bad), UsageError) << bad;
+        EXPECT_THROW(parseFrameRange(bad), std::invalid_argument) << bad;
 }
 
 }  // namespace penumbra

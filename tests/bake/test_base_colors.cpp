@@ -195,7 +195,7 @@ TEST(BaseColors, WhiteIsRefusedAsItIsWithAnOption) {
         FAIL();
     } catch (const UsageError& error) {
         EXPECT_THAT(error.what(), HasSubstr("white.glb: the rig's base colours and textures: albedo 1.000000 at "
-                                            "vertex 0, not in [0, 1): give --albedo"));
+                                            "vertex 0, not in [0, 1)"));
     }
 }
 

@@ -294,11 +294,5 @@ TEST_F(LocalBake, SameBytesForAnyThreadCount) {
     EXPECT_EQ(reader.readFrame(3).local_coefficients, baked.local);
 }
 
-TEST(LocalOptions, AreRefusedOutOfRange) {
-    for (const int steps : {0, 9}) EXPECT_NE(findProblem(squat(steps)).find("--local-steps"), std::string::npos);
-    for (const int order : {4, 7}) EXPECT_NE(findProblem(squat(2, order)).find("--local-order"), std::string::npos);
-    EXPECT_EQ(findProblem(squat(8, 6)), "");
-}
-
 }  // namespace
 }  // namespace penumbra

@@ -260,17 +260,6 @@ TEST_F(PoseFiles, ListsOfOtherRigsAreRefused) {
     EXPECT_EQ(both.header.frames.frameCount(), 4u + 3 + 4);
     bake.clips = {"walk"};
     EXPECT_THROW(planBake({sample("capsule_man.glb")}, bake), UsageError);
-    bake.clips = {};
-    EXPECT_NE(findProblem(bake), "");  // --fps alone
-}
-
-TEST(PoseOptions, ProblemsNameOptionRangeAndValue) {
-    EXPECT_EQ(findProblem(PoseOptions{.choose = 1}), "");
-    EXPECT_NE(findProblem(PoseOptions{}), "");
-    EXPECT_EQ(findProblem(PoseOptions{.choose = -1}), "--choose must be 0 or more frames, not -1");
-    EXPECT_EQ(findProblem(PoseOptions{.sample = 1000001}), "--sample must be 0..1000000 poses, not 1000001");
-    EXPECT_NE(findProblem(PoseOptions{.fps = std::nan(""), .choose = 1}), "");
-    EXPECT_NE(findProblem(PoseOptions{.choose = 1, .limits = "x.csv"}), "");
 }
 
 }  // namespace

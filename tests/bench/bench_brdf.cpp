@@ -88,7 +88,7 @@ Row operatorRow(const RgbBrdf& source, BrdfFile& brdf, OperatorSource from, doub
                 Vertices& vertices) {
     Row row;
     row.brdf = source.name;
-    row.variant = from == OperatorSource::kLiteral ? "paper literal" : std::string("operators ") + nameOf(from);
+    row.variant = from == OperatorSource::kLiteral ? "paper literal" : "operators " + std::string(nameOf(from));
     row.fit_ms = milliseconds([&] { brdf.operators = fitOperators(source, brdf, from, 8, threads); }, 3) +
                  (from == OperatorSource::kSlices ? slice_ms : 0);
     measureOperators(shadingTruth(source, threads), brdf);

@@ -160,10 +160,5 @@ TEST(BrdfOperators, SameResultForAnyThreadCount) {
     }
 }
 
-TEST(BrdfOperators, SourcesHaveNames) {
-    for (const char* name : {"slices", "table", "literal"}) EXPECT_STREQ(nameOf(parseOperatorSource(name)), name);
-    EXPECT_THROW(parseOperatorSource("guess"), UsageError);
-}
-
 }  // namespace
 }  // namespace penumbra

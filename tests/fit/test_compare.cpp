@@ -17,7 +17,6 @@ TEST(CompareGrid, HoldsEachFitOnceAndAllThatTheFiguresAskFor) {
     options.conventions = {parseConvention("A4"), parseConvention("D5")};
     const std::vector<FitOptions> grid = makeGrid(options, 5);
     for (std::size_t i = 0; i < grid.size(); ++i) {
-        EXPECT_EQ(findProblem(grid[i]), "");
         for (std::size_t j = 0; j < i; ++j) EXPECT_FALSE(sameFit(grid[i], grid[j]));
     }
     // For each of the features: clusters, variances, D5, and the papers' way plain, with the cosine and in the model

@@ -174,8 +174,6 @@ TEST(FitVisibility, SaysWhatIsWrongWithOptionsAndFiles) {
     options.clusters = 0;
     options.convention = parseConvention("D5");
     EXPECT_THROW(fitFile(file.path, options), UsageError);
-    options.input_variance = 1.5;
-    EXPECT_NE(findProblem(options).find("--input-variance"), std::string::npos);
 }
 
 // A vertex inside another part of a character never changes at all.

@@ -393,8 +393,6 @@ TEST(Progress, SpeaksTheDialectOfEachFarm) {
     const std::string bar = printed(ProgressStyle::kBar, false);
     EXPECT_THAT(bar, testing::HasSubstr("bake 100%  8 of 8 frames"));
     EXPECT_EQ(bar.back(), '\n');
-    EXPECT_THROW(parseProgressStyle("loud"), UsageError);
-    EXPECT_EQ(parseProgressStyle("alf"), ProgressStyle::kAlf);
 }
 
 // --- Halves ---------------------------------------------------------------------------------------------------------

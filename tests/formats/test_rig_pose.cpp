@@ -170,8 +170,6 @@ TEST(RigFrames, UnknownAndRepeatedClipsAndBadRatesAreUsageErrors) {
         EXPECT_THAT(error.what(), HasSubstr("bend, twist, sway"));
     }
     EXPECT_THROW(sampleFrames(rig, {"bend", "bend"}, 0), UsageError);
-    EXPECT_THROW(sampleFrames(rig, {}, -1), UsageError);
-    EXPECT_THROW(sampleFrames(rig, {}, std::nan("")), UsageError);
     EXPECT_THROW(sampleFrames(rig, {}, 1e9), UsageError);
 }
 

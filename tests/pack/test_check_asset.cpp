@@ -279,7 +279,7 @@ TEST(CheckAsset, BudgetSplitsTheErrorOfAPackedModel) {
                 1e-12);
     EXPECT_NEAR(row("total").rms_v, packed.rms_v, 1e-12);
     EXPECT_TRUE(std::isnan(row("bake noise").relative));
-    EXPECT_EQ(row("bake noise").option, "--second-bake");
+    EXPECT_EQ(row("bake noise").option, "a second bake");
     EXPECT_NEAR(std::hypot(row("total").relative, row("SH truncation").relative), row("against all bands").relative,
                 1e-12);
 }

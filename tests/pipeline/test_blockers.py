@@ -107,7 +107,7 @@ def check_refusals():
     refused(3, "/blockers/radius", *pack, damaged("blockers/radius", np.nan))
     refused(3, "/blockers/center", *pack, damaged("blockers/center", np.inf))
     refused(3, "/blockers/joint", *pack, damaged("blockers/joint", 13))
-    refused(1, "--blockers needs a model", PACK, "asset", "--brdf", "clay.brdf.h5", "-o", "x.pnb", "--blockers",
+    refused(1, "--blockers: needs a model", PACK, "asset", "--brdf", "clay.brdf.h5", "-o", "x.pnb", "--blockers",
             "man.blockers.h5")
     assert not os.path.exists("x.pnb") and not os.path.exists("x.blockers.h5")
 

@@ -125,9 +125,9 @@ def refuse(part, code, tool, *words):
 
 def check_refusals(place):
     model, out = place("v.model.h5"), ["-o", place("none.model.h5")]
-    refuse("needs a bake with --quantity transfer and --bounces", 3, "fit", "indirect", model, place("v.vis.h5"), *out)
+    refuse("needs a bake of transfer with bounces", 3, "fit", "indirect", model, place("v.vis.h5"), *out)
     run("bake", "visibility", MAN, "-o", place("d.vis.h5"), *SMALL, "--quantity", "transfer")
-    refuse("bake with --bounces 3", 3, "fit", "indirect", model, place("d.vis.h5"), *out)
+    refuse("bake with 3", 3, "fit", "indirect", model, place("d.vis.h5"), *out)
     low = ["2" if word == "4" else word for word in BOUNCES]
     run("bake", "visibility", MAN, "-o", place("o.vis.h5"), *SMALL, *low)
     refuse("needs order 3", 3, "fit", "indirect", model, place("o.vis.h5"), *out)
@@ -140,11 +140,11 @@ def check_refusals(place):
     assert not os.path.exists(out[1])
     refuse("--bounce-bytes", 1, "pack", "asset", place("b.model.h5"), "--bounce-bytes", "2", "-o", place("none.pnb"))
     refuse("no light that bounces", 3, "pack", "check", place("v.pnb"), place("v.vis.h5"), "--bounces", place("t.vis.h5"))
-    refuse("is no bake of --quantity transfer", 3, "pack", "check", place("b.pnb"), place("v.vis.h5"), "--bounces",
+    refuse("is no bake of transfer with bounces", 3, "pack", "check", place("b.pnb"), place("v.vis.h5"), "--bounces",
            place("v.vis.h5"), "--dry-run")
-    refuse("--bounce-bytes needs a model with light", 1, "pack", "asset", model, "--bounce-bytes", "200", "-o", place("none.pnb"))
+    refuse("--bounce-bytes: needs a model with light", 1, "pack", "asset", model, "--bounce-bytes", "200", "-o", place("none.pnb"))
     picture = ["-o", place("none.png")]
-    refuse("--bounces is both, direct or indirect", 1, "player", "render", place("b.pnb"), "--bounces", "all", *picture)
+    refuse("both, direct, indirect", 1, "player", "render", place("b.pnb"), "--bounces", "all", *picture)
     refuse("no light that bounces", 1, "player", "render", place("v.pnb"), "--bounces", "indirect", *picture)
     refuse("no light that bounces", 1, "player", "render", place("v.pnb"), "--channel", "ao-bounced", *picture)
     with open(place("b.model.h5"), "rb") as source, open(place("x.model.h5"), "wb") as target:

@@ -94,12 +94,12 @@ def check_failures(folder):
     (folder / "line\nbreak.txt").write_text("nothing")
     before = sorted(p.name for p in folder.iterdir())
     cases = [
-        (3, "paint.binary: is a file of the MERL database: use --merl", ["--table", "paint.binary"]),
+        (3, "paint.binary: is a file of the MERL database, not a table", ["--table", "paint.binary"]),
         (3, "noise.txt: binary, not a known table", ["--table", "noise.txt"]),
         (3, "m.brdf.h5: is HDF5, as fitted materials are", ["--table", "m.brdf.h5"]),
         (3, "line break.txt", ["--table", "line\nbreak.txt"]),
-        (1, "paint.binary is a file: --merl and --table", ["--analytic", "paint.binary"]),
-        (1, "--analytic, --merl and --table", []),
+        (1, "paint.binary is a file: merl and table", ["--analytic", "paint.binary"]),
+        (1, "--analytic: give exactly one", []),
         (1, "exactly one", ["--analytic", "ggx", "--table", "own.txt"]),
         (1, "'gloss': use one of lambert, oren-nayar", ["--analytic", "gloss"]),
         (1, "no 'roughness': use color, alpha, f0", ["--analytic", "ggx:roughness=0.1"]),

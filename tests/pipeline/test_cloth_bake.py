@@ -108,7 +108,7 @@ def check_blocks(folder, cache):
         for name in ("frames/time", "frames/pose", "frames/positions", "visibility/coefficients"):
             assert np.array_equal(a[name], b[name]) and np.array_equal(a[name][5:20:7], c[name]), name
     refused(1, "--blocks", words=["visibility", cache, "-o", part, "--blocks", "0"])
-    refused(1, "--blocks 1000: clip", words=["visibility", cache, "-o", part, "--blocks", "1000"])
+    refused(1, "--blocks must be at most", words=["visibility", cache, "-o", part, "--blocks", "1000"])
     refused(1, "--up", words=["visibility", os.path.join(BIN, "..", "samples", "bend.glb"), "-o", part, "--up", "z"])
 
 
@@ -340,7 +340,7 @@ def check_ground(folder, cache):
     assert all(np.array_equal(results[0], other) for other in results[1:])
     for words in ([cache, "--ground", "nan"], [cache, "--ground", "1m"], ["--ground", cache]):
         refused(1, words=["visibility", *words, "-o", out])
-    refused(1, "--ground takes a height", words=["visibility", "--ground", cache, cache, "-o", out])
+    refused(1, "--ground must be a height", words=["visibility", "--ground", cache, cache, "-o", out])
 
 
 def main():

@@ -37,6 +37,22 @@ READERS = [
     ("penumbra-player", "bench", ["{in}"]),
     ("penumbra-pack", "check", ["{in}", "{in}"]),
 ]
+# Program, verb, option, and a value below and one above its range.
+RANGES = [
+    *(("penumbra-bake", "visibility", *option) for option in (
+        ("--fps", -1, 1001), ("--blocks", 0, 10001), ("--cache-fps", -1, 1000000), ("--order", 0, 9), ("--rays", 15, 65537),
+        ("--seed", -1, 2**63), ("--bias", 1e-8, 0.2), ("--bounces", -1, 17))),
+    *(("penumbra-bake", "reference", *option) for option in (
+        ("--size", "0x1", "1x16385"), ("--samples", 3, 2**20 + 1), ("--aa", 0, 65), ("--bounces", -1, 17), ("--exposure", 0, "inf"))),
+    ("penumbra-fit", "visibility", "--output-variance", 0, 1.5),
+    ("penumbra-fit", "visibility", "--input-variance", 0, 1.5),
+    ("penumbra-fit", "visibility", "--clusters", 0, 1000001),
+    ("penumbra-fit", "light", "--order", 0, 9),
+    ("penumbra-fit", "blockers", "--spheres", 0, 65),
+    ("penumbra-pack", "asset", "--max-error", 0, "inf"),
+    *(("penumbra-player", "render", *option) for option in (
+        ("--aa", 0, 3), ("--sun-map", 7, 8193), ("--error-max", 0, "inf"), ("--exposure", -0.5, "nan"), ("--frame", -1, 2**31))),
+]
 EXTENSION = {"reference": ".png", "render": ".png"}
 
 
@@ -100,6 +116,16 @@ def test_usage(folder):
         for variable in ("PENUMBRA_THREADS", "CUE_THREADS"):
             expect_error(run(good, folder, env={variable: "-3"}), 1, f"{name} with {variable}=-3", variable, "-3")
         expect_error(run([BIN / verb[0], verb[1]], folder), 1, f"{name} without arguments", "required")
+        expect_error(run(good + ["--report"], folder), 1, f"{name} --report", "--report needs a value")
+        expect_error(run(good + ["--threads", "-q"], folder), 1, f"{name} --threads -q", "--threads needs a value")
+
+
+def test_ranges(folder):
+    verbs = {verb[:2]: verb for verb in VERBS + READERS}
+    for program, name, option, low, high in RANGES:
+        good = command(verbs[program, name], "in", "out" + EXTENSION.get(name, ".out"))
+        for value in (low, high):
+            expect_error(run([*good, f"{option}={value}"], folder), 1, f"{name} {option} {value}", option + " must ", str(value))
 
 
 def test_files(folder):
@@ -264,7 +290,7 @@ def test_signals(folder, rig):
 def main():
     with tempfile.TemporaryDirectory(prefix="penumbra_command_line_") as name:
         top = Path(name)
-        tests = [test_programs, test_usage, test_files, test_report_of_a_failure, test_names_of_files]
+        tests = [test_programs, test_usage, test_ranges, test_files, test_report_of_a_failure, test_names_of_files]
         for test in tests:
             folder = top / test.__name__
             folder.mkdir()

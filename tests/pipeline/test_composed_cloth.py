@@ -143,7 +143,7 @@ def check_bad_input():
     refused(3, "moves with no point", *fields, "ball.npz", "--inputs", "other.csv")
     must(*fields, "ball.npz")
     composed = [FIT, "visibility", "sheet.vis.h5", "-o", "bad.model.h5", "--model", "composed", "--fields"]
-    refused(1, "moves; its fields need --inputs", *composed, "bad.fields.h5")
+    refused(1, "moves; its fields need inputs", *composed, "bad.fields.h5")
     must(*fields, "still.npz")
     refused(3, "no occluder that", *composed, "bad.fields.h5")
     must(*fields, "ball.npz", "--inputs", "named.csv")

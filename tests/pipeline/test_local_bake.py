@@ -127,7 +127,7 @@ def check_prediction(place):
 
 
 def check_refusals(place):
-    for words, part in ((["--local-steps", "2"], "--local-steps goes with --local"), (["--local-order", "5"], "--local-order goes with --local"),
+    for words, part in ((["--local-steps", "2"], "--local"), (["--local-order", "5"], "--local"),
                         (["--local", "--local-steps", "9"], "--local-steps must be 1..8"), (["--local", "--local-steps", "0"], "not 0"),
                         (["--local", "--local-order", "4"], "--local-order must be 5..6")):
         result = run("visibility", MAN, "-o", place("x.vis.h5"), *SMALL, *words, code=1)

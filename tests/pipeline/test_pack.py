@@ -117,9 +117,9 @@ def check_compression():
         f = pack("--max-error", bound)
         assert bound / 2 < f["quantization_error"] <= bound and f["precision"] == "i8", f
     fails(1, "asset", "D5r.model.h5", "-o", "no.pnb", "--max-bytes-per-vertex", 10, says="with one component a cluster")
-    fails(1, "asset", "D5r.model.h5", "-o", "no.pnb", "--max-bytes-per-vertex", 0, says="must be above 0")
+    fails(1, "asset", "D5r.model.h5", "-o", "no.pnb", "--max-bytes-per-vertex", 0, says="must be a finite number above 0")
     fails(1, "asset", "D5r.model.h5", "-o", "no.pnb", "--max-bytes-per-vertex", last["model_bytes_per_vertex"],
-          "--max-error", last["quantization_error"] / 4, says="within --max-bytes-per-vertex")
+          "--max-error", last["quantization_error"] / 4, says="within the bytes")
     print("compression: %d of %d components by default, %d in %.0f bytes a vertex (error %.3f of the signal)" %
           (default["components"], whole["components"], last["components"], last["model_bytes_per_vertex"],
            last["quantization_error"]))

@@ -27,6 +27,12 @@ def fails(code, *words, says=""):
     assert len(lines) == 1 and says in lines[0], (words, says, result.stderr)
 
 
+def warns(option, *words):
+    """Runs a render that an option changes nothing of, and checks that it says so."""
+    said = good("player", "render", *words).stderr
+    assert f"warning: {option} changes nothing" in said, (words, option, said)
+
+
 def read_png(path):
     """The samples of an 8-bit RGB or RGBA PNG as an array [height, width, channels] of 0..255."""
     picture = Image.open(path)
@@ -236,24 +242,20 @@ def check_errors():
     fails(1, "i8.pnb", *out, "--slot", "head=ggx", says="upper, lower")
     fails(1, "i8.pnb", *out, "--slot", "upper", says="SLOT=MATERIAL")
     fails(1, "i8.pnb", *out, "--light-rotation", "tilt=3", says="--light-rotation")
-    fails(1, "i8.pnb", *out, "--light-form", "sh", says="auto, lobes, fixed or rotation")
-    fails(1, "i8.pnb", *out, "--reflectance", "rpo", says="slices or operators")
+    fails(1, "i8.pnb", *out, "--light-form", "sh", says="lobes, fixed, rotation, auto")
+    fails(1, "i8.pnb", *out, "--reflectance", "rpo", says="slices, operators")
     fails(1, "i8.pnb", *out, "--gl", "vulkan", says="osmesa")
     fails(1, "i8.pnb", "-o", "no.jpg", says=".png or .exr")
     fails(2, "none.pnb", *out, says="none.pnb")
     fails(2, "i8.pnb", "-o", "no_folder/no.png", says="no_folder")
-    for channel in ("normals", "clusters", "ao", "error"):
-        for option, value in (("--brdf", "ggx"), ("--light", "sky"), ("--exposure", 1), ("--slot", "upper=ggx"),
-                              ("--light-rotation", "yaw=1"), ("--light-form", "fixed"), ("--reflectance", "slices")):
-            fails(1, "i8.pnb", *out, "--channel", channel, option, value, says=option + " is of no use")
-    fails(1, "i8.pnb", *out, "--error-max", 0.25, says="--error-max is of no use")
     for words in (["--channel", "parts"], ["--lobe", 3, "--lobe-of", "local"], ["--boxes", "all"]):
         fails(1, "i8.pnb", *out, *words, says="is not composed")
     fails(1, "i8.pnb", *out, "--lobe", 10**6, says="--lobe must be a vertex")
-    fails(1, "i8.pnb", *out, "--lobe-of", "far", says="--lobe-of is of no use without --lobe")
-    fails(1, "i8.pnb", *out, "--lobe", 3, "--channel", "normals", says="--lobe is of no use")
-    fails(1, "i8.pnb", "--sheet", "no.png", "--lobe", 3, says="--lobe is of no use with --sheet")
-    fails(1, "i8.pnb", *out, "--truth", "x.truth.pnb", says="--truth is of no use")
+    fails(1, "i8.pnb", *out, "--lobe-of", "far", says="--lobe")
+    fails(1, "i8.pnb", *out, "--lobe", 3, "--channel", "normals", says="--lobe is drawn on pictures of -o alone")
+    fails(1, "i8.pnb", "--sheet", "no.png", "--lobe", 3, says="--lobe is drawn on pictures of -o alone")
+    fails(1, "i8.pnb", "--exposure", *out, says="--exposure needs a value")
+    fails(1, "i8.pnb", "-o", says="-o needs a value")
     fails(3, "x.truth.pnb", *out, says="x.truth.pnb: holds no model")
     fails(3, "i8.pnb", *out, "--truth", "f16.pnb", "--source", "truth", says="f16.pnb: holds no baked frames")
     fails(3, "i8.pnb", *out, "--truth", "x.truth.pnb", "--source", "truth", "--clip", "walk", says="walk")
@@ -261,6 +263,20 @@ def check_errors():
     open("empty.pnb", "w").close()
     fails(3, "empty.pnb", *out, says="empty.pnb")
     assert not [name for name in os.listdir(".") if name.startswith("no")], os.listdir(".")
+
+
+def check_unused():
+    """An option that changes nothing brings a warning, and the same bytes as without it."""
+    small = ["i8.pnb", "--size", "32x32"]
+    look = ["--brdf", "ggx", "--light", "sky", "--exposure", 1, "--slot", "upper=ggx", "--light-rotation", "yaw=1", "--light-form",
+            "fixed", "--reflectance", "slices"]
+    for words in (["--channel", "ao"], ["--channel", "normals"]):
+        good("player", "render", *small, *words, "-o", "plain.png")
+        for option in look[::2]:
+            warns(option, *small, *words, *look, "-o", "warned.png")
+        assert open("plain.png", "rb").read() == open("warned.png", "rb").read()
+    warns("--error-max", *small, "--error-max", 0.25, "-o", "warned.png")
+    warns("--truth", *small, "--truth", "x.truth.pnb", "-o", "warned.png")
 
 
 with tempfile.TemporaryDirectory() as folder:
@@ -273,5 +289,6 @@ with tempfile.TemporaryDirectory() as folder:
     check_alpha_and_numbers()
     check_lobe()
     check_errors()
+    check_unused()
     os.chdir("/")
 print("ok")

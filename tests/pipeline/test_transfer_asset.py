@@ -151,12 +151,12 @@ def check_bounces(place):
 
 def check_refusals(place):
     asset, out = place("p.pnb"), ["-o", place("none.png")]
-    for words, part, code in ((["--channel", "clusters"], "--channel clusters", 1), (["--path", "glsl"], "--path glsl", 1),
-                              (["--lobe", 3], "--lobe", 1), (["--channel", "parts"], "--channel parts", 1),
+    for words, part, code in ((["--channel", "clusters"], "--channel: ", 1), (["--path", "glsl"], "--path: ", 1),
+                              (["--lobe", 3], "--lobe", 1), (["--channel", "parts"], "--channel: ", 1),
                               (["--suns", "on"], "takes all of the light as SH", 1),
                               (["--light-form", "fixed"], "--light-form", 1),
-                              (["--reflectance", "operators"], "--reflectance operators", 1),
-                              (["--channel", "transfer-error"], "need --truth", 1)):
+                              (["--reflectance", "operators"], "--reflectance: ", 1),
+                              (["--channel", "transfer-error"], "--truth: the channels", 1)):
         refused(code, part, PLAYER, "render", asset, *SIZE, *words, *out)
     good("bake", "visibility", MAN, "-o", place("low.vis.h5"), "-q", "--rays", 16, "--fps", 2, "--order", 6)
     good("pack", "truth", place("low.vis.h5"), "-o", place("low.truth.pnb"), "-q")
@@ -171,13 +171,13 @@ def check_refusals(place):
     refused(1, "--characters", PLAYER, "bench", asset, "--characters", 10)
     pnb = ["-o", place("none.pnb")]
     model = place("p.transfer.h5")
-    refused(5, "no --brdf is lambert", PACK, "asset", model, "--brdf", place("ggx.brdf.h5"), *pnb)
-    refused(1, "one or the other", PACK, "asset", model, "--brdf", place("clay.brdf.h5"), "--albedo", "1/1/1", *pnb)
-    refused(1, "--albedo is R/G/B", PACK, "asset", model, "--albedo", "1/2/1", *pnb)
+    refused(5, "no material is lambert", PACK, "asset", model, "--brdf", place("ggx.brdf.h5"), *pnb)
+    refused(1, "--brdf", PACK, "asset", model, "--brdf", place("clay.brdf.h5"), "--albedo", "1/1/1", *pnb)
+    refused(1, "--albedo must be R/G/B", PACK, "asset", model, "--albedo", "1/2/1", *pnb)
     refused(1, "--max-error", PACK, "asset", model, "--max-error", 0.1, *pnb)
     refused(1, "--bounce-bytes", PACK, "asset", model, "--bounce-bytes", 10, *pnb)
     refused(1, "of no use", PACK, "check", asset, place("t.vis.h5"), "--bounces", place("t.vis.h5"))
-    refused(1, "--albedo needs transfer", PACK, "asset", place("v.model.h5"), "--albedo", "1/1/1", *pnb)
+    refused(1, "--albedo: needs transfer", PACK, "asset", place("v.model.h5"), "--albedo", "1/1/1", *pnb)
     html = ["--holdout", HELD, "-o", place("none.html")]
     refused(1, "needs hemisphere_visibility of order 7", FIT, "compare", place("low.vis.h5"), "--transfer", *html)
     refused(1, "training frames", FIT, "compare", place("low.vis.h5"), "--transfer", "--order", 5, *html)

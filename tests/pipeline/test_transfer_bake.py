@@ -184,13 +184,13 @@ def check_refusals(place):
     transfer = ["--quantity", "transfer", "--bounces", "1"]
     for words, part in ((["--bounces", "1"], "--bounces goes with --quantity transfer"),
                         ([*transfer[:3], "17", "--albedo", "0/0/0"], "--bounces must be 0..16"),
-                        ([*transfer[:2], "--albedo", "0.5/0.5/0.5"], "go with --bounces"),
+                        ([*transfer[:2], "--albedo", "0.5/0.5/0.5"], "--bounces"),
                         ([*transfer, "--albedo", "1/0.5/0.5"], "not in [0, 1)"),
                         ([*transfer, "--albedo", "0.5/0.5/0.5", "--transmission", "0.1/0.1/0.1"], "not two-sided"),
                         ([*transfer, "--albedo", "0.5/0.5/0.5", "--transmission", "0.6/0/0", "--two-sided"], "not in [0, 1 - albedo]"),
                         ([*transfer[:2], "--local"], "--local goes with --quantity visibility")):
         refuse(["visibility", MAN, "-o", place("x.vis.h5"), *SMALL, *words], part, 1)
-    refuse(["visibility", SHEET, "-o", place("x.vis.h5"), *transfer], "give --albedo", 1)
+    refuse(["visibility", SHEET, "-o", place("x.vis.h5"), *transfer], "--albedo: is needed", 1)
     for text, part in (("", "has no colours"), ("a,b\n", "slot,r,g,b or vertex,r,g,b"), ("slot,r,g,b\n", "has no colours"), ("slot,r,g,b\nnobody,0,0,0\n", "nobody"),
                        ("vertex,r,g,b\n0,0,0\n", "fewer than 4 fields"), ("vertex,r,g,b\n0,0,0,nan\n", "'nan' is no number"),
                        ("vertex,r,g,b\n0,0,0,0.5x\n", "is no number"), ("vertex,r,g,b\n9999,0,0,0\n", "is none of 0..1429"),

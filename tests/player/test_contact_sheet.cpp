@@ -136,7 +136,7 @@ TEST(ContactSheet, TooLargeIsAUsageErrorWithTheSize) {
         layoutSheet(100000, tiles(3, 512, 512, 3), 0);
         FAIL();
     } catch (const UsageError& error) {
-        EXPECT_THAT(error.what(), testing::HasSubstr("--sheet: 100000 cells would make"));
+        EXPECT_THAT(error.what(), testing::HasSubstr("sheet: 100000 cells would make"));
     }
     EXPECT_THROW(layoutSheet(100, tiles(1, 512, 512, 0), 100), UsageError) << "too wide";
     EXPECT_THROW(layoutSheet(100, tiles(1, 512, 512, 0), 1), UsageError) << "too high";

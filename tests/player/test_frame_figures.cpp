@@ -175,8 +175,8 @@ TEST(ErrorGate, PassesOnlyWhenNoFrameIsAbove) {
     EXPECT_FALSE(result.passed);
     EXPECT_THAT(result.failed, ElementsAre(4, 1, 3, 2));
     EXPECT_EQ(result.message,
-              "--fail-above 0.15: ambient-mean is above it in 4 of 5 frames; worst: say \"hi\", twice 1 (0.4), walk 1 "
-              "(0.3), say \"hi\", twice 0 (0.25)");
+              "ambient-mean is above 0.15 in 4 of 5 frames; worst: say \"hi\", twice 1 (0.4), walk 1 (0.3), say "
+              "\"hi\", twice 0 (0.25)");
 }
 
 TEST(ErrorGate, AShareOfFramesMayBeAbove) {
@@ -188,9 +188,9 @@ TEST(ErrorGate, AShareOfFramesMayBeAbove) {
 TEST(ErrorGate, OneFigureOverTheRun) {
     EXPECT_EQ(messageOf({.above = 0.2, .over_run = true}, {0.1, 0.3}), "") << "the mean is 0.2";
     EXPECT_THAT(messageOf({.above = 0.19, .over_run = true}, {0.1, 0.3}),
-                HasSubstr("ambient-mean is 0.2 over 2 frames; worst: walk 1 (0.3)"));
+                HasSubstr("ambient-mean is 0.2, above 0.19, over 2 frames; worst: walk 1 (0.3)"));
     EXPECT_THAT(messageOf({.figure = Figure::kAmbientMax, .above = 0.5, .over_run = true}, {0.1, 0.3}),
-                HasSubstr("ambient-max is 0.6 over 2 frames"));
+                HasSubstr("ambient-max is 0.6, above 0.5, over 2 frames"));
 }
 
 TEST(ErrorGate, WhatWasNotMeasuredNeverPasses) {

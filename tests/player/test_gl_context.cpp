@@ -28,11 +28,6 @@ TEST(GlContext, IsMadeAgainAfterItsEnd) {
     }
 }
 
-TEST(GlContext, UnknownWordIsAUsageError) {
-    EXPECT_EQ(parseGlBackend("egl"), GlBackend::kEgl);
-    EXPECT_THROW(parseGlBackend("glx"), UsageError);
-}
-
 TEST(GlObjects, ShaderErrorsNameTheLine) {
     const auto context = createGlContext(GlBackend::kOsMesa);
     try {

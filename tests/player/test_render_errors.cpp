@@ -33,26 +33,26 @@ TEST(Render, UnknownNamesAreUsageErrorsThatListTheKnownOnes) {
     const SyntheticAsset data;
     RenderOptions options = smallPicture();
     options.clip = "walk";
-    EXPECT_EQ(messageOf(options, data.asset, nullptr), "usage: --clip: the asset has no \"walk\"; it has swing, still");
+    EXPECT_EQ(messageOf(options, data.asset, nullptr), "usage: clip: the asset has no \"walk\"; it has swing, still");
     options = smallPicture();
     options.brdf = "gold";
     EXPECT_EQ(messageOf(options, data.asset, nullptr),
-              "usage: --brdf: the asset has no \"gold\"; it has lambert, ggx, tinted");
+              "usage: brdf: the asset has no \"gold\"; it has lambert, ggx, tinted");
     options = smallPicture();
     options.clip = "s";
     EXPECT_EQ(messageOf(options, data.asset, nullptr),
-              "usage: --clip: the asset has more than one \"s\"; it has swing, still");
+              "usage: clip: the asset has more than one \"s\"; it has swing, still");
     options.clip = "sw";
     EXPECT_EQ(messageOf(options, data.asset, nullptr), "");
     options = smallPicture();
     options.light = "moon";
-    EXPECT_EQ(messageOf(options, data.asset, nullptr), "usage: --light: the asset has no \"moon\"; it has sky, even");
+    EXPECT_EQ(messageOf(options, data.asset, nullptr), "usage: light: the asset has no \"moon\"; it has sky, even");
     options = smallPicture();
     options.frame = 3;
-    EXPECT_EQ(messageOf(options, data.asset, nullptr), "usage: --frame must be 0..2 for clip \"swing\", not 3");
+    EXPECT_EQ(messageOf(options, data.asset, nullptr), "usage: frame: must be 0..2 for clip \"swing\", not 3");
     options = smallPicture();
     options.camera = "roll=3";
-    EXPECT_EQ(messageOf(options, data.asset, nullptr).substr(0, 16), "usage: --camera:");
+    EXPECT_EQ(messageOf(options, data.asset, nullptr).substr(0, 14), "usage: camera:");
 }
 
 TEST(Render, MaterialsOfSlotsAreNamed) {
@@ -68,16 +68,16 @@ TEST(Render, MaterialsOfSlotsAreNamed) {
     options.slots = {"part=ggx", "part1=lambert"};
     EXPECT_EQ(resolveShot(options, data.asset, nullptr).material_of_slot, (std::vector<std::size_t>{1, 0, 1}));
     const std::pair<const char*, const char*> wrong[] = {
-        {"part0", "usage: --slot takes SLOT=MATERIAL, not \"part0\""},
-        {"head=ggx", "usage: --slot: no slot \"head\"; there are part0, part1, part2"},
-        {"part1=gold", "usage: --slot: no material \"gold\"; there are lambert, ggx, tinted"}};
+        {"part0", "usage: slot: must be SLOT=MATERIAL, not \"part0\""},
+        {"head=ggx", "usage: slot: no slot \"head\"; there are part0, part1, part2"},
+        {"part1=gold", "usage: slot: the asset has no \"gold\"; it has lambert, ggx, tinted"}};
     for (const auto& [text, message] : wrong) {
         options.slots = {text};
         EXPECT_EQ(messageOf(options, data.asset, nullptr), message);
     }
     const SyntheticAsset plain;
     options.slots = {"part0=ggx"};
-    EXPECT_NE(messageOf(options, plain.asset, nullptr).find("usage: --slot: the asset's mesh is one part"),
+    EXPECT_NE(messageOf(options, plain.asset, nullptr).find("usage: slot: the asset's mesh is one part"),
               std::string::npos);
 }
 
@@ -88,26 +88,25 @@ TEST(Render, WhatAMaterialOrLightLacksIsSaid) {
     RenderOptions options = smallPicture();
     options.shading.reflectance = Reflectance::kOperators;
     EXPECT_EQ(messageOf(options, data.asset, nullptr),
-              "usage: --reflectance operators: the asset's material \"ggx\" has none; fit it with penumbra-fit brdf "
-              "--operators");
+              "usage: reflectance: the asset's material \"ggx\" has no operators; penumbra-fit brdf makes them");
     options.brdf = "tinted";
     EXPECT_EQ(messageOf(options, data.asset, nullptr), "") << "a material that is not on need not have them";
     options.shading.light_form = LightForm::kLobes;
     EXPECT_EQ(messageOf(options, data.asset, nullptr), "");
     options.light = "even";
     EXPECT_EQ(messageOf(options, data.asset, nullptr),
-              "usage: --light-form lobes: the asset's light \"even\" has none; fit it with penumbra-fit light --lobes");
+              "usage: light_form: the asset's light \"even\" has no lobes; penumbra-fit light makes them");
     options = smallPicture();
     options.light_rotation = "yaw=1000";
     EXPECT_EQ(messageOf(options, data.asset, nullptr),
-              "usage: --light-rotation: light rotation yaw must be a number from -360 to 360, not '1000'");
+              "usage: light_rotation: light rotation yaw must be a number from -360 to 360, not '1000'");
 }
 
 TEST(Render, WhatIsMissingIsSaid) {
     SyntheticAsset data;
     RenderOptions options = smallPicture();
     options.channel = Channel::kError;
-    EXPECT_NE(messageOf(options, data.asset, nullptr).find("usage: --channel error"), std::string::npos);
+    EXPECT_NE(messageOf(options, data.asset, nullptr).find("usage: truth: the channels error"), std::string::npos);
     data.truth.animation.clips[0].name = "walk";
     EXPECT_EQ(messageOf(options, data.asset, &data.truth), "input: asset: has no clip \"swing\"");
     data.truth.animation.clips[0] = {"swing", 0, 1, false};

@@ -30,21 +30,6 @@
 
 namespace penumbra {
 
-constexpr std::array<std::pair<const char*, OperatorSource>, 3> kSources{
-    {{"slices", OperatorSource::kSlices}, {"table", OperatorSource::kTable}, {"literal", OperatorSource::kLiteral}}};
-
-OperatorSource parseOperatorSource(const std::string& name) {
-    for (const auto& [text, source] : kSources)
-        if (name == text) return source;
-    throw UsageError("--operators-from: \"" + name + "\" is none of slices, table, literal");
-}
-
-const char* nameOf(OperatorSource source) {
-    for (const auto& [text, value] : kSources)
-        if (value == source) return text;
-    return "";
-}
-
 namespace {
 
 // The terms of one channel as SH coefficients.

@@ -4,6 +4,8 @@
 #include <string>
 
 #include "fit/reflectance/shading_error.h"
+#include "formats/common/words.h"
+#include "formats/stage/brdf_file.h"
 #include "sh/brdf/brdf.h"
 
 namespace penumbra {
@@ -18,8 +20,9 @@ enum class OperatorSource {
     // order 4 and w zero below the horizon.
     kLiteral,
 };
-OperatorSource parseOperatorSource(const std::string& name);  // throws UsageError for other names
-const char* nameOf(OperatorSource source);
+inline constexpr Word<OperatorSource> kOperatorSourceWords[] = {
+    {"slices", OperatorSource::kSlices}, {"table", OperatorSource::kTable}, {"literal", OperatorSource::kLiteral}};
+constexpr std::string_view nameOf(OperatorSource source) { return wordOf(kOperatorSourceWords, source); }
 
 // Fits `count` terms, 1 <= count <= kMaxOperators. `brdf` holds the slices of `source`. The result has more or fewer
 // terms where `count` would cut a pair of equal singular values, and fewer where the BRDF has no more terms.

@@ -1,0 +1,14 @@
+#pragma once
+// What a point cache does not say itself: visibility and fields have these flags.
+#include "formats/cache/point_cache.h"
+#include "formats/common/options.h"
+
+namespace penumbra {
+
+inline void addCacheFlags(CLI::App& app, PointCacheOptions& cache) {
+    static constexpr Word<bool> kUpWords[] = {{"y", false}, {"z", true}};
+    addParsed(app, "--units", cache.metres, metresOfUnit, "of a point cache: m, cm, mm, inch or metres (default: m)");
+    addChoice(app, "--up", cache.z_up, kUpWords, "of a point cache: y or z");
+}
+
+}  // namespace penumbra
