@@ -148,7 +148,7 @@ Checker::Checker(const AssetView& asset, const VisibilityReader& truth, const Ch
 // the truth, or the mirrored function itself, whose even coefficients in the local frame are the numbers.
 void predictedNumbers(const Convention& convention, bool mirrored, std::span<const float> coefficients, Vec3 normal,
                       Vec3 tangent, std::span<float> numbers) {
-    if (!mirrored) return numbersFromMoments(convention, coefficients, normal, tangent, numbers);
+    if (!mirrored) return coefficientsFromMoments(convention, coefficients, normal, tangent, numbers);
     std::array<float, coefficientCount(kMaxOrder)> local;
     const auto count = std::size_t(coefficientCount(convention.order));
     apply(makeShRotation(convention.order, toLocalFrame(normal, tangent)), coefficients.first(count),
@@ -177,15 +177,15 @@ void Checker::compareVertex(std::size_t v, const BakedFrames& baked, CheckSums& 
     };
     const std::span<float> y = std::span(b.truth).subspan(v * stride, size);
     const std::span<const float> moments = coefficients(truth_, baked.truth);
-    numbersFromMoments(convention, moments, b.normals[v], b.tangents[v], y);
+    coefficientsFromMoments(convention, moments, b.normals[v], b.tangents[v], y);
     double squares = 0;
     for (float number : y) squares += double(number) * number;
     sums.truth_squares += squares;
     sums.sh_outside += binaryEnergy(convention, moments[0]) - squares;
     if (!baked.second.coefficients.empty()) {
         const std::span<float> other = std::span(b.second).subspan(v * stride, size);
-        numbersFromMoments(convention, coefficients(*references_.second_bake, baked.second), b.normals[v],
-                           b.tangents[v], other);
+        coefficientsFromMoments(convention, coefficients(*references_.second_bake, baked.second), b.normals[v],
+                                b.tangents[v], other);
         sums.noise += squaredDifference(other, y) / 2;
     }
     if (references_.predictions) {
@@ -216,9 +216,9 @@ void Checker::findLocal(std::size_t cluster, const BakedFrames& baked) {
     if (!moments) return;
     const std::size_t n = moments->coefficientCount();
     for (std::size_t v = view.first_vertex; v < view.first_vertex + std::size_t(view.vertex_count); ++v)
-        numbersFromMoments(asset_.model.convention,
-                           std::span(baked.truth.local_coefficients).subspan(asset_.mesh.shading_point[v] * n, n),
-                           b.normals[v], b.tangents[v], std::span(b.true_local).subspan(v * stride, size));
+        coefficientsFromMoments(asset_.model.convention,
+                                std::span(baked.truth.local_coefficients).subspan(asset_.mesh.shading_point[v] * n, n),
+                                b.normals[v], b.tangents[v], std::span(b.true_local).subspan(v * stride, size));
     if (unpacked_)
         unpacked_spans_->project(references_.unpacked->model.clusters[cluster], cluster, b.true_local, b.spanned_local);
     else
@@ -300,9 +300,11 @@ void Checker::compareCluster(std::size_t cluster, const BakedFrames& baked, Clip
                 unpacked_spans_->squaredDistance(references_.unpacked->model.clusters[cluster], cluster, b.truth);
         sums.packing = squaredDifference(part(b.unpacked), part(b.evaluated));
     }
-    ambient(asset_.model.convention, int(stride), begin, end, b.evaluated, b.e_evaluated);
-    ambient(asset_.model.convention, int(stride), begin, end, b.truth, b.e_truth);
-    for (std::size_t v = begin; v < end; ++v) sums.ambient += std::abs(double(b.e_evaluated[v]) - b.e_truth[v]);
+    const std::span<float> e = std::span(b.e_evaluated).subspan(begin, end - begin),
+                           e_truth = std::span(b.e_truth).subspan(begin, end - begin);
+    ambient(asset_, part(b.evaluated), e);
+    ambient(asset_, part(b.truth), e_truth);
+    for (std::size_t v = 0; v < e.size(); ++v) sums.ambient += std::abs(double(e[v]) - e_truth[v]);
     clip.of_cluster[cluster].add(sums);
 }
 

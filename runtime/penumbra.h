@@ -7,10 +7,9 @@
  *
  * Errors. Functions that can fail return a penumbra_status. Unless it is PENUMBRA_OK, the function has changed and
  * written nothing, and `error`, unless NULL, holds one sentence. A NULL handle or array where none is allowed, an index
- * beyond the last, a count that does not fit and a number that is not finite are PENUMBRA_INVALID_ARGUMENT. Arrays of
- * all vertices that ..._shade, ..._add_suns, ..._ambient, ..._cast and ..._shadow read are not searched for such
- * numbers, since other functions of the library write them: one in there spoils the result at its vertex and no other.
- * No C++ exception leaves the library, and it never prints or exits.
+ * beyond the last, a count that does not fit and a number that is not finite are PENUMBRA_INVALID_ARGUMENT. The arrays
+ * of penumbra_vertices are not searched for such numbers, since functions of the library write them: one in there
+ * spoils the result at its vertex and no other. No C++ exception leaves the library, and it never prints or exits.
  *
  * Enums have a last value ..._WIDE that makes them as wide as an int, so that the library can refuse a wrong value.
  *
@@ -118,8 +117,8 @@ typedef struct penumbra_asset_info {
                               own, then the inputs); 0 where the model reads matrices only */
 
     const char* convention;   /* of the visibility, "D5", "A4", ... (docs/formulas.md section 2); "T6": transfer */
-    size_t number_count;      /* numbers a vertex */
-    size_t stride;            /* floats a vertex in arrays of numbers: number_count padded to a multiple of 4 */
+    size_t coefficient_count; /* coefficients a vertex */
+    size_t stride;            /* floats a vertex in their arrays: coefficient_count padded to a multiple of 4 */
     size_t cluster_count;     /* C */
     size_t score_count;       /* scores of all clusters together */
     float quantization_error; /* relative, measured when the asset was packed */
@@ -192,10 +191,9 @@ typedef struct penumbra_light {
 } penumbra_light;
 PENUMBRA_API penumbra_status penumbra_asset_get_light(const penumbra_asset* asset, size_t light, penumbra_light* out);
 
-/* Gives a GPU what it needs to evaluate a cluster itself (penumbra.glsl): numbers = mean + sum over k of score_k
+/* Gives a GPU what it needs to evaluate a cluster itself (penumbra.glsl): coefficients = mean + sum over k of score_k
  * scale_k basis_k, followed by a clamp of the ambient term. Clusters are contiguous ranges of vertices and cover all of
- * them.
- */
+ * them. */
 typedef enum penumbra_precision { PENUMBRA_F32 = 0, PENUMBRA_F16 = 1, PENUMBRA_I8 = 2 } penumbra_precision;
 typedef struct penumbra_cluster {
     size_t joint, first_vertex, vertex_count;
@@ -299,39 +297,41 @@ PENUMBRA_API void penumbra_rotation_vector(const float rest[4], const float now[
  * pose. */
 PENUMBRA_API double penumbra_character_out_of_range(const penumbra_character* character);
 
-/* Computes the visibility of the vertices of clusters [first, first + count) as SH numbers in each vertex' local frame.
- * `numbers` [V, stride] is the array of all vertices. */
-PENUMBRA_API penumbra_status penumbra_character_evaluate(const penumbra_character* character, size_t first_cluster,
-                                                         size_t cluster_count, float* numbers, penumbra_error* error);
-/* Computes skinned (for a deforming mesh: given) positions, unit normals and unit tangents of vertices [first,
- * first + count). Each array is [V,3]. */
-PENUMBRA_API penumbra_status penumbra_character_skin(const penumbra_character* character, size_t first_vertex,
-                                                     size_t vertex_count, float* positions, float* normals,
-                                                     float* tangents, penumbra_error* error);
-/* Computes the ambient term of vertices [first, first + count): cosine-weighted visibility / pi, from 0 (dark) to 1
- * (open). `ambient` is [V]. */
-PENUMBRA_API penumbra_status penumbra_character_ambient(const penumbra_character* character, size_t first_vertex,
-                                                        size_t vertex_count, const float* numbers, float* ambient,
-                                                        penumbra_error* error);
-
-/* Light that bounces: what reaches a vertex by reflection from the rest of the character, with the albedo of the bake
- * (penumbra-fit indirect). Number of bounces of the asset; 0: it has no such light. */
-PENUMBRA_API int penumbra_asset_bounces(const penumbra_asset* asset);
-/* Numbers of a vertex in arrays of light that bounces. */
+/* Vertices [first, first + count), and the caller's arrays of all V vertices of an asset, or of all points of a height
+ * field. Functions read or write those arrays that they name. The others may be NULL. */
+typedef struct penumbra_vertices {
+    float *positions, *normals, *tangents; /* [V,3] unit normals and tangents */
+    float* coefficients; /* [V,stride] SH of the visibility in each vertex' local frame; or transfer */
+    float* bounced;      /* [V,PENUMBRA_BOUNCED_STRIDE] light that bounces; NULL: calls leave it out */
+    size_t first, count;
+} penumbra_vertices;
 #define PENUMBRA_BOUNCED_STRIDE 12
-/* Computes the light that bounces to the vertices of clusters [first, first + count), for
- * penumbra_shading_shade_bounced. `bounced` [V, PENUMBRA_BOUNCED_STRIDE] is the array of all vertices. Fails with
- * PENUMBRA_UNSUPPORTED where the asset has none. */
-PENUMBRA_API penumbra_status penumbra_character_evaluate_bounced(const penumbra_character* character,
-                                                                 size_t first_cluster, size_t cluster_count,
-                                                                 float* bounced, penumbra_error* error);
-/* Computes the ambient term with light that bounces of vertices [first, first + count), under a light of radiance 1
- * from everywhere: from 0 to 1, and never below that of penumbra_character_ambient by more than rounding where surfaces
- * reflect. `ambient` is [V]. */
-PENUMBRA_API penumbra_status penumbra_character_ambient_bounced(const penumbra_character* character,
-                                                                size_t first_vertex, size_t vertex_count,
-                                                                const float* numbers, const float* bounced,
-                                                                float* ambient, penumbra_error* error);
+
+/* How many bounces the asset has of light that reaches a vertex by reflection from the rest of the character, with the
+ * albedo of the bake (penumbra-fit indirect). 0: it has no such light, and calls with `bounced` fail with
+ * PENUMBRA_UNSUPPORTED. */
+PENUMBRA_API int penumbra_asset_bounces(const penumbra_asset* asset);
+
+/* Computes `coefficients`, and `bounced` unless it is NULL, of clusters [first_cluster, first_cluster + cluster_count),
+ * whatever the range of `vertices` is. */
+PENUMBRA_API penumbra_status penumbra_character_evaluate(const penumbra_character* character, size_t first_cluster,
+                                                         size_t cluster_count, const penumbra_vertices* vertices,
+                                                         penumbra_error* error);
+/* Computes skinned (for a deforming mesh: given) `positions`, `normals` and `tangents`. */
+PENUMBRA_API penumbra_status penumbra_character_skin(const penumbra_character* character,
+                                                     const penumbra_vertices* vertices, penumbra_error* error);
+/* Computes the ambient term [V] from `coefficients`: cosine-weighted visibility / pi, from 0 (dark) to 1 (open). With
+ * `bounced` it has what reaches the vertices by reflection under a light of radiance 1 from everywhere, and is never
+ * below the other by more than rounding where surfaces reflect. */
+PENUMBRA_API penumbra_status penumbra_character_ambient(const penumbra_character* character,
+                                                        const penumbra_vertices* vertices, float* ambient,
+                                                        penumbra_error* error);
+/* Computes the transfer [V,order^2] of order 1..5 from `coefficients`, `positions`, `normals` and `tangents`: the
+ * integrals over the hemisphere of V cos y_i in the model frame. Its product with the SH of a light of so many bands is
+ * the irradiance. */
+PENUMBRA_API penumbra_status penumbra_character_transfer(const penumbra_character* character, int order,
+                                                         const penumbra_vertices* vertices, float* transfer,
+                                                         penumbra_error* error);
 
 /* Gives a GPU the scores of all clusters [score_count] and the rotation of each [C,3,3] (rows). NULL: not wanted. */
 PENUMBRA_API penumbra_status penumbra_character_get_scores(const penumbra_character* character, float* scores,
@@ -370,32 +370,34 @@ typedef struct penumbra_caster {
 /* Tells what a caster is and where it stands. */
 PENUMBRA_API penumbra_status penumbra_scene_get_caster(const penumbra_scene* scene, size_t caster, penumbra_caster* out,
                                                        penumbra_error* error);
-/* Computes what all casters but `except` (PENUMBRA_NONE: all) leave visible at points of the engine's own meshes.
- * `positions` and unit `normals` are [count,3] in the scene. `ambient` [count] gets the cosine-weighted visibility /
- * pi, 1 where nothing is hidden. `transfer` [count,25] gets the integrals over the hemisphere of V cos y_i, order 5, in
- * the scene: their product with the SH of a light of at most 5 bands is the irradiance. Either may be NULL.
- * Neighbouring points should follow one another: 64 at a time look for the casters in reach. */
-PENUMBRA_API penumbra_status penumbra_scene_probe(const penumbra_scene* scene, size_t except, const float* positions,
-                                                  const float* normals, size_t count, float* ambient, float* transfer,
-                                                  penumbra_error* error);
-/* Multiplies the visibility of vertices [first, first + count) of a character, which penumbra_character_evaluate has
- * written into `numbers` [V, stride], by what all casters but `except` leave visible: its own caster, unless that is
- * PENUMBRA_NONE. The character may be of any asset. Numbers stay bit for bit the same where no caster is in reach.
- * Casters that are not near are looked up at anchors, which all vertices of a cluster share, so that large ranges cost
- * less a vertex than small ones. Allocates for the first range of a thread, for a larger one, and for the first call on
- * an asset. */
+/* Points of the engine's own meshes, in the scene. Neighbouring ones should follow one another: 64 at a time look for
+ * the casters in reach. */
+typedef struct penumbra_points {
+    const float *positions, *normals; /* [count,3] unit normals */
+    size_t count;
+} penumbra_points;
+/* These compute what all casters but `except` (PENUMBRA_NONE: all) leave visible at points, each for a caller who needs
+ * no more than that. The ambient term [count] is the cosine-weighted visibility / pi, 1 where nothing is hidden. The
+ * irradiance [count,3] is that of a light `sh` [order^2,3], order 1..5, in the scene. The transfer [count,25] has the
+ * integrals over the hemisphere of V cos y_i, order 5, in the scene, whose product with a light is the irradiance. */
+PENUMBRA_API penumbra_status penumbra_scene_ambient(const penumbra_scene* scene, size_t except,
+                                                    const penumbra_points* points, float* ambient,
+                                                    penumbra_error* error);
+PENUMBRA_API penumbra_status penumbra_scene_irradiance(const penumbra_scene* scene, size_t except,
+                                                       const penumbra_points* points, int order, const float* sh,
+                                                       float* irradiance, penumbra_error* error);
+PENUMBRA_API penumbra_status penumbra_scene_transfer(const penumbra_scene* scene, size_t except,
+                                                     const penumbra_points* points, float* transfer,
+                                                     penumbra_error* error);
+/* Multiplies `coefficients` of a character's vertices, which penumbra_character_evaluate has written, by what all
+ * casters but `except` leave visible: its own caster, unless that is PENUMBRA_NONE. `bounced`, unless it is NULL, is
+ * multiplied by the share of a white sky that they leave. The character may be of any asset. The arrays stay bit for
+ * bit the same where no caster is in reach. Casters that are not near are looked up at anchors, which all vertices of a
+ * cluster share, so that large ranges cost less a vertex than small ones. Allocates for the first range of a thread,
+ * for a larger one, and for the first call on an asset. */
 PENUMBRA_API penumbra_status penumbra_scene_cast(const penumbra_scene* scene, size_t except,
                                                  const penumbra_character* character, const float* to_scene,
-                                                 size_t first_vertex, size_t vertex_count, float* numbers,
-                                                 penumbra_error* error);
-/* Does what penumbra_scene_cast does, and multiplies the light that bounces to these vertices by the share of a white
- * sky that the casters leave them. `bounced` [V, PENUMBRA_BOUNCED_STRIDE] is that of
- * penumbra_character_evaluate_bounced; NULL: there is none. Fails with PENUMBRA_UNSUPPORTED where it is given and the
- * asset has no such light. */
-PENUMBRA_API penumbra_status penumbra_scene_cast_bounced(const penumbra_scene* scene, size_t except,
-                                                         const penumbra_character* character, const float* to_scene,
-                                                         size_t first_vertex, size_t vertex_count, float* numbers,
-                                                         float* bounced, penumbra_error* error);
+                                                 const penumbra_vertices* vertices, penumbra_error* error);
 
 /* How many spheres characters of the asset cast by (penumbra-pack asset --blockers); 0: none. */
 PENUMBRA_API size_t penumbra_asset_sphere_count(const penumbra_asset* asset);
@@ -476,9 +478,11 @@ typedef struct penumbra_parameter {
 /* Tells the parameter of such a material. Fails with PENUMBRA_UNSUPPORTED for another. */
 PENUMBRA_API penumbra_status penumbra_shading_get_material_parameter(const penumbra_shading* shading, size_t material,
                                                                      penumbra_parameter* out, penumbra_error* error);
-/* Sets the caller's own light and switches it on. `sh` is [order^2, 3] and finite, order 1..caller_light_order. */
+/* Sets the caller's own light and switches it on. `sh` is [order^2, 3] and finite, order 1..caller_light_order.
+ * `seconds` (finite, 0 or more) have gone by since the last light, for its suns (penumbra_shading_find_suns). Over 0
+ * seconds these stay where they are; the first light's are taken as they are. */
 PENUMBRA_API penumbra_status penumbra_shading_set_sh_light(penumbra_shading* shading, int order, const float* sh,
-                                                           penumbra_error* error);
+                                                           double seconds, penumbra_error* error);
 /* Turns the light, and those that are switched on later, in the model frame: L'(s) = L(rotation^T s). It always turns
  * the light as it came. `rotation` has [3,3] rows, orthonormal within 1e-3. */
 PENUMBRA_API penumbra_status penumbra_shading_set_light_rotation(penumbra_shading* shading, const float rotation[9],
@@ -506,21 +510,14 @@ PENUMBRA_API penumbra_status penumbra_shading_get_sun(const penumbra_shading* sh
  * whole light. Fails with PENUMBRA_UNSUPPORTED without room for a light of the caller. Allocates. */
 PENUMBRA_API penumbra_status penumbra_shading_find_suns(penumbra_shading* shading, int most, double time_constant,
                                                         penumbra_error* error);
-/* Does what penumbra_shading_set_sh_light does, `seconds` (finite, 0 or more) after the last light. Over 0 seconds suns
- * stay where they are; the first light's are taken as they are. */
-PENUMBRA_API penumbra_status penumbra_shading_update_sh_light(penumbra_shading* shading, int order, const float* sh,
-                                                              double seconds, penumbra_error* error);
 
-/* Computes the radiance towards `eye` (model frame). It is not clamped: where SH ring, values may be slightly negative.
- * Arrays are those of all vertices, [V,3] and numbers [V,stride], and a call shades `count` of them. With several slots
- * these are the ones at [first, first + count) of a list that has the vertices of one slot together. So only calls that
- * cover [0, V) together shade every vertex. A vertex seen from behind its normal gets the radiance of the mirrored view
- * direction. */
-typedef struct penumbra_vertices {
-    const float *positions, *normals, *tangents, *numbers;
-} penumbra_vertices;
-PENUMBRA_API penumbra_status penumbra_shading_shade(const penumbra_shading* shading, const float eye[3], size_t first,
-                                                    size_t count, const penumbra_vertices* vertices, float* radiance,
+/* Computes the radiance towards `eye` (model frame), [V,3], from all arrays of `vertices`. It is not clamped: where SH
+ * ring, values may be slightly negative. With several slots the vertices are the ones at [first, first + count) of a
+ * list that has the vertices of one slot together. So only calls that cover [0, V) together shade every vertex. A
+ * vertex seen from behind its normal gets the radiance of the mirrored view direction. Light that bounces is that of
+ * the whole light, while suns are on too. */
+PENUMBRA_API penumbra_status penumbra_shading_shade(const penumbra_shading* shading, const float eye[3],
+                                                    const penumbra_vertices* vertices, float* radiance,
                                                     penumbra_error* error);
 /* What radiance has: all light, that of the environment alone, or that which bounces alone. */
 typedef enum penumbra_bounces {
@@ -531,20 +528,13 @@ typedef enum penumbra_bounces {
 /* Chooses it; all light at first. Takes no time. */
 PENUMBRA_API penumbra_status penumbra_shading_set_bounces(penumbra_shading* shading, penumbra_bounces bounces,
                                                           penumbra_error* error);
-/* Does what penumbra_shading_shade does, with the light that bounces besides. `bounced` is that of
- * penumbra_character_evaluate_bounced; NULL: there is none. It takes the whole light, while suns are on too. */
-PENUMBRA_API penumbra_status penumbra_shading_shade_bounced(const penumbra_shading* shading, const float eye[3],
-                                                            size_t first, size_t count,
-                                                            const penumbra_vertices* vertices, const float* bounced,
-                                                            float* radiance, penumbra_error* error);
 /* Adds to the radiance what the suns that are on send to `eye`: the sum of visibility, irradiance, BRDF and cosine.
  * `visible` is [sun_count, V], the share of each sun, from 0 to 1, that reaches a vertex past everything, the character
  * itself included: from the engine's shadow maps, or from a penumbra_sun_map. Vertices are those of
- * penumbra_shading_shade, whose `numbers` may be NULL here. */
+ * penumbra_shading_shade, but `coefficients` and `bounced` are not read. */
 PENUMBRA_API penumbra_status penumbra_shading_add_suns(const penumbra_shading* shading,
                                                        const penumbra_vertices* vertices, const float eye[3],
-                                                       size_t first, size_t count, const float* visible,
-                                                       float* radiance, penumbra_error* error);
+                                                       const float* visible, float* radiance, penumbra_error* error);
 
 /* A shadow map on the CPU, for tools, tests and engines without a GPU. docs/c-api.md tells when to use it. */
 typedef struct penumbra_sun_map penumbra_sun_map;
@@ -559,16 +549,12 @@ PENUMBRA_API penumbra_status penumbra_sun_map_create(int size, penumbra_sun_map*
 PENUMBRA_API void penumbra_sun_map_destroy(penumbra_sun_map* map);
 /* Draws the casters as the sun sees them, instead of those before. The sun and all casters have one frame of
  * coordinates, and the map fits them. Only the direction and the radius of the sun are read. Nothing of the arrays is
- * read later. Allocates the first time, and where there are more casters than before. */
+ * read later. `ground`, unless NULL, is a wide ground with heights that casts as well: where the casters would be small
+ * in one map, `map` is several then, fine ones around them inside of coarser ones. Allocates the first time, and where
+ * there are more casters than before or a ground. */
 PENUMBRA_API penumbra_status penumbra_sun_map_set_casters(penumbra_sun_map* map, const penumbra_sun* sun,
                                                           const penumbra_sun_caster* casters, size_t count,
-                                                          penumbra_error* error);
-/* Does the same for casters on a wide ground with heights, which casts as well. Where they would be small in one map,
- * `map` is several: fine ones around them inside of coarser ones. `ground` may be NULL: there is none. Allocates. */
-PENUMBRA_API penumbra_status penumbra_sun_map_set_casters_on_ground(penumbra_sun_map* map, const penumbra_sun* sun,
-                                                                    const penumbra_sun_caster* casters, size_t count,
-                                                                    const penumbra_sun_caster* ground,
-                                                                    penumbra_error* error);
+                                                          const penumbra_sun_caster* ground, penumbra_error* error);
 /* Computes the share of the sun, from 0 to 1, that reaches points past all casters, in the casters' frame. `positions`
  * and unit `normals` are [count,3], `visible` is [count]. It is 0 where a surface faces away from the sun, and where a
  * position or a normal is not finite; 1 everywhere while nothing casts. */
@@ -580,8 +566,8 @@ PENUMBRA_API penumbra_status penumbra_sun_map_visibility(const penumbra_sun_map*
 
 /* A field of rows x columns points, in a frame of a scene with y up: columns go along x, rows along z, heights are
  * metres along y. Light sees it bilinear between points. Feet stand on the two triangles of each square, whose common
- * side goes from (row + 1, column) to (row, column + 1). What its points see has numbers of convention D and of the
- * field's order, PENUMBRA_HEIGHTS_STRIDE to a point, in the frame of the point's normal and tangent. */
+ * side goes from (row + 1, column) to (row, column + 1). What its points see has coefficients of convention D and of
+ * the field's order, PENUMBRA_HEIGHTS_STRIDE to a point, in the frame of the point's normal and tangent. */
 typedef struct penumbra_heights penumbra_heights;
 #define PENUMBRA_HEIGHTS_STRIDE 16
 typedef enum penumbra_height_border {
@@ -617,29 +603,21 @@ PENUMBRA_API penumbra_status penumbra_heights_set(penumbra_heights* field, size_
 PENUMBRA_API size_t penumbra_heights_update_rows(const penumbra_heights* field);
 PENUMBRA_API penumbra_status penumbra_heights_update(penumbra_heights* field, size_t first, size_t count,
                                                      penumbra_error* error);
-/* Computes rows [first_row, first_row + row_count) of the points: positions, normals and tangents are [rows*columns,3],
- * numbers [rows*columns,PENUMBRA_HEIGHTS_STRIDE], of the whole field. Any may be NULL. Penumbra scenes then multiply
- * the numbers by what characters leave visible with penumbra_heights_cast. With a tolerance, calls are cheapest for
- * whole runs of `step` rows that begin at a multiple of it. */
+/* Computes rows [first_row, first_row + row_count) of the points, whatever the range of `points`. `coefficients` are
+ * [rows*columns,PENUMBRA_HEIGHTS_STRIDE], and `bounced` is not written. Any array may be NULL. Penumbra scenes then
+ * multiply the coefficients by what characters leave visible with penumbra_heights_cast. With a tolerance, calls are
+ * cheapest for whole runs of `step` rows that begin at a multiple of it. */
 PENUMBRA_API penumbra_status penumbra_heights_get_points(const penumbra_heights* field, size_t first_row,
-                                                         size_t row_count, float* positions, float* normals,
-                                                         float* tangents, float* numbers, penumbra_error* error);
-/* Multiplies numbers of points [first, first + count) by what the casters of a scene leave visible. Arrays as of
- * _get_points. */
+                                                         size_t row_count, const penumbra_vertices* points,
+                                                         penumbra_error* error);
+/* Multiplies `coefficients` of points, as _get_points has them, by what the casters of a scene leave visible. */
 PENUMBRA_API penumbra_status penumbra_heights_cast(const penumbra_heights* field, const penumbra_scene* scene,
-                                                   size_t first, size_t count, const float* positions,
-                                                   const float* normals, const float* tangents, float* numbers,
-                                                   penumbra_error* error);
-/* Multiplies the numbers of a character's vertices by what the field leaves visible there, as penumbra_scene_cast does
- * for casters, and with the same arguments. */
+                                                   const penumbra_vertices* points, penumbra_error* error);
+/* Multiplies `coefficients` and `bounced` of a character's vertices by what the field leaves visible there, as
+ * penumbra_scene_cast does for casters, and with the same arguments. */
 PENUMBRA_API penumbra_status penumbra_heights_shadow(const penumbra_heights* field, const penumbra_character* character,
-                                                     const float* to_scene, size_t first_vertex, size_t vertex_count,
-                                                     float* numbers, penumbra_error* error);
-/* Does the same, and what penumbra_scene_cast_bounced does with `bounced`. */
-PENUMBRA_API penumbra_status penumbra_heights_shadow_bounced(const penumbra_heights* field,
-                                                             const penumbra_character* character, const float* to_scene,
-                                                             size_t first_vertex, size_t vertex_count, float* numbers,
-                                                             float* bounced, penumbra_error* error);
+                                                     const float* to_scene, const penumbra_vertices* vertices,
+                                                     penumbra_error* error);
 /* Writes y of the ground at each place (x, z), [count,2], on the triangles that feet stand on. */
 PENUMBRA_API penumbra_status penumbra_heights_query(const penumbra_heights* field, const float* places, size_t count,
                                                     float* heights, penumbra_error* error);
@@ -655,10 +633,9 @@ PENUMBRA_API penumbra_status penumbra_heights_under(const penumbra_heights* fiel
 PENUMBRA_API penumbra_status penumbra_heights_set_look(penumbra_heights* field, const penumbra_asset* asset,
                                                        size_t material, const float* albedo, size_t light,
                                                        const float* rotation, penumbra_error* error);
-/* Writes the radiance of points [first, first + count) towards `eye`, [rows*columns,3]. Vertices are as _get_points has
- * them. Fails before _set_look. */
-PENUMBRA_API penumbra_status penumbra_heights_shade(const penumbra_heights* field, const float eye[3], size_t first,
-                                                    size_t count, const penumbra_vertices* points, float* radiance,
+/* Writes the radiance of points, as _get_points has them, towards `eye`, [rows*columns,3]. Fails before _set_look. */
+PENUMBRA_API penumbra_status penumbra_heights_shade(const penumbra_heights* field, const float eye[3],
+                                                    const penumbra_vertices* points, float* radiance,
                                                     penumbra_error* error);
 
 /* --- For engines that shade on the GPU. penumbra.glsl tells how these come together. --- */
@@ -687,9 +664,9 @@ PENUMBRA_API penumbra_status penumbra_brdf_get_glsl(char* text, size_t capacity,
 /* Writes the GLSL functions penumbra_cast_visibility() and penumbra_cast_mirror() for casters that are spheres,
  * penumbra_cast_fields() and penumbra_cast_combine() for parts with fields, and penumbra_cast_ambient() for both: what
  * casters leave visible at any point. With an asset the text also has penumbra_cast_numbers(), which
- * multiplies the numbers of that asset's vertices by it; it then stands behind the text of penumbra_shading_get_glsl.
- * docs/gpu.md tells how they come together. `asset` may be NULL; `text`, `capacity` and `length` are as there.
- * Allocates. */
+ * multiplies the coefficients of that asset's vertices by it; it then stands behind the text of
+ * penumbra_shading_get_glsl. docs/gpu.md tells how they come together. `asset` may be NULL; `text`, `capacity` and
+ * `length` are as there. Allocates. */
 PENUMBRA_API penumbra_status penumbra_cast_get_glsl(const penumbra_asset* asset, char* text, size_t capacity,
                                                     size_t* length, penumbra_error* error);
 /* Writes [PENUMBRA_CAP_LOG_TEXELS,4] for PENUMBRA_CAP_LOG, the same table for all casters. One call is enough.

@@ -13,7 +13,7 @@ SH = {"sh", "sh/brdf", "sh/cast", "sh/far", "sh/height", "sh/light"}  # everybod
 # Folder or room -> the rooms that it may include beside itself. A room that is not listed may not exist.
 FORMATS = {f"formats/{room}" for room in ("common", "asset", "brdf", "image", "stage", "rig", "cache", "source", "scene",
                                       "height")}
-RUNTIME = {"runtime", *(f"runtime/{room}" for room in ("evaluate", "sun", "shade", "cast", "glsl", "capi"))}
+RUNTIME = {"runtime", *(f"runtime/{room}" for room in ("papers", "evaluate", "sun", "shade", "cast", "glsl", "capi"))}
 FIT = {f"fit/{room}" for room in ("numerics", "clusters", "models", "light", "reflectance", "blockers", "visibility")}
 PAPERS = {f"fit/papers/{room}" for room in ("transfer", "lobes", "operators", "compare")}
 VIEW = {"player/view", "player/view/playback", "player/view/window"}
@@ -47,8 +47,9 @@ MAY_INCLUDE = {
     "fit/papers": SH | FIT | PAPERS | {"fit/report", "fit/page"} | FORMATS,
     "fit": SH | FIT | {"fit/report", "fit/page", "fit/papers"} | FORMATS,  # no other room includes fit/papers
     "pack": SH | RUNTIME | FORMATS,  # penumbra-pack check runs the evaluator that engines link
-    **{f"runtime{room}": SH | {"formats/common", "formats/asset"} for room in ("", "/evaluate", "/sun")},
-    "runtime/shade": SH | {"runtime/evaluate", "formats/common", "formats/asset"},
+    **{f"runtime{room}": SH | {"formats/common", "formats/asset"} for room in ("", "/papers", "/sun")},
+    "runtime/evaluate": SH | {"runtime/papers", "formats/common", "formats/asset"},
+    "runtime/shade": SH | {"runtime/papers", "runtime/evaluate", "formats/common", "formats/asset"},
     "runtime/cast": SH | {"runtime/evaluate", "runtime/shade", "formats/common", "formats/asset"},
     "runtime/glsl": SH | (RUNTIME - {"runtime/capi"}) | {"formats/common", "formats/asset"},
     "runtime/capi": SH | RUNTIME | {"formats/common", "formats/asset"},

@@ -3,6 +3,7 @@
 
 #include "runtime/evaluate/evaluator.h"
 #include "runtime/shade/shading_set.h"
+#include "tests/posed_vertices.h"
 
 namespace penumbra {
 
@@ -16,8 +17,7 @@ inline void useAsset(const AssetView& asset) {
     if (!asset.hasCharacter() || asset.animation.frameCount() == 0) return;
     Evaluator evaluator(asset);
     const std::size_t count = evaluator.vertexCount();
-    std::vector<float> numbers(count * std::size_t(asset.model.stride));
-    std::vector<Vec3> positions(count), normals(count), tangents(count), radiance(count);
+    std::vector<Vec3> radiance(count);
     if (evaluator.deformation()) {
         std::vector<Vec3> points(evaluator.points().begin(), evaluator.points().end());
         if (!asset.animation.playback.positions.empty()) evaluator.setFrame(asset.animation.frameCount() - 1);
@@ -27,20 +27,15 @@ inline void useAsset(const AssetView& asset) {
         if (asset.model.features == FeatureKind::kJointAngles && asset.animation.pose.empty()) return;
         evaluator.setFrame(0);
     }
-    for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) evaluator.evaluateCluster(c, numbers);
-    std::vector<float> indirect(asset.model.indirect ? count * kIndirectStride : 0);
-    if (!indirect.empty())
-        for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) evaluator.evaluateIndirect(c, indirect);
-    evaluator.skin(0, count, positions, normals, tangents);
+    const PosedArrays vertices(evaluator);
     if (asset.materials.empty() || asset.lights.empty()) return;
     if (evaluator.transfer()) {
         ShadingSet set(asset);
-        evaluator.setTransferLight(set.lightTables().sh());
+        evaluator.transfer()->setLight(set.lightTables().sh());
         evaluator.transfer()->irradiance(0, count, radiance);
         for (std::size_t m = 0; m < asset.materials.size(); ++m)
             if (set.hasMaterial(m)) set.setMaterial(m);
-        if (set.hasMaterial(set.materialOfSlot()[0]))
-            set.shade(0, count, positions, normals, tangents, numbers, {0, 0, 5}, radiance);
+        if (set.hasMaterial(set.materialOfSlot()[0])) set.shade(vertices.all(), {0, 0, 5}, radiance);
         return;
     }
     for (const Reflectance reflectance : {Reflectance::kSlices, Reflectance::kOperators})
@@ -52,7 +47,7 @@ inline void useAsset(const AssetView& asset) {
                     if (!set.hasMaterial(m) || !set.hasLight(l)) continue;
                     set.setMaterial(m);
                     set.setLight(l);
-                    set.shade(0, count, positions, normals, tangents, numbers, {0, 0, 5}, radiance, indirect);
+                    set.shade(vertices.all(), {0, 0, 5}, radiance);
                 }
         }
 }

@@ -27,9 +27,11 @@ int main(int argc, char** argv) {
     check(penumbra_scene_create(of_casters, 2, &scene, &error));
     penumbra_asset_info info;
     check(penumbra_asset_get_info(asset, &info));
-    float* numbers = malloc(info.vertex_count * info.stride * sizeof *numbers);
+    float* coefficients = malloc(info.vertex_count * info.stride * sizeof *coefficients);
     float* ambient = malloc(info.vertex_count * sizeof *ambient);
-    if (!numbers || !ambient) return 4;
+    if (!coefficients || !ambient) return 4;
+    const penumbra_vertices vertices = {
+        NULL, NULL, NULL, coefficients, NULL, 0, info.vertex_count}; /* these calls need no more */
 
     /* Everyone takes a pose first, and then casts on the others. */
     const float places[2][12] = {{1, 0, 0, -apart / 2, 0, 1, 0, 0, 0, 0, 1, 0},
@@ -42,11 +44,10 @@ int main(int argc, char** argv) {
     }
     for (size_t i = 0; i < 2; ++i) {
         double mean[2] = {0, 0};
-        check(penumbra_character_evaluate(characters[i], 0, info.cluster_count, numbers, &error));
+        check(penumbra_character_evaluate(characters[i], 0, info.cluster_count, &vertices, &error));
         for (int with = 0; with < 2; ++with) {
-            if (with)
-                check(penumbra_scene_cast(scene, i, characters[i], places[i], 0, info.vertex_count, numbers, &error));
-            check(penumbra_character_ambient(characters[i], 0, info.vertex_count, numbers, ambient, &error));
+            if (with) check(penumbra_scene_cast(scene, i, characters[i], places[i], &vertices, &error));
+            check(penumbra_character_ambient(characters[i], &vertices, ambient, &error));
             for (size_t v = 0; v < info.vertex_count; ++v) mean[with] += ambient[v] / (double)info.vertex_count;
         }
         printf("character %zu: mean ambient %.4f alone, %.4f beside the other\n", i, mean[0], mean[1]);
@@ -60,13 +61,14 @@ int main(int argc, char** argv) {
         positions[i][2] = 3.0f * ((i / SIDE) / (SIDE - 1.0f) - 0.5f);
         normals[i][1] = 1;
     }
-    check(penumbra_scene_probe(scene, PENUMBRA_NONE, positions[0], normals[0], SIDE * SIDE, e, NULL, &error));
+    const penumbra_points ground = {positions[0], normals[0], SIDE * SIDE};
+    check(penumbra_scene_ambient(scene, PENUMBRA_NONE, &ground, e, &error));
     for (int i = 0; i < SIDE * SIDE; ++i) grey[i] = (unsigned char)(255 * e[i] + 0.5f);
     FILE* out = fopen(argv[2], "wb");
     if (!out) return perror(argv[2]), 2;
     fprintf(out, "P5 %d %d 255\n", SIDE, SIDE), fwrite(grey, 1, sizeof grey, out);
     if (ferror(out) || fclose(out)) return perror(argv[2]), 2;
-    free(numbers), free(ambient);
+    free(coefficients), free(ambient);
     penumbra_scene_destroy(scene), penumbra_asset_close(asset);
     for (size_t i = 0; i < 2; ++i) penumbra_character_destroy(characters[i]);
     return 0;

@@ -72,15 +72,15 @@ int main(int argc, char** argv) {
     if (!out) return perror(argv[2]), 2;
     const size_t n = info.vertex_count;
     float *positions = floats(3 * n), *normals = floats(3 * n), *tangents = floats(3 * n), *radiance = floats(3 * n);
-    float *numbers = floats(n * info.stride), *ambient = floats(n), center[3] = {0, 0, 0};
+    float *coefficients = floats(n * info.stride), *ambient = floats(n), center[3] = {0, 0, 0};
     const float eye[3] = {0, 1, 1000}; /* far away, as the picture has no perspective */
-    const penumbra_vertices vertices = {positions, normals, tangents, numbers};
+    const penumbra_vertices vertices = {positions, normals, tangents, coefficients, NULL, 0, n};
     for (size_t frame = clip.first_frame; frame < clip.first_frame + clip.frame_count; ++frame) {
         check(penumbra_character_set_frame(character, frame, &error));
-        check(penumbra_character_evaluate(character, 0, info.cluster_count, numbers, &error));
-        check(penumbra_character_skin(character, 0, n, positions, normals, tangents, &error));
-        check(penumbra_character_ambient(character, 0, n, numbers, ambient, &error));
-        check(penumbra_shading_shade(shading, eye, 0, n, &vertices, radiance, &error));
+        check(penumbra_character_evaluate(character, 0, info.cluster_count, &vertices, &error));
+        check(penumbra_character_skin(character, &vertices, &error));
+        check(penumbra_character_ambient(character, &vertices, ambient, &error));
+        check(penumbra_shading_shade(shading, eye, &vertices, radiance, &error));
         double mean = 0;
         for (size_t v = 0; v < n; ++v) mean += ambient[v] / (double)n;
         printf("frame %zu: mean ambient %.4f, out of range %.3f\n", frame, mean,
@@ -93,7 +93,7 @@ int main(int argc, char** argv) {
     draw(positions, radiance, info.triangles, info.triangle_count, center, 2.2f, rgb, depth);
     fprintf(out, "P6 %d %d 255\n", SIZE, SIZE), fwrite(rgb, SIZE * SIZE, 3, out);
     if (ferror(out) || fclose(out)) return perror(argv[2]), 2;
-    free(positions), free(normals), free(tangents), free(radiance), free(numbers), free(ambient);
+    free(positions), free(normals), free(tangents), free(radiance), free(coefficients), free(ambient);
     penumbra_shading_destroy(shading), penumbra_character_destroy(character), penumbra_asset_close(asset);
     return 0;
 }

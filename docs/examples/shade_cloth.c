@@ -38,8 +38,9 @@ int main(int argc, char** argv) {
     check(penumbra_character_create(asset, &character, &error));
     check(penumbra_asset_get_info(asset, &info));
     const size_t n = info.vertex_count;
-    float *moved = floats(3 * n), *inputs = floats(info.input_count), *numbers = floats(n * info.stride);
+    float *moved = floats(3 * n), *inputs = floats(info.input_count), *coefficients = floats(n * info.stride);
     float *positions = floats(3 * n), *normals = floats(3 * n), *tangents = floats(3 * n), *ambient = floats(n);
+    const penumbra_vertices vertices = {positions, normals, tangents, coefficients, NULL, 0, n};
     penumbra_frame first; /* an engine knows its inputs; here they are those of the first frame */
     const int known = penumbra_asset_get_frame(asset, 0, &first) == PENUMBRA_OK;
     for (size_t i = 0; i < info.input_count; ++i) {
@@ -59,16 +60,16 @@ int main(int argc, char** argv) {
         check(penumbra_character_set_positions(character, PENUMBRA_ASSET_VERTICES, moved, n, inputs, info.input_count,
                                                &error));
         const double posed = milliseconds();
-        check(penumbra_character_evaluate(character, 0, info.cluster_count, numbers, &error));
+        check(penumbra_character_evaluate(character, 0, info.cluster_count, &vertices, &error));
         const double evaluated = milliseconds();
-        check(penumbra_character_skin(character, 0, n, positions, normals, tangents, &error));
+        check(penumbra_character_skin(character, &vertices, &error));
         pose += posed - start, evaluate += evaluated - posed, place += milliseconds() - evaluated;
-        check(penumbra_character_ambient(character, 0, n, numbers, ambient, &error));
+        check(penumbra_character_ambient(character, &vertices, ambient, &error));
     }
     for (size_t v = 0; v < n; ++v) mean += ambient[v] / (double)n;
     printf("%zu vertices: set_positions %.3f ms, evaluate %.3f ms, skin %.3f ms a frame; mean ambient %.4f\n", n,
            pose / frames, evaluate / frames, place / frames, mean);
-    free(moved), free(inputs), free(numbers), free(positions), free(normals), free(tangents), free(ambient);
+    free(moved), free(inputs), free(coefficients), free(positions), free(normals), free(tangents), free(ambient);
     penumbra_character_destroy(character), penumbra_asset_close(asset);
     return 0;
 }

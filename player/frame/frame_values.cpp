@@ -20,14 +20,9 @@ void overVertices(std::size_t vertices, int threads, const Body& body) {
 }  // namespace
 
 std::vector<float> truthNumbers(const Shot& shot, const FrameVertices& vertices, int threads) {
-    const ModelView& model = shot.asset->model;
-    std::vector<float> numbers(vertices.positions.size() * std::size_t(model.stride));
+    std::vector<float> numbers(vertices.positions.size() * std::size_t(shot.asset->model.stride));
     overVertices(vertices.positions.size(), threads, [&](std::size_t begin, std::size_t end) {
-        if (shot.asset->transfer)
-            return transferFromTruth(*shot.truth, shot.truth_frame, model.convention.order, model.stride, begin, end,
-                                     vertices.normals, numbers);
-        numbersFromTruth(*shot.truth, shot.truth_frame, model.convention, model.stride, begin, end,
-                         shot.asset->mesh.shading_point, vertices.normals, vertices.tangents, numbers);
+        coefficientsFromTruth(*shot.truth, shot.truth_frame, *shot.asset, vertices.range(begin, end), numbers);
     });
     return numbers;
 }
@@ -67,16 +62,19 @@ void evaluateFrame(const Shot& shot, VisibilitySource source, Evaluator& evaluat
 }
 
 std::vector<float> ambientOf(const Shot& shot, const std::vector<float>& numbers, int threads) {
-    const ModelView& model = shot.asset->model;
-    std::vector<float> e(numbers.size() / std::size_t(model.stride));
-    overVertices(e.size(), threads,
-                 [&](std::size_t begin, std::size_t end) { ambient(*shot.asset, begin, end, numbers, e); });
+    const auto stride = std::size_t(shot.asset->model.stride);
+    std::vector<float> e(numbers.size() / stride);
+    overVertices(e.size(), threads, [&](std::size_t begin, std::size_t end) {
+        const std::size_t count = end - begin;
+        ambient(*shot.asset, std::span(numbers).subspan(begin * stride, count * stride),
+                std::span(e).subspan(begin, count));
+    });
     return e;
 }
 
 void shadeTransfer(Evaluator& evaluator, const ShadingSet& shading, int threads, std::vector<Vec3>& radiance) {
     radiance.resize(evaluator.vertexCount());
-    evaluator.setTransferLight(shading.lightTables().sh());
+    evaluator.transfer()->setLight(shading.lightTables().sh());
     overVertices(radiance.size(), threads, [&](std::size_t begin, std::size_t end) {
         const std::span<Vec3> piece = std::span(radiance).subspan(begin, end - begin);
         evaluator.transfer()->irradiance(begin, end, piece);
@@ -91,8 +89,7 @@ void shadeFrame(const ShadingSet& shading, const FrameVertices& vertices, Vec3 e
     radiance.resize(vertices.positions.size());
     const std::span<const std::uint32_t> order = shading.shadingOrder();
     overVertices(radiance.size(), threads, [&](std::size_t begin, std::size_t end) {
-        shading.shade(begin, end, vertices.positions, vertices.normals, vertices.tangents, vertices.numbers, eye,
-                      radiance, vertices.indirect);
+        shading.shade(vertices.range(begin, end), eye, radiance);
         for (std::size_t at = begin; at < end; ++at) {
             Vec3& v = radiance[order.empty() ? at : order[at]];
             for (int c = 0; c < 3; ++c) v[c] = std::max(v[c], 0.0f);
@@ -135,8 +132,7 @@ std::vector<Vec3> channelValues(const Shot& shot, Channel channel, const Shading
         return values;
     }
     std::vector<float> e = ambientOf(shot, vertices.numbers, threads);
-    if (channel == Channel::kBouncedAmbient)
-        addBouncedAmbient(shot.asset->model.indirect->axes, 0, e.size(), vertices.indirect, e);
+    if (channel == Channel::kBouncedAmbient) addBouncedAmbient(shot.asset->model.indirect->axes, vertices.indirect, e);
     for (std::size_t v = 0; v < values.size(); ++v)
         values[v].x = channel == Channel::kError ? std::abs(e[v] - true_ambient[v]) : e[v];
     return values;

@@ -13,6 +13,10 @@ struct FrameVertices {
     std::vector<Vec3> positions, normals, tangents;  // [V]
     std::vector<float> numbers;                      // [V, stride], of the model or of the truth
     std::vector<float> indirect;                     // [V, kIndirectStride], of the model; empty where no light bounces
+
+    VertexFrames range(std::size_t begin, std::size_t end) const {
+        return {positions, normals, tangents, numbers, begin, end, indirect};
+    }
 };
 
 // Poses the evaluator for the shot's frame, then skins and evaluates. Sizes `vertices`. `threads` as in

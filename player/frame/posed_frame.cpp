@@ -54,9 +54,12 @@ const std::vector<float>& PosedFrame::transferError() {
     return transfer_errors_;
 }
 
-std::vector<Vec3> PosedFrame::transferRadiance(const ShadingSet& shading) {
+std::vector<Vec3> PosedFrame::radiance(VisibilitySource source, const ShadingSet& shading, Vec3 eye) {
     std::vector<Vec3> radiance;
-    shadeTransfer(evaluator_, shading, threads_, radiance);
+    if (evaluator_.transfer() && source == VisibilitySource::kModel)
+        shadeTransfer(evaluator_, shading, threads_, radiance);
+    else
+        shadeFrame(shading, vertices(source), eye, threads_, radiance);
     return radiance;
 }
 

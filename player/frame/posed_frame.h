@@ -27,8 +27,8 @@ public:
     std::span<const float> numbers(VisibilitySource source);
     // Returns E_transfer of every vertex, valid until the next pose(). Only where hasTruth().
     const std::vector<float>& transferError();
-    // Returns the radiance of the model of an asset of transfer.
-    std::vector<Vec3> transferRadiance(const ShadingSet& shading);
+    // Returns the radiance of every vertex towards `eye`. The model of an asset of transfer takes no numbers for it.
+    std::vector<Vec3> radiance(VisibilitySource source, const ShadingSet& shading, Vec3 eye);
     const FrameVertices& skinned() const { return vertices_; }  // whatever its numbers are
     // Returns E of every vertex.
     const std::vector<float>& ambient(VisibilitySource source);

@@ -23,9 +23,10 @@ int orderFor(const AssetView& asset, const AssetView& truth) {
 bool hasTransferOf(const AssetView& asset, const AssetView& truth) { return orderFor(asset, truth) >= 1; }
 
 TransferError::TransferError(const AssetView& asset, const AssetView& truth)
-    : order_(orderFor(asset, truth)), norm_(order_), cosine_(std::min(order_, kMaxOrder - 1)) {
-    if (!asset.transfer) transfer_of_ = cosineMatrix(order_, asset.model.convention.order);
-}
+    : order_(orderFor(asset, truth)),
+      norm_(order_),
+      cosine_(std::min(order_, kMaxOrder - 1)),
+      transfer_of_(cosineMatrix(order_, asset.model.convention.order)) {}
 
 float TransferError::ofTransfer(const Shot& shot, std::span<const float> truth, std::size_t vertex,
                                 const FrameVertices& vertices) const {
@@ -62,14 +63,16 @@ float TransferError::ofVisibility(const Shot& shot, std::size_t vertex, const Fr
 
 std::vector<float> TransferError::of(const Shot& shot, const FrameVertices& vertices, int threads) const {
     std::vector<float> errors(vertices.positions.size());
-    std::vector<float> truth;
-    if (shot.asset->transfer) truth = truthNumbers(shot, vertices, threads);
-    parallelFor((errors.size() + kErrorPiece - 1) / kErrorPiece, threads, [&](std::size_t piece) {
-        for (std::size_t v = piece * kErrorPiece; v < std::min(errors.size(), (piece + 1) * kErrorPiece); ++v)
-            errors[v] = std::max(  // NaN stays NaN in this order
-                shot.asset->transfer ? ofTransfer(shot, truth, v, vertices) : ofVisibility(shot, v, vertices), 0.0f);
-    });
-    return errors;
+    const auto overVertices = [&](const auto& error) {
+        parallelFor((errors.size() + kErrorPiece - 1) / kErrorPiece, threads, [&](std::size_t piece) {
+            for (std::size_t v = piece * kErrorPiece; v < std::min(errors.size(), (piece + 1) * kErrorPiece); ++v)
+                errors[v] = std::max(error(v), 0.0f);  // NaN stays NaN in this order
+        });
+        return errors;
+    };
+    if (!shot.asset->transfer) return overVertices([&](std::size_t v) { return ofVisibility(shot, v, vertices); });
+    const std::vector<float> truth = truthNumbers(shot, vertices, threads);
+    return overVertices([&](std::size_t v) { return ofTransfer(shot, truth, v, vertices); });
 }
 
 }  // namespace penumbra

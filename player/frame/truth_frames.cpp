@@ -17,15 +17,11 @@ void checkTruth(const AssetView& asset, const AssetView& truth) {
         throw InvalidInput(truth.name + (truth.mesh.two_sided ? ": is" : ": is not") + " two-sided, unlike the asset");
     if (truth.truth.is_transfer && !asset.transfer)
         throw InvalidInput(truth.name + ": holds diffuse transfer, and the asset's model is of visibility");
-    if (asset.transfer) {
-        const int needed = asset.transfer->order + (truth.truth.is_transfer ? 0 : 1);
-        if (truth.truth.order < needed)
-            throw InvalidInput(truth.name + ": SH order " + std::to_string(truth.truth.order) + " of " +
-                               (truth.truth.is_transfer ? "transfer" : "visibility") + "; transfer of order " +
-                               std::to_string(asset.transfer->order) + " needs order " + std::to_string(needed));
-    } else if (truth.truth.order < asset.model.convention.order)
-        throw InvalidInput(truth.name + ": SH order " + std::to_string(truth.truth.order) + " is below the model's, " +
-                           asset.model.convention.name());
+    // Transfer takes one more band of visibility than it has.
+    const int needed = asset.model.convention.order + (asset.transfer && !truth.truth.is_transfer ? 1 : 0);
+    if (truth.truth.order < needed)
+        throw InvalidInput(truth.name + ": SH order " + std::to_string(truth.truth.order) + " is below " +
+                           std::to_string(needed) + ", which the model needs");
 }
 
 std::optional<std::size_t> findTruthFrame(const AssetView& asset, const AssetView& truth, std::size_t frame) {

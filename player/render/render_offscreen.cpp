@@ -40,12 +40,11 @@ std::vector<Vec3> OffscreenRenderer::valuesOf(const Panel& panel, PosedFrame& fr
         for (const float error : frame.transferError()) values.push_back({error, 0, 0});
         return values;
     }
-    if (asset_->transfer && panel.channel == Channel::kShaded && panel.source == VisibilitySource::kModel)
-        return frame.transferRadiance(*shading_);
+    if (panel.channel == Channel::kShaded) return frame.radiance(panel.source, *shading_, eye);
     const std::vector<float>& truth =
         panel.channel == Channel::kError ? frame.ambient(VisibilitySource::kTruth) : kNoTruth;
-    return channelValues(frame.shot(), panel.channel, shading_ ? &*shading_ : nullptr, frame.vertices(panel.source),
-                         truth, eye, frame.threads());
+    return channelValues(frame.shot(), panel.channel, nullptr, frame.vertices(panel.source), truth, eye,
+                         frame.threads());
 }
 
 void OffscreenRenderer::drawValues(const Panel& panel, PosedFrame& frame, const FrameView& view) {

@@ -157,7 +157,7 @@ std::vector<Vec3> SceneFrames::memberValues(std::size_t m) {
     if (options_.channel != Channel::kShaded) {
         std::vector<float> ambient = memberAmbient(m, members_[m]);
         if (options_.channel == Channel::kBouncedAmbient)
-            addBouncedAmbient(look.view.model.indirect->axes, 0, ambient.size(), members_[m].indirect, ambient);
+            addBouncedAmbient(look.view.model.indirect->axes, members_[m].indirect, ambient);
         for (const float e : ambient) values.push_back({e, 0, 0});
         if (channelOf(m) != Channel::kError) return values;
         const std::vector<float> truth = memberAmbient(m, trueMember(m));

@@ -38,7 +38,7 @@ std::size_t castOnCharacter(const CastShadow& cast, CasterChoice choice, const E
         const auto at = [&](std::size_t v) {
             return Receiver{vertices.positions[v], vertices.normals[v], vertices.tangents[v]};
         };
-        seen[c] = castOnCluster(cast, choice, character, c, begin, end, at,
+        seen[c] = castOnCluster(cast, choice, {character, c, begin, end}, at,
                                 std::span(mirrored).subspan(begin * kFarNumbers, (end - begin) * kFarNumbers));
     });
     return std::accumulate(seen.begin(), seen.end(), std::size_t(0));

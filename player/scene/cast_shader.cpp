@@ -106,8 +106,7 @@ std::vector<float> castAmbient(CastMode mode, const ModelView& model, const Fram
     const std::size_t count = own.positions.size();
     std::vector<float> e(count);
     if (mode == CastMode::kSphereProduct) {
-        ambient(kSphereProductConvention, int(kSphereProductNumbers), 0, count, sphereProductNumbers(model, own, cast),
-                e);
+        ambient(kSphereProductConvention, int(kSphereProductNumbers), sphereProductNumbers(model, own, cast), e);
         return e;
     }
     const int order = castOrderOf(mode);
@@ -193,8 +192,8 @@ void CastShader::shadeFolded(const FrameVertices& own, SphereCast cast, Vec3 eye
         std::fill_n(one.begin() + std::ptrdiff_t(3 * i), 3, 1.0f);
         set_->setLight(0, one);
         parallelFor((count + kShadePiece - 1) / kShadePiece, threads, [&](std::size_t piece) {
-            set_->shade(piece * kShadePiece, std::min(count, (piece + 1) * kShadePiece), own.positions, own.normals,
-                        own.tangents, numbers, eye, by_one);
+            const std::size_t begin = piece * kShadePiece, end = std::min(count, begin + kShadePiece);
+            set_->shade({own.positions, own.normals, own.tangents, numbers, begin, end}, eye, by_one);
         });
         for (std::size_t v = 0; v < count; ++v)
             for (int c = 0; c < 3; ++c) radiance[v][c] += lights[v * 3 * n + 3 * i + std::size_t(c)] * by_one[v][c];

@@ -6,6 +6,7 @@
 #include "formats/common/errors.h"
 #include "formats/scene/scene_origin.h"
 #include "formats/scene/scene_placement.h"
+#include "runtime/papers/refuse_transfer.h"
 
 namespace penumbra {
 
@@ -36,7 +37,9 @@ PosedScene::PosedScene(SceneDescription file, const CastWay& way) : way_(way), f
     // An asset that cannot be read says who wants it.
     const auto openedAt = [&](const SceneCharacter& one) {
         try {
-            return opened(one.asset);
+            const std::shared_ptr<const OpenAsset> asset = opened(one.asset);
+            refuseTransfer<InvalidInput>(asset->view, "has linear transfer, on which nothing casts");
+            return asset;
         } catch (const IoError& error) {
             throw IoError(one.at + "/asset: " + error.what());
         } catch (const InvalidInput& error) {
@@ -49,9 +52,6 @@ PosedScene::PosedScene(SceneDescription file, const CastWay& way) : way_(way), f
     for (const std::vector<SceneCharacter>* list : {&file_.characters, &file_.props})
         for (const SceneCharacter& one : *list) {
             std::shared_ptr<const OpenAsset> asset = openedAt(one);
-            if (asset->view.transfer)
-                throw InvalidInput(one.at + "/asset: " + one.asset.string() +
-                                   " has linear transfer, on which nothing casts");
             if (!asset->view.has_model) throw InvalidInput(one.at + "/asset: " + one.asset.string() + " has no model");
             if (!one.material.empty() || !one.slots.empty()) (void)materialsOf(one, asset->view);
             const Evaluator*& first = decoded[asset.get()];

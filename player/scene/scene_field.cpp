@@ -294,7 +294,7 @@ void FieldLook::shade(const FrameVertices& points, Vec3 eye, int threads, std::v
     radiance.resize(points.positions.size());
     parallelFor(fieldPieces(radiance.size()), threads, [&](std::size_t piece) {
         const std::size_t first = piece * kFieldPiece, end = std::min(first + kFieldPiece, radiance.size());
-        shader_->shade(first, end, points.positions, points.normals, points.tangents, points.numbers, eye, radiance);
+        shader_->shade(points.range(first, end), eye, radiance);
         for (std::size_t v = first; v < end; ++v)
             for (int c = 0; c < 3; ++c) radiance[v][c] = std::max(radiance[v][c], 0.0f);
     });
@@ -302,7 +302,7 @@ void FieldLook::shade(const FrameVertices& points, Vec3 eye, int threads, std::v
 
 std::vector<float> fieldAmbient(const Convention& convention, const FrameVertices& points) {
     std::vector<float> e(points.positions.size());
-    ambient(convention, kFieldStride, 0, e.size(), points.numbers, e);
+    ambient(convention, kFieldStride, points.numbers, e);
     return e;
 }
 

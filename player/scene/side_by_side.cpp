@@ -4,6 +4,7 @@
 
 #include "formats/common/errors.h"
 #include "player/frame/open_asset.h"
+#include "runtime/papers/refuse_transfer.h"
 
 namespace penumbra {
 
@@ -31,7 +32,7 @@ SceneDescription sceneSideBySide(std::span<const std::filesystem::path> assets) 
     std::vector<BoundingBox> boxes;
     for (const std::filesystem::path& path : assets) {
         const OpenAsset asset(path);
-        if (asset.view.transfer) throw InvalidInput(path.string() + ": has linear transfer, on which nothing casts");
+        refuseTransfer<InvalidInput>(asset.view, "has linear transfer, on which nothing casts");
         if (!asset.view.has_model) throw InvalidInput(path.string() + ": has no model");
         boxes.push_back(boundsOf(asset.view.mesh.positions));
         SceneCharacter& one = scene.characters.emplace_back();

@@ -9,12 +9,12 @@ namespace penumbra {
 namespace {
 
 float ambientOfVertex(const AssetView& asset, std::span<const float> numbers) {
-    std::vector<float> weights(std::size_t(asset.model.convention.size()));
+    float e = 0;
     if (asset.transfer)
-        transferAmbientWeights(weights);
+        transferAmbient(int(numbers.size()), numbers, {&e, 1});
     else
-        ambientWeights(asset.model.convention, weights);
-    return std::inner_product(weights.begin(), weights.end(), numbers.begin(), 0.0f);
+        ambient(asset.model.convention, int(numbers.size()), numbers, {&e, 1});
+    return e;
 }
 
 }  // namespace

@@ -62,6 +62,7 @@ Evaluator AssetData::restPose() const {
         else
             evaluator.setPose(std::vector<Affine>(view.animation.jointCount()), no_rotation);
         rest_ = std::move(evaluator);
+        transfer_.emplace(view.model.convention);
     }
     return *rest_;
 }
@@ -119,7 +120,7 @@ void fillJoints(const AnimationView& animation, penumbra_asset_info& info) {
 
 void fillModel(const ModelView& model, const AnimationView& animation, penumbra_asset_info& info) {
     if (model.features == FeatureKind::kJointAngles) info.rotation_count = animation.pose_size;
-    info.number_count = std::size_t(model.convention.size());
+    info.coefficient_count = std::size_t(model.convention.size());
     info.stride = std::size_t(model.stride);
     info.cluster_count = model.clusters.size();
     for (const ClusterView& cluster : model.clusters) info.score_count += cluster.components();
@@ -186,8 +187,7 @@ int penumbra_has_simd(penumbra_simd simd) {
 
 penumbra_status penumbra_asset_open_file(const char* path, penumbra_asset** asset, penumbra_error* error) {
     return guarded(error, [&] {
-        requirePointer(asset, "asset");
-        requirePointer(path, "path");
+        requirePointer(asset, "asset", path, "path");
         const auto data = std::make_shared<AssetData>();
         data->file.emplace(path);
         finishOpening(data, data->file->bytes(), path, asset);
@@ -197,8 +197,7 @@ penumbra_status penumbra_asset_open_file(const char* path, penumbra_asset** asse
 penumbra_status penumbra_asset_open_memory(const void* bytes, size_t size, penumbra_ownership ownership,
                                            penumbra_asset** asset, penumbra_error* error) {
     return guarded(error, [&] {
-        requirePointer(asset, "asset");
-        requirePointer(bytes, "bytes");
+        requirePointer(asset, "asset", bytes, "bytes");
         if (ownership != PENUMBRA_BORROW && ownership != PENUMBRA_COPY)
             throw UsageError("ownership is neither PENUMBRA_BORROW nor PENUMBRA_COPY");
         if (ownership == PENUMBRA_BORROW && reinterpret_cast<std::uintptr_t>(bytes) % 16 != 0)
@@ -310,8 +309,7 @@ size_t penumbra_asset_frame_at(const penumbra_asset* asset, size_t clip, double 
 
 penumbra_status penumbra_asset_get_other_sides(const penumbra_asset* asset, uint32_t* vertices, penumbra_error* error) {
     return guarded(error, [&] {
-        requirePointer(asset, "asset");
-        requirePointer(vertices, "vertices");
+        requirePointer(asset, "asset", vertices, "vertices");
         const AssetView& view = asset->data->view;
         if (!view.mesh.two_sided) throw Unsupported(view.name + ": its mesh is not two-sided");
         std::ranges::copy(otherSides(view.mesh), vertices);

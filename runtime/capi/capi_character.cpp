@@ -4,6 +4,7 @@
 
 #include "runtime/capi/capi_handles.h"
 #include "runtime/evaluate/deformation.h"
+#include "runtime/shade/indirect_light.h"
 
 namespace penumbra {
 
@@ -80,6 +81,53 @@ void toColumns(const Affine& bone, float* columns) {
 
 }  // namespace
 
+static_assert(PENUMBRA_BOUNCED_STRIDE == kIndirectStride);
+
+void requireBounces(const AssetView& view) {
+    if (!view.model.indirect) throw Unsupported(view.name + ": has no light that bounces (penumbra-fit indirect)");
+}
+
+void requireCoefficients(const penumbra_vertices* vertices) {
+    requirePointer(vertices, "vertices");
+    requirePointer(vertices->coefficients, "vertices->coefficients");
+}
+
+VertexFrames framesOf(const penumbra_vertices* vertices, std::size_t all, std::size_t stride) {
+    requirePointer(vertices, "vertices");
+    requirePointer(vertices->positions, "vertices->positions");
+    requirePointer(vertices->normals, "vertices->normals");
+    requirePointer(vertices->tangents, "vertices->tangents");
+    requireRange("vertices", vertices->first, vertices->count, all);
+    const auto floats = [](const float* p, std::size_t n) { return std::span(p, p ? n : 0); };
+    return {vectors(vertices->positions, all),
+            vectors(vertices->normals, all),
+            vectors(vertices->tangents, all),
+            floats(vertices->coefficients, all * stride),
+            vertices->first,
+            vertices->first + vertices->count,
+            floats(vertices->bounced, all * kIndirectStride)};
+}
+
+void requireCharacter(const penumbra_character* character, const penumbra_vertices* vertices) {
+    requirePointer(character, "character");
+    requireCoefficients(vertices);
+    if (vertices->bounced) requireBounces(character->asset->view);
+}
+
+void requireReceiver(const penumbra_character* character, const penumbra_vertices* vertices) {
+    requireCharacter(character, vertices);
+    requireRange("vertices", vertices->first, vertices->count, character->evaluator.vertexCount());
+    refuseTransfer<Unsupported>(character->asset->view, "nothing casts on transfer, which is no visibility");
+}
+
+void castOn(const penumbra_character& character, const penumbra_vertices& vertices, std::size_t first,
+            std::span<const float> mirrored) {
+    const std::size_t count = mirrored.size() / kFarNumbers, stride = std::size_t(character.asset->view.model.stride);
+    character.product({vertices.coefficients + first * stride, count * stride}, stride, mirrored);
+    if (vertices.bounced)
+        castOnIndirect(mirrored, {vertices.bounced + first * kIndirectStride, count * kIndirectStride});
+}
+
 }  // namespace penumbra
 
 using namespace penumbra;
@@ -87,8 +135,7 @@ using namespace penumbra;
 penumbra_status penumbra_character_create(const penumbra_asset* asset, penumbra_character** character,
                                           penumbra_error* error) {
     return guarded(error, [&] {
-        requirePointer(asset, "asset");
-        requirePointer(character, "character");
+        requirePointer(asset, "asset", character, "character");
         if (!asset->data->view.hasCharacter()) throw Unsupported(asset->data->view.name + ": has no model");
         *character = new penumbra_character{asset->data,
                                             asset->data->restPose(),
@@ -105,6 +152,8 @@ penumbra_status penumbra_character_set_simd(penumbra_character* character, penum
     return guarded(error, [&] {
         requirePointer(character, "character");
         character->evaluator.usePath(pathOf(simd, evaluatorPaths()));
+        TransferEvaluator* const transfer = character->evaluator.transfer();
+        if (transfer) transfer->usePath(pathOf(simd, transferPaths()));
     });
 }
 
@@ -157,8 +206,7 @@ penumbra_status penumbra_asset_input_matrices(const penumbra_asset* asset, penum
 penumbra_status penumbra_character_set_rotations(penumbra_character* character, const float* root,
                                                  const float* rotations, size_t rotation_count, penumbra_error* error) {
     return guarded(error, [&] {
-        requirePointer(character, "character");
-        requirePointer(rotations, "rotations");
+        requirePointer(character, "character", rotations, "rotations");
         const AssetView& asset = character->asset->view;
         const std::size_t joints = asset.animation.jointCount();
         requireSkinned(asset);
@@ -188,8 +236,7 @@ penumbra_status penumbra_character_set_positions(penumbra_character* character, 
                                                  const float* positions, size_t vertex_count, const float* inputs,
                                                  size_t input_count, penumbra_error* error) {
     return guarded(error, [&] {
-        requirePointer(character, "character");
-        requirePointer(positions, "positions");
+        requirePointer(character, "character", positions, "positions");
         const AssetView& asset = character->asset->view;
         if (!asset.model.deforming)
             throw Unsupported(asset.name + ": is a skinned mesh; its pose is penumbra_character_set_pose()");
@@ -227,45 +274,74 @@ double penumbra_character_out_of_range(const penumbra_character* character) {
     return character ? character->evaluator.outOfRange() : 0;
 }
 
+int penumbra_asset_bounces(const penumbra_asset* asset) {
+    const std::optional<IndirectView> none, &indirect = asset ? asset->data->view.model.indirect : none;
+    return indirect ? indirect->bounces : 0;
+}
+
 penumbra_status penumbra_character_evaluate(const penumbra_character* character, size_t first_cluster,
-                                            size_t cluster_count, float* numbers, penumbra_error* error) {
+                                            size_t cluster_count, const penumbra_vertices* vertices,
+                                            penumbra_error* error) {
     return guarded(error, [&] {
-        requirePointer(character, "character");
-        requirePointer(numbers, "numbers");
+        requireCharacter(character, vertices);
         const Evaluator& evaluator = character->evaluator;
         requireRange("clusters", first_cluster, cluster_count, evaluator.clusterCount());
-        const std::size_t size = evaluator.vertexCount() * std::size_t(character->asset->view.model.stride);
-        for (std::size_t c = first_cluster; c < first_cluster + cluster_count; ++c)
-            evaluator.evaluateCluster(c, {numbers, size});
+        const std::size_t count = evaluator.vertexCount(), stride = std::size_t(character->asset->view.model.stride);
+        for (std::size_t c = first_cluster; c < first_cluster + cluster_count; ++c) {
+            evaluator.evaluateCluster(c, {vertices->coefficients, count * stride});
+            if (vertices->bounced) evaluator.evaluateIndirect(c, {vertices->bounced, count * kIndirectStride});
+        }
     });
 }
 
-penumbra_status penumbra_character_skin(const penumbra_character* character, size_t first_vertex, size_t vertex_count,
-                                        float* positions, float* normals, float* tangents, penumbra_error* error) {
+penumbra_status penumbra_character_skin(const penumbra_character* character, const penumbra_vertices* vertices,
+                                        penumbra_error* error) {
     return guarded(error, [&] {
         requirePointer(character, "character");
-        requirePointer(positions, "positions");
-        requirePointer(normals, "normals");
-        requirePointer(tangents, "tangents");
-        const std::size_t vertices = character->evaluator.vertexCount();
-        requireRange("vertices", first_vertex, vertex_count, vertices);
-        character->evaluator.skin(first_vertex, first_vertex + vertex_count, vectors(positions, vertices),
-                                  vectors(normals, vertices), vectors(tangents, vertices));
+        const std::size_t all = character->evaluator.vertexCount();
+        const VertexFrames frames = framesOf(vertices, all, 0);
+        character->evaluator.skin(frames.begin, frames.end, vectors(vertices->positions, all),
+                                  vectors(vertices->normals, all), vectors(vertices->tangents, all));
     });
 }
 
-penumbra_status penumbra_character_ambient(const penumbra_character* character, size_t first_vertex,
-                                           size_t vertex_count, const float* numbers, float* ambient_out,
-                                           penumbra_error* error) {
+penumbra_status penumbra_character_ambient(const penumbra_character* character, const penumbra_vertices* vertices,
+                                           float* ambient_out, penumbra_error* error) {
     return guarded(error, [&] {
-        requirePointer(character, "character");
-        requirePointer(numbers, "numbers");
+        requireCharacter(character, vertices);
+        requireRange("vertices", vertices->first, vertices->count, character->evaluator.vertexCount());
         requirePointer(ambient_out, "ambient");
-        const std::size_t vertices = character->evaluator.vertexCount();
         const AssetView& asset = character->asset->view;
-        requireRange("vertices", first_vertex, vertex_count, vertices);
-        ambient(asset, first_vertex, first_vertex + vertex_count, {numbers, vertices * std::size_t(asset.model.stride)},
-                {ambient_out, vertices});
+        const std::size_t stride = std::size_t(asset.model.stride), first = vertices->first, count = vertices->count;
+        const std::span<float> e(ambient_out + first, count);
+        ambient(asset, {vertices->coefficients + first * stride, count * stride}, e);
+        if (vertices->bounced)
+            addBouncedAmbient(asset.model.indirect->axes,
+                              {vertices->bounced + first * kIndirectStride, count * kIndirectStride}, e);
+    });
+}
+
+penumbra_status penumbra_character_transfer(const penumbra_character* character, int order,
+                                            const penumbra_vertices* vertices, float* transfer, penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(character, "character");
+        requireCoefficients(vertices);
+        requirePointer(transfer, "transfer");
+        const std::size_t n = requireTransferOrder(order);
+        const AssetView& asset = character->asset->view;
+        const auto stride = std::size_t(asset.model.stride);
+        const VertexFrames frames = framesOf(vertices, character->evaluator.vertexCount(), stride);
+        for (std::size_t v = frames.begin; v < frames.end; ++v) {
+            const std::span<const float> own = frames.coefficients.subspan(v * stride, stride);
+            const std::span<float> out(transfer + v * n, n);
+            if (asset.transfer) {  // its coefficients are transfer, in the model frame
+                const std::size_t known = std::min(n, asset.transfer->coefficients());
+                std::fill(std::copy_n(own.begin(), known, out.begin()), out.end(), 0.0f);
+            } else {
+                character->asset->transfer().apply(own, toLocalFrame(frames.normals[v], frames.tangents[v]), order,
+                                                   out);
+            }
+        }
     });
 }
 

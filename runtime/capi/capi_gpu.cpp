@@ -26,7 +26,7 @@ void copyGlsl(const std::string& glsl, char* text, size_t capacity, size_t* leng
 // Transfer is evaluated by the CPU alone.
 void requireShader(const penumbra_shading* shading) {
     requirePointer(shading, "shading");
-    if (shading->view.transfer) throw Unsupported(shading->view.name + ": there is no shader for transfer");
+    refuseTransfer<Unsupported>(shading->view, "there is no shader for transfer");
 }
 
 bool hasFields(const penumbra_asset& asset) { return asset.data->view.has_model && asset.data->view.model.composition; }
@@ -116,8 +116,7 @@ size_t penumbra_asset_field_words(const penumbra_asset* asset) {
 penumbra_status penumbra_asset_get_fields(const penumbra_asset* asset, size_t first_word, uint32_t* words,
                                           penumbra_error* error) {
     return guarded(error, [&] {
-        requirePointer(asset, "asset");
-        requirePointer(words, "words");
+        requirePointer(asset, "asset", words, "words");
         requireFields(*asset, first_word);
         const Evaluator evaluator = asset->data->restPose();
         writeFieldBlock(evaluator.farTables(), compositionOf(*asset), std::uint32_t(first_word),
@@ -128,8 +127,7 @@ penumbra_status penumbra_asset_get_fields(const penumbra_asset* asset, size_t fi
 penumbra_status penumbra_character_get_parts(const penumbra_character* character, const float* to_scene,
                                              size_t first_word, float* rows, penumbra_error* error) {
     return guarded(error, [&] {
-        requirePointer(character, "character");
-        requirePointer(rows, "rows");
+        requirePointer(character, "character", rows, "rows");
         requireFields({character->asset}, first_word);
         const Affine placed = rigidOf(to_scene);
         auto words = std::uint32_t(first_word);

@@ -16,12 +16,13 @@
 #include "runtime/cast/field_shadow.h"
 #include "runtime/evaluate/evaluator.h"
 #include "runtime/evaluate/joint_chain.h"
+#include "runtime/papers/refuse_transfer.h"
 #include "runtime/penumbra.h"
 #include "runtime/shade/shading.h"
 #include "runtime/shade/shading_layout.h"
 #include "runtime/shade/shading_set.h"
+#include "runtime/shade/visibility_transfer.h"
 #include "runtime/sun/sun_map.h"
-#include "sh/quadrature.h"
 
 namespace penumbra {
 
@@ -42,10 +43,12 @@ struct AssetData {
 
     // Returns a character in the rest pose. The first caller makes it; copies share what was decoded.
     Evaluator restPose() const;
+    const VisibilityTransfer& transfer() const { return *transfer_; }  // once there is a rest pose
 
 private:
     mutable std::mutex mutex_;
     mutable std::optional<Evaluator> rest_;
+    mutable std::optional<VisibilityTransfer> transfer_;
 };
 
 // Fills in `error`, unless it is null, and returns `status`.
@@ -76,8 +79,13 @@ penumbra_status guarded(penumbra_error* error, const Body& body) noexcept {
     }
 }
 
-// Throws UsageError "`name` is NULL".
+// Throws UsageError "`name` is NULL", for the first of several.
 void requirePointer(const void* pointer, const char* name);
+template <class... More>
+void requirePointer(const void* pointer, const char* name, More... more) {
+    requirePointer(pointer, name);
+    requirePointer(more...);
+}
 // Throw UsageError unless index < limit, or unless [first, first + count) lies in [0, limit).
 void requireIndex(const char* what, std::size_t index, std::size_t limit);
 void requireRange(const char* what, std::size_t first, std::size_t count, std::size_t limit);
@@ -93,8 +101,26 @@ Vec3 pointFrom(const char* name, const float* place);
 // translation.
 Affine rigidOf(const float* to_scene);
 
+// Throws UsageError where there are no coefficients.
+void requireCoefficients(const penumbra_vertices* vertices);
+// Returns the vertices, which are some of `all`, with `stride` floats of coefficients each. Throws UsageError where the
+// range does not fit, or where there are no positions, normals and tangents.
+VertexFrames framesOf(const penumbra_vertices* vertices, std::size_t all, std::size_t stride);
+
+// Returns how many numbers transfer of an order has. Throws UsageError unless it is in
+// 1..VisibilityTransfer::kMaxTransferOrder.
+std::size_t requireTransferOrder(int order);
+
+// Throws UsageError where there is no character or no coefficients, and Unsupported where `bounced` is given and the
+// asset has no light that bounces.
+void requireCharacter(const penumbra_character* character, const penumbra_vertices* vertices);
 // Throws Unsupported where the asset has no light that bounces.
-const IndirectView& indirectOf(const AssetView& view);
+void requireBounces(const AssetView& view);
+// The same, and for a range that does not fit and for transfer, which others cannot multiply.
+void requireReceiver(const penumbra_character* character, const penumbra_vertices* vertices);
+// Multiplies what vertices from `first` on see by what others leave visible there, `mirrored` [vertices, kFarNumbers].
+void castOn(const penumbra_character& character, const penumbra_vertices& vertices, std::size_t first,
+            std::span<const float> mirrored);
 
 // Returns a row-major rotation [3,3] of the caller. Throws UsageError where it is none.
 Mat3 rotationFrom(const float* rotation);
@@ -133,9 +159,8 @@ struct penumbra_scene {
     std::vector<std::shared_ptr<const penumbra::AssetData>> assets;  // of the casters
     std::vector<penumbra::Evaluator> evaluators;                     // of each caster; only their tables are used
     std::optional<penumbra::CastShadow> cast;
-    std::vector<penumbra_caster> casters;                         // what the caller may ask for
-    std::vector<penumbra::WeightedDirection> directions;          // above the horizon
-    std::vector<std::array<float, penumbra::kFarNumbers>> basis;  // mirrored functions there
+    std::vector<penumbra_caster> casters;  // what the caller may ask for
+    penumbra::VisibilityTransfer transfer{{penumbra::BelowHorizon::kMirrored, penumbra::kFieldOrder}};
 };
 
 struct penumbra_shading {

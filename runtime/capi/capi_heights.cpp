@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "runtime/capi/capi_handles.h"
-#include "runtime/shade/indirect_light.h"
 #include "runtime/shade/lambert_material.h"
 #include "sh/height/field_in_scene.h"
 
@@ -30,35 +29,32 @@ void requireHeights(std::span<const float> heights) {
             throw UsageError("heights[" + std::to_string(i) + "] is not finite or beyond 1e7");
 }
 
-void requirePoints(const penumbra_heights& field, std::size_t first, std::size_t count, const float* positions,
-                   const float* normals, const float* tangents) {
-    requireRange("points", first, count, field.field.grid().size());
-    requirePointer(positions, "positions");
-    requirePointer(normals, "normals");
-    requirePointer(tangents, "tangents");
-}
-
 // One row of points, or a part of one.
 void writePoints(const penumbra_heights& field, int row, int first, std::size_t count, const HeightRefined& refined,
-                 float* positions, float* normals, float* tangents, float* numbers) {
+                 const penumbra_vertices& points) {
     std::array<Vec3, HeightVisibility::kMaxPoints> n, t;
     std::array<float, HeightVisibility::kMaxPoints * PENUMBRA_HEIGHTS_STRIDE> own;
     const std::span<Vec3> some_n = std::span(n).first(count), some_t = std::span(t).first(count);
     const HeightGrid& grid = field.field.grid();
     const std::size_t at = std::size_t(row) * std::size_t(grid.columns) + std::size_t(first);
-    const std::span<float> out =
-        numbers ? std::span(numbers + at * PENUMBRA_HEIGHTS_STRIDE, count * PENUMBRA_HEIGHTS_STRIDE)
-                : std::span(own).first(count * PENUMBRA_HEIGHTS_STRIDE);
+    const std::span<float> out(points.coefficients ? points.coefficients + at * PENUMBRA_HEIGHTS_STRIDE : own.data(),
+                               count * PENUMBRA_HEIGHTS_STRIDE);
     field.visibility.numbers(field.field, row, first, some_n, some_t, PENUMBRA_HEIGHTS_STRIDE, out, &refined);
     const std::size_t all = grid.size();
     for (std::size_t i = 0; i < count; ++i) {
         const float height = field.field.heights()[at + i];
-        if (positions)
-            vectors(positions, all)[at + i] =
+        if (points.positions)
+            vectors(points.positions, all)[at + i] =
                 field.corner + Vec3{float(first + int(i)) * grid.cell_y, height, float(row) * grid.cell_x};
-        if (normals) vectors(normals, all)[at + i] = sceneFromField(n[i]);
-        if (tangents) vectors(tangents, all)[at + i] = sceneFromField(t[i]);
+        if (points.normals) vectors(points.normals, all)[at + i] = sceneFromField(n[i]);
+        if (points.tangents) vectors(points.tangents, all)[at + i] = sceneFromField(t[i]);
     }
+}
+
+// Returns points of the field for shading or casting.
+VertexFrames pointsOf(const penumbra_heights& field, const penumbra_vertices* points) {
+    requireCoefficients(points);
+    return framesOf(points, field.field.grid().size(), PENUMBRA_HEIGHTS_STRIDE);
 }
 
 }  // namespace
@@ -70,9 +66,7 @@ using namespace penumbra;
 penumbra_status penumbra_heights_create(const penumbra_heights_options* options, const float* heights,
                                         penumbra_heights** field, penumbra_error* error) {
     return guarded(error, [&] {
-        requirePointer(options, "options");
-        requirePointer(heights, "heights");
-        requirePointer(field, "field");
+        requirePointer(options, "options", heights, "heights", field, "field");
         const HeightGrid grid = gridOf(*options);
         requireFinite("corner", {options->corner, 3});
         const int order = options->order == 0 ? kMaxHeightOrder : options->order,
@@ -134,10 +128,9 @@ penumbra_status penumbra_heights_update(penumbra_heights* field, size_t first, s
 }
 
 penumbra_status penumbra_heights_get_points(const penumbra_heights* field, size_t first_row, size_t row_count,
-                                            float* positions, float* normals, float* tangents, float* numbers,
-                                            penumbra_error* error) {
+                                            const penumbra_vertices* points, penumbra_error* error) {
     return guarded(error, [&] {
-        requirePointer(field, "field");
+        requirePointer(field, "field", points, "points");
         const HeightGrid& grid = field->field.grid();
         requireRange("rows", first_row, row_count, std::size_t(grid.rows));
         const int last = int(first_row + row_count), step = field->visibility.step();
@@ -147,60 +140,43 @@ penumbra_status penumbra_heights_get_points(const penumbra_heights* field, size_
                 const int end = std::min(c + HeightRefined::kColumns, grid.columns);
                 field->visibility.refine(field->field, band, c, end, refined);
                 for (int r = std::max(band, int(first_row)); r < std::min(band + step, last); ++r)
-                    writePoints(*field, r, c, std::size_t(end - c), refined, positions, normals, tangents, numbers);
+                    writePoints(*field, r, c, std::size_t(end - c), refined, *points);
             }
     });
 }
 
-penumbra_status penumbra_heights_cast(const penumbra_heights* field, const penumbra_scene* scene, size_t first,
-                                      size_t count, const float* positions, const float* normals, const float* tangents,
-                                      float* numbers, penumbra_error* error) {
+penumbra_status penumbra_heights_cast(const penumbra_heights* field, const penumbra_scene* scene,
+                                      const penumbra_vertices* points, penumbra_error* error) {
     return guarded(error, [&] {
-        requirePointer(field, "field");
-        requirePointer(scene, "scene");
-        requirePoints(*field, first, count, positions, normals, tangents);
-        requirePointer(numbers, "numbers");
-        const std::size_t all = field->field.grid().size();
+        requirePointer(field, "field", scene, "scene");
+        const VertexFrames all = pointsOf(*field, points);
         std::array<float, kMaxReceivers * kFarNumbers> mirrored;
-        for (std::size_t at = first; at < first + count; at += kMaxReceivers) {
-            const std::size_t n = std::min(kMaxReceivers, first + count - at);
+        for (std::size_t at = all.begin; at < all.end; at += kMaxReceivers) {
+            const std::size_t n = std::min(kMaxReceivers, all.end - at);
             const std::span<float> used = std::span(mirrored).first(n * kFarNumbers);
-            const CastReceivers some{vectors(positions, all).subspan(at, n), vectors(normals, all).subspan(at, n),
-                                     vectors(tangents, all).subspan(at, n)};
+            const CastReceivers some{all.positions.subspan(at, n), all.normals.subspan(at, n),
+                                     all.tangents.subspan(at, n)};
             if (scene->cast->evaluate(some, {}, used) == 0) continue;
-            field->product({numbers + at * PENUMBRA_HEIGHTS_STRIDE, n * PENUMBRA_HEIGHTS_STRIDE},
+            field->product({points->coefficients + at * PENUMBRA_HEIGHTS_STRIDE, n * PENUMBRA_HEIGHTS_STRIDE},
                            PENUMBRA_HEIGHTS_STRIDE, used);
         }
     });
 }
 
 penumbra_status penumbra_heights_shadow(const penumbra_heights* field, const penumbra_character* character,
-                                        const float* to_scene, size_t first_vertex, size_t vertex_count, float* numbers,
+                                        const float* to_scene, const penumbra_vertices* vertices,
                                         penumbra_error* error) {
-    return penumbra_heights_shadow_bounced(field, character, to_scene, first_vertex, vertex_count, numbers, nullptr,
-                                           error);
-}
-
-penumbra_status penumbra_heights_shadow_bounced(const penumbra_heights* field, const penumbra_character* character,
-                                                const float* to_scene, size_t first_vertex, size_t vertex_count,
-                                                float* numbers, float* bounced, penumbra_error* error) {
     return guarded(error, [&] {
         requirePointer(field, "field");
-        requirePointer(character, "character");
-        requirePointer(numbers, "numbers");
-        if (bounced) indirectOf(character->asset->view);
-        if (character->asset->view.transfer)
-            throw Unsupported(character->asset->view.name + ": nothing casts on transfer, which is no visibility");
-        const Evaluator& evaluator = character->evaluator;
-        requireRange("vertices", first_vertex, vertex_count, evaluator.vertexCount());
-        const auto stride = std::size_t(character->asset->view.model.stride);
+        requireReceiver(character, vertices);
+        const std::size_t last = vertices->first + vertices->count;
         const Affine placed = rigidOf(to_scene);
         const Mat3 turn = placed.linear();
         std::array<Vec3, kMaxReceivers> positions, normals, tangents;
         std::array<float, kMaxReceivers * kFarNumbers> mirrored;
-        for (std::size_t at = first_vertex; at < first_vertex + vertex_count; at += kMaxReceivers) {
-            const std::size_t n = std::min(kMaxReceivers, first_vertex + vertex_count - at);
-            evaluator.skin(at, {positions.data(), n}, {normals.data(), n}, {tangents.data(), n});
+        for (std::size_t at = vertices->first; at < last; at += kMaxReceivers) {
+            const std::size_t n = std::min(kMaxReceivers, last - at);
+            character->evaluator.skin(at, {positions.data(), n}, {normals.data(), n}, {tangents.data(), n});
             for (std::size_t i = 0; i < n; ++i) {
                 positions[i] = placed.point(positions[i]);
                 normals[i] = turn * normals[i];
@@ -209,8 +185,7 @@ penumbra_status penumbra_heights_shadow_bounced(const penumbra_heights* field, c
             const std::span<float> used = std::span(mirrored).first(n * kFarNumbers);
             fieldVisibility(field->field, field->above, field->corner,
                             {{positions.data(), n}, {normals.data(), n}, {tangents.data(), n}}, used);
-            character->product({numbers + at * stride, n * stride}, stride, used);
-            if (bounced) castOnIndirect(used, {bounced + at * kIndirectStride, n * kIndirectStride});
+            castOn(*character, *vertices, at, used);
         }
     });
 }
@@ -221,8 +196,7 @@ penumbra_status penumbra_heights_query(const penumbra_heights* field, const floa
         requirePointer(field, "field");
         if (count == 0) return;
         requireCount("count", count, 2 * sizeof(float));
-        requirePointer(places, "places");
-        requirePointer(heights, "heights");
+        requirePointer(places, "places", heights, "heights");
         requireFinite("places", {places, 2 * count});
         for (std::size_t i = 0; i < count; ++i)
             heights[i] = float(
@@ -233,8 +207,7 @@ penumbra_status penumbra_heights_query(const penumbra_heights* field, const floa
 penumbra_status penumbra_heights_under(const penumbra_heights* field, const float* positions, size_t count,
                                        const float* to_scene, float* height, penumbra_error* error) {
     return guarded(error, [&] {
-        requirePointer(field, "field");
-        requirePointer(height, "height");
+        requirePointer(field, "field", height, "height");
         if (count > 0) requirePointer(positions, "positions");
         requireCount("count", count, 3 * sizeof(float));
         requireFinite("positions", {positions, 3 * count});
@@ -247,8 +220,7 @@ penumbra_status penumbra_heights_set_look(penumbra_heights* field, const penumbr
                                           const float* albedo, size_t light, const float* rotation,
                                           penumbra_error* error) {
     return guarded(error, [&] {
-        requirePointer(field, "field");
-        requirePointer(asset, "asset");
+        requirePointer(field, "field", asset, "asset");
         const AssetView& view = asset->data->view;
         requireIndex("light", light, view.lights.size());
         Vec3 color;
@@ -268,19 +240,14 @@ penumbra_status penumbra_heights_set_look(penumbra_heights* field, const penumbr
     });
 }
 
-penumbra_status penumbra_heights_shade(const penumbra_heights* field, const float eye[3], size_t first, size_t count,
+penumbra_status penumbra_heights_shade(const penumbra_heights* field, const float eye[3],
                                        const penumbra_vertices* points, float* radiance, penumbra_error* error) {
     return guarded(error, [&] {
         requirePointer(field, "field");
         const Vec3 from = pointFrom("eye", eye);
-        requirePointer(points, "points");
-        requirePoints(*field, first, count, points->positions, points->normals, points->tangents);
-        requirePointer(points->numbers, "points->numbers");
+        const VertexFrames frames = pointsOf(*field, points);
         requirePointer(radiance, "radiance");
         if (!field->look) throw UsageError("the field has no look yet");
-        const std::size_t all = field->field.grid().size();
-        field->look->shade(first, first + count, vectors(points->positions, all), vectors(points->normals, all),
-                           vectors(points->tangents, all), {points->numbers, all * PENUMBRA_HEIGHTS_STRIDE}, from,
-                           vectors(radiance, all));
+        field->look->shade(frames, from, vectors(radiance, field->field.grid().size()));
     });
 }

@@ -4,7 +4,6 @@
 
 #include "runtime/capi/capi_handles.h"
 #include "runtime/cast/cast_on_cluster.h"
-#include "runtime/shade/indirect_light.h"
 #include "runtime/shade/shading.h"
 #include "sh/sh_basis.h"
 #include "sh/tangent.h"
@@ -13,8 +12,6 @@ namespace penumbra {
 
 namespace {
 
-constexpr int kTransferOrder = 5;
-constexpr std::size_t kTransferNumbers = kTransferOrder * kTransferOrder;
 constexpr std::size_t kMaxCasters = 65535;
 
 void requireCaster(const penumbra_scene& scene, std::size_t except) {
@@ -23,33 +20,42 @@ void requireCaster(const penumbra_scene& scene, std::size_t except) {
 
 CasterChoice allBut(std::size_t except) { return {.except = except == PENUMBRA_NONE ? kNobody : except}; }
 
-// Up to kMaxReceivers points, and what they see.
-struct CastBatch {
-    std::array<Vec3, kMaxReceivers> positions, normals, tangents;
+// Calls body(i, mirrored, to_local) for each point, with what the casters leave visible there in its local frame.
+template <class Body>
+void overPoints(const penumbra_scene* scene, std::size_t except, const penumbra_points* points, std::size_t row,
+                const Body& body) {
+    requirePointer(scene, "scene");
+    requireCaster(*scene, except);
+    requirePointer(points, "points");
+    const std::size_t count = points->count;
+    if (count == 0) return;
+    requireCount("count", count, std::max<std::size_t>(row, 3) * sizeof(float));
+    requirePointer(points->positions, "positions", points->normals, "normals");
+    requireFinite("positions", {points->positions, 3 * count});
+    requireFinite("normals", {points->normals, 3 * count});
+    const std::span<const Vec3> positions = vectors(points->positions, count),
+                                normals = vectors(points->normals, count);
+    std::array<Vec3, kMaxReceivers> tangents;
     std::array<float, kMaxReceivers * kFarNumbers> mirrored;
-
-    std::size_t evaluate(const CastShadow& cast, CasterChoice choice, std::size_t count) {
-        return cast.evaluate({{positions.data(), count}, {normals.data(), count}, {tangents.data(), count}}, choice,
-                             {mirrored.data(), count * kFarNumbers});
+    for (std::size_t first = 0; first < count; first += kMaxReceivers) {
+        const std::size_t n = std::min(kMaxReceivers, count - first);
+        for (std::size_t i = 0; i < n; ++i) tangents[i] = tangentOf(normals[first + i], {1, 0, 0});
+        scene->cast->evaluate({positions.subspan(first, n), normals.subspan(first, n), {tangents.data(), n}},
+                              allBut(except), {mirrored.data(), n * kFarNumbers});
+        for (std::size_t i = 0; i < n; ++i)
+            body(first + i, std::span<const float>(mirrored).subspan(i * kFarNumbers, kFarNumbers),
+                 toLocalFrame(normals[first + i], tangents[i]));
     }
-};
-
-// 8 heights and 16 directions around are exact for what is integrated: V has 6 bands, the cosine 2 and y_i 5.
-void integrateTransfer(const penumbra_scene& scene, const float* mirrored, Vec3 normal, Vec3 tangent, float* out) {
-    const Vec3d n = toDouble(normal), t = toDouble(tangent), b = cross(n, t);
-    std::array<double, kTransferNumbers> y, sum{};
-    for (std::size_t d = 0; d < scene.directions.size(); ++d) {
-        double v = 0;
-        for (std::size_t i = 0; i < kFarNumbers; ++i) v += double(mirrored[i]) * double(scene.basis[d][i]);
-        const Vec3d local = scene.directions[d].direction;
-        evalBasis(kTransferOrder, t * local.x + b * local.y + n * local.z, y);
-        const double weight = v * scene.directions[d].weight * local.z;
-        for (std::size_t i = 0; i < kTransferNumbers; ++i) sum[i] += weight * y[i];
-    }
-    std::copy(sum.begin(), sum.end(), out);
 }
 
 }  // namespace
+
+std::size_t requireTransferOrder(int order) {
+    constexpr int kMost = VisibilityTransfer::kMaxTransferOrder;
+    if (order < 1 || order > kMost)
+        throw UsageError("order is " + std::to_string(order) + ", allowed are 1.." + std::to_string(kMost));
+    return std::size_t(coefficientCount(order));
+}
 
 Affine rigidOf(const float* to_scene) {
     Affine out;
@@ -102,14 +108,6 @@ penumbra_status penumbra_scene_create(const penumbra_asset* const* assets, size_
             caster.hidden = 1;
             std::ranges::copy(Affine().m, caster.to_scene);
         }
-        made->directions = gaussHemisphere(8, 16);
-        std::vector<double> y(kFieldNumbers);
-        const std::vector<int> even = evenIndices(kFieldOrder);
-        for (const WeightedDirection& d : made->directions) {
-            evalBasis(kFieldOrder, d.direction, y);
-            std::array<float, kFarNumbers>& row = made->basis.emplace_back();
-            for (std::size_t i = 0; i < row.size(); ++i) row[i] = float(y[std::size_t(even[i])]);
-        }
         *scene = made.release();
     });
 }
@@ -140,8 +138,7 @@ size_t penumbra_scene_caster_count(const penumbra_scene* scene) { return scene ?
 penumbra_status penumbra_scene_get_caster(const penumbra_scene* scene, size_t caster, penumbra_caster* out,
                                           penumbra_error* error) {
     return guarded(error, [&] {
-        requirePointer(scene, "scene");
-        requirePointer(out, "out");
+        requirePointer(scene, "scene", out, "out");
         requireIndex("caster", caster, scene->casters.size());
         *out = scene->casters[caster];
     });
@@ -154,8 +151,7 @@ size_t penumbra_asset_sphere_count(const penumbra_asset* asset) {
 penumbra_status penumbra_character_get_spheres(const penumbra_character* character, const float* to_scene,
                                                float* spheres, penumbra_error* error) {
     return guarded(error, [&] {
-        requirePointer(character, "character");
-        requirePointer(spheres, "spheres");
+        requirePointer(character, "character", spheres, "spheres");
         const Affine placed = rigidOf(to_scene);
         const BlockersView& blockers = character->asset->view.blockers;
         for (std::size_t s = 0; s < blockers.spheres.size(); ++s) {
@@ -166,63 +162,56 @@ penumbra_status penumbra_character_get_spheres(const penumbra_character* charact
     });
 }
 
-penumbra_status penumbra_scene_probe(const penumbra_scene* scene, size_t except, const float* positions,
-                                     const float* normals, size_t count, float* ambient_out, float* transfer,
-                                     penumbra_error* error) {
+penumbra_status penumbra_scene_ambient(const penumbra_scene* scene, size_t except, const penumbra_points* points,
+                                       float* ambient, penumbra_error* error) {
     return guarded(error, [&] {
-        requirePointer(scene, "scene");
-        requireCaster(*scene, except);
-        if (count == 0) return;
-        requireCount("count", count, kTransferNumbers * sizeof(float));
-        requirePointer(positions, "positions");
-        requirePointer(normals, "normals");
-        requireFinite("positions", {positions, 3 * count});
-        requireFinite("normals", {normals, 3 * count});
+        requirePointer(ambient, "ambient");
         std::array<float, kFarNumbers> weights;
         ambientWeights({BelowHorizon::kMirrored, kFieldOrder}, weights);
-        CastBatch batch;
-        for (std::size_t first = 0; first < count; first += kMaxReceivers) {
-            const std::size_t n = std::min(kMaxReceivers, count - first);
-            for (std::size_t i = 0; i < n; ++i) {
-                batch.positions[i] = vectors(positions, count)[first + i];
-                batch.normals[i] = vectors(normals, count)[first + i];
-                batch.tangents[i] = tangentOf(batch.normals[i], {1, 0, 0});
-            }
-            batch.evaluate(*scene->cast, allBut(except), n);
-            for (std::size_t i = 0; i < n; ++i) {
-                const float* row = &batch.mirrored[i * kFarNumbers];
-                float e = 0;
-                for (std::size_t k = 0; k < kFarNumbers; ++k) e += weights[k] * row[k];
-                if (ambient_out) ambient_out[first + i] = std::clamp(e, 0.0f, 1.0f);
-                if (transfer)
-                    integrateTransfer(*scene, row, batch.normals[i], batch.tangents[i],
-                                      transfer + (first + i) * kTransferNumbers);
-            }
-        }
+        overPoints(scene, except, points, 1, [&](std::size_t i, std::span<const float> mirrored, const Mat3&) {
+            float e = 0;
+            for (std::size_t k = 0; k < kFarNumbers; ++k) e += weights[k] * mirrored[k];
+            ambient[i] = std::clamp(e, 0.0f, 1.0f);
+        });
+    });
+}
+
+penumbra_status penumbra_scene_irradiance(const penumbra_scene* scene, size_t except, const penumbra_points* points,
+                                          int order, const float* sh, float* irradiance, penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(irradiance, "irradiance", sh, "sh");
+        const std::size_t n = requireTransferOrder(order);
+        requireFinite("sh", {sh, 3 * n});
+        overPoints(scene, except, points, 3, [&](std::size_t i, std::span<const float> mirrored, const Mat3& to_local) {
+            std::array<float, coefficientCount(VisibilityTransfer::kMaxTransferOrder)> transfer;
+            scene->transfer.apply(mirrored, to_local, order, std::span(transfer).first(n));
+            Vec3 sum;
+            for (std::size_t k = 0; k < n; ++k) sum += vectors(sh, n)[k] * transfer[k];
+            for (int c = 0; c < 3; ++c) irradiance[3 * i + std::size_t(c)] = sum[c];
+        });
+    });
+}
+
+penumbra_status penumbra_scene_transfer(const penumbra_scene* scene, size_t except, const penumbra_points* points,
+                                        float* transfer, penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(transfer, "transfer");
+        constexpr int kOrder = VisibilityTransfer::kMaxTransferOrder;
+        constexpr auto kRow = std::size_t(coefficientCount(kOrder));
+        overPoints(scene, except, points, kRow,
+                   [&](std::size_t i, std::span<const float> mirrored, const Mat3& to_local) {
+                       scene->transfer.apply(mirrored, to_local, kOrder, {transfer + i * kRow, kRow});
+                   });
     });
 }
 
 penumbra_status penumbra_scene_cast(const penumbra_scene* scene, size_t except, const penumbra_character* character,
-                                    const float* to_scene, size_t first_vertex, size_t vertex_count, float* numbers,
-                                    penumbra_error* error) {
-    return penumbra_scene_cast_bounced(scene, except, character, to_scene, first_vertex, vertex_count, numbers, nullptr,
-                                       error);
-}
-
-penumbra_status penumbra_scene_cast_bounced(const penumbra_scene* scene, size_t except,
-                                            const penumbra_character* character, const float* to_scene,
-                                            size_t first_vertex, size_t vertex_count, float* numbers, float* bounced,
-                                            penumbra_error* error) {
+                                    const float* to_scene, const penumbra_vertices* vertices, penumbra_error* error) {
     return guarded(error, [&] {
         requirePointer(scene, "scene");
-        requirePointer(character, "character");
-        requirePointer(numbers, "numbers");
-        if (bounced) indirectOf(character->asset->view);
+        requireReceiver(character, vertices);
         requireCaster(*scene, except);
-        if (character->asset->view.transfer)
-            throw Unsupported(character->asset->view.name + ": nothing casts on transfer, which is no visibility");
         const Evaluator& evaluator = character->evaluator;
-        requireRange("vertices", first_vertex, vertex_count, evaluator.vertexCount());
         const ModelView& model = character->asset->view.model;
         const Affine placed = rigidOf(to_scene);
         const Mat3 turn = placed.linear();
@@ -232,16 +221,15 @@ penumbra_status penumbra_scene_cast_bounced(const penumbra_scene* scene, size_t 
             return Receiver{placed.point(vertex.position), turn * vertex.normal, turn * vertex.tangent};
         };
         thread_local std::vector<float> mirrored;
-        const std::size_t stride = std::size_t(model.stride), last_vertex = first_vertex + vertex_count;
+        const std::size_t first_vertex = vertices->first, last_vertex = first_vertex + vertices->count;
         for (std::size_t c = 0; c < model.clusters.size(); ++c) {
             const std::size_t first = model.clusters[c].first_vertex;
             const std::size_t begin = std::max(first, first_vertex),
                               end = std::min(first + model.clusters[c].vertex_count, last_vertex);
             if (begin >= end) continue;
             mirrored.resize((end - begin) * kFarNumbers);
-            if (castOnCluster(*scene->cast, allBut(except), evaluator, c, begin, end, at, mirrored) == 0) continue;
-            character->product({numbers + begin * stride, (end - begin) * stride}, stride, mirrored);
-            if (bounced) castOnIndirect(mirrored, {bounced + begin * kIndirectStride, (end - begin) * kIndirectStride});
+            if (castOnCluster(*scene->cast, allBut(except), {evaluator, c, begin, end}, at, mirrored) == 0) continue;
+            castOn(*character, *vertices, begin, mirrored);
         }
     });
 }

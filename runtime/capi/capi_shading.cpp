@@ -50,6 +50,7 @@ void addCallerLight(int order, penumbra_shading& shading) {
 
 // Tells why a material cannot be on.
 const char* lackOf(const AssetView& asset, std::size_t material) {
+    if (asset.transfer) return " is not lambert, and transfer is diffuse";
     if (asset.materials[material].membrane && !asset.mesh.two_sided)
         return " is a membrane, which needs a two-sided mesh";
     return " has no operators";
@@ -63,9 +64,7 @@ void chooseUsable(ShadingSet& set, std::size_t materials, std::size_t lights) {
     if (light == lights) throw Unsupported("no light has lobes");
     while (material < materials && !set.hasMaterial(material)) ++material;
     if (material == materials)
-        throw Unsupported(set.asset().transfer
-                              ? std::string("transfer is diffuse, and no material is lambert")
-                              : "no material can be on: material 0" + std::string(lackOf(set.asset(), 0)));
+        throw Unsupported("no material can be on: material 0" + std::string(lackOf(set.asset(), 0)));
     set.setLight(light);
     for (std::size_t slot = 0; slot < set.slotCount(); ++slot)
         if (!set.hasMaterial(set.materialOfSlot()[slot])) set.setMaterial(slot, material);
@@ -118,8 +117,8 @@ penumbra_status penumbra_shading_create(const penumbra_asset* asset, const penum
         if (view.materials.size() > kMaxSlotMaterials) throw Unsupported("there are more than 65535 materials");
         if (view.lights.empty()) throw Unsupported(view.name + ": there is no light");
         view.slot_material.resize(std::max<std::size_t>(1, view.mesh.slots.size()));
-        if (view.transfer && choice != ShadingChoice())
-            throw Unsupported(view.name + ": transfer is diffuse, and takes the light exactly (PENUMBRA_ROTATION)");
+        if (choice != ShadingChoice())
+            refuseTransfer<Unsupported>(view, "transfer is diffuse, and takes the light exactly (PENUMBRA_ROTATION)");
         made->set.emplace(view, choice);
         chooseUsable(*made->set, view.materials.size(), view.lights.size());
         if (!view.transfer) made->layout = shadingLayout(*made->set);
@@ -204,11 +203,6 @@ penumbra_status penumbra_shading_get_material_parameter(const penumbra_shading* 
     });
 }
 
-penumbra_status penumbra_shading_set_sh_light(penumbra_shading* shading, int order, const float* sh,
-                                              penumbra_error* error) {
-    return penumbra_shading_update_sh_light(shading, order, sh, 0, error);
-}
-
 penumbra_status penumbra_shading_set_light_rotation(penumbra_shading* shading, const float rotation[9],
                                                     penumbra_error* error) {
     return guarded(error, [&] {
@@ -217,7 +211,27 @@ penumbra_status penumbra_shading_set_light_rotation(penumbra_shading* shading, c
     });
 }
 
-penumbra_status penumbra_shading_shade(const penumbra_shading* shading, const float eye[3], size_t first, size_t count,
+penumbra_status penumbra_shading_shade(const penumbra_shading* shading, const float eye[3],
                                        const penumbra_vertices* vertices, float* radiance, penumbra_error* error) {
-    return penumbra_shading_shade_bounced(shading, eye, first, count, vertices, nullptr, radiance, error);
+    return guarded(error, [&] {
+        requirePointer(shading, "shading");
+        const Vec3 from = pointFrom("eye", eye);
+        requireCoefficients(vertices);
+        const std::size_t n = shading->view.mesh.positions.size();
+        const VertexFrames frames = framesOf(vertices, n, std::size_t(shading->view.model.stride));
+        requirePointer(radiance, "radiance");
+        if (vertices->bounced) requireBounces(shading->view);
+        shading->set->shade(frames, from, vectors(radiance, n));
+    });
+}
+
+penumbra_status penumbra_shading_set_bounces(penumbra_shading* shading, penumbra_bounces bounces,
+                                             penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(shading, "shading");
+        if (int(bounces) < 0 || int(bounces) > PENUMBRA_BOUNCED_LIGHT)
+            throw UsageError("bounces is no penumbra_bounces");
+        constexpr Bounces kShown[] = {Bounces::kBoth, Bounces::kDirect, Bounces::kIndirect};
+        shading->set->setBounces(kShown[bounces]);
+    });
 }

@@ -79,11 +79,10 @@ penumbra_status penumbra_shading_find_suns(penumbra_shading* shading, int most, 
     });
 }
 
-penumbra_status penumbra_shading_update_sh_light(penumbra_shading* shading, int order, const float* sh, double seconds,
-                                                 penumbra_error* error) {
+penumbra_status penumbra_shading_set_sh_light(penumbra_shading* shading, int order, const float* sh, double seconds,
+                                              penumbra_error* error) {
     return guarded(error, [&] {
-        requirePointer(shading, "shading");
-        requirePointer(sh, "sh");
+        requirePointer(shading, "shading", sh, "sh");
         requireCallerLight(*shading);
         const int most = shading->view.lights.back().order;
         if (order < 1 || order > most)
@@ -96,22 +95,15 @@ penumbra_status penumbra_shading_update_sh_light(penumbra_shading* shading, int 
 }
 
 penumbra_status penumbra_shading_add_suns(const penumbra_shading* shading, const penumbra_vertices* vertices,
-                                          const float eye[3], size_t first, size_t count, const float* visible,
-                                          float* radiance, penumbra_error* error) {
+                                          const float eye[3], const float* visible, float* radiance,
+                                          penumbra_error* error) {
     return guarded(error, [&] {
         requirePointer(shading, "shading");
-        requirePointer(vertices, "vertices");
-        requirePointer(vertices->positions, "vertices->positions");
-        requirePointer(vertices->normals, "vertices->normals");
-        requirePointer(vertices->tangents, "vertices->tangents");
-        const Vec3 from = pointFrom("eye", eye);
-        requirePointer(visible, "visible");
-        requirePointer(radiance, "radiance");
         const std::size_t n = shading->view.mesh.positions.size();
-        requireRange("vertices", first, count, n);
-        shading->set->addSuns(first, first + count, vectors(vertices->positions, n), vectors(vertices->normals, n),
-                              vectors(vertices->tangents, n), {visible, n * shading->set->suns().size()}, from,
-                              vectors(radiance, n));
+        const VertexFrames frames = framesOf(vertices, n, 0);
+        const Vec3 from = pointFrom("eye", eye);
+        requirePointer(visible, "visible", radiance, "radiance");
+        shading->set->addSuns(frames, {visible, n * shading->set->suns().size()}, from, vectors(radiance, n));
     });
 }
 
@@ -130,13 +122,8 @@ penumbra_status penumbra_sun_map_create(int size, penumbra_sun_map** map, penumb
 void penumbra_sun_map_destroy(penumbra_sun_map* map) { delete map; }
 
 penumbra_status penumbra_sun_map_set_casters(penumbra_sun_map* map, const penumbra_sun* sun,
-                                             const penumbra_sun_caster* casters, size_t count, penumbra_error* error) {
-    return penumbra_sun_map_set_casters_on_ground(map, sun, casters, count, nullptr, error);
-}
-
-penumbra_status penumbra_sun_map_set_casters_on_ground(penumbra_sun_map* map, const penumbra_sun* sun,
-                                                       const penumbra_sun_caster* casters, size_t count,
-                                                       const penumbra_sun_caster* ground, penumbra_error* error) {
+                                             const penumbra_sun_caster* casters, size_t count,
+                                             const penumbra_sun_caster* ground, penumbra_error* error) {
     return guarded(error, [&] {
         requirePointer(map, "map");
         requireSun(sun);
@@ -160,9 +147,7 @@ penumbra_status penumbra_sun_map_visibility(const penumbra_sun_map* map, const f
         requirePointer(map, "map");
         if (count == 0) return;
         requireCount("count", count, 3 * sizeof(float));
-        requirePointer(positions, "positions");
-        requirePointer(normals, "normals");
-        requirePointer(visible, "visible");
+        requirePointer(positions, "positions", normals, "normals", visible, "visible");
         const std::span<const Vec3> at = vectors(positions, count), normal = vectors(normals, count);
         for (std::size_t i = 0; i < count; ++i) visible[i] = map->maps.visibility(at[i], normal[i]);
     });

@@ -4,13 +4,19 @@
 
 namespace penumbra {
 
-// Writes what the chosen casters leave visible at vertices [begin, end) of a cluster: mirrored[(v - begin) *
+// Vertices [begin, end) of a character, which are of one cluster.
+struct ClusterPart {
+    const Evaluator& evaluator;
+    std::size_t cluster, begin, end;
+};
+
+// Writes what the chosen casters leave visible at vertices of a cluster: mirrored[(v - begin) *
 // kFarNumbers + i], as CastShadow::evaluate() does. `at(vertex)` returns a vertex in the scene (Receiver). Returns how
 // many of them see any caster. What a vertex gets does not depend on which range it is asked for with. A thread keeps
 // its room, so that nothing is allocated once it has seen as much.
 template <class At>
-std::size_t castOnCluster(const CastShadow& cast, CasterChoice choice, const Evaluator& evaluator, std::size_t cluster,
-                          std::size_t begin, std::size_t end, const At& at, std::span<float> mirrored) {
+std::size_t castOnCluster(const CastShadow& cast, CasterChoice choice, const ClusterPart& part, const At& at,
+                          std::span<float> mirrored) {
     struct Points {
         std::vector<Vec3> positions, normals, tangents;
         void clear() { positions.clear(), normals.clear(), tangents.clear(); }
@@ -25,12 +31,12 @@ std::size_t castOnCluster(const CastShadow& cast, CasterChoice choice, const Eva
     thread_local std::vector<std::uint32_t> indices;
     thread_local std::vector<std::uint16_t> anchor;
     thread_local std::vector<float> weight, rows;
-    const FarLayout& layout = evaluator.castLayout();
-    const FarRun& run = layout.runs[cluster];
+    const FarLayout& layout = part.evaluator.castLayout();
+    const FarRun& run = layout.runs[part.cluster];
     vertices.clear(), anchors.clear(), indices.clear(), anchor.clear(), weight.clear();
     for (std::uint32_t r = run.first; r < run.first + run.count; ++r) {
         const std::uint32_t v = layout.receivers[r];
-        if (v < begin || v >= end) continue;
+        if (v < part.begin || v >= part.end) continue;
         indices.push_back(v);
         vertices.add(at(v));
         const auto first = std::ptrdiff_t(r * kAnchorsOfReceiver), last = first + std::ptrdiff_t(kAnchorsOfReceiver);
@@ -44,7 +50,7 @@ std::size_t castOnCluster(const CastShadow& cast, CasterChoice choice, const Eva
         cast.evaluateRun({vertices.view(), anchors.view(), anchor.data(), weight.data(), run.spacing}, choice, rows);
     for (std::size_t i = 0; i < indices.size(); ++i)
         std::copy_n(rows.begin() + std::ptrdiff_t(i * kFarNumbers), kFarNumbers,
-                    mirrored.begin() + std::ptrdiff_t((indices[i] - begin) * kFarNumbers));
+                    mirrored.begin() + std::ptrdiff_t((indices[i] - part.begin) * kFarNumbers));
     return seen;
 }
 

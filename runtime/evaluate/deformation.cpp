@@ -56,39 +56,45 @@ std::vector<float> Deformation::restInputs() const {
     return inputs;
 }
 
-DeformationScratch Deformation::scratch() const {
-    return {std::vector<PartSums>(asset_->animation.jointCount()), std::vector<Vec3d>(rest_.size()),
-            std::vector<float>(edges_.size())};
+DeformedPose Deformation::atRest() const {
+    DeformedPose pose;
+    pose.points = rest_;
+    pose.normals.resize(rest_.size());
+    pose.bones.resize(asset_->animation.jointCount());
+    if (asset_->model.features == FeatureKind::kDihedrals) pose.pose.resize(asset_->animation.pose_size);
+    pose.part_sums.resize(pose.bones.size());
+    pose.normal_sums.resize(rest_.size());
+    pose.angles.resize(edges_.size());
+    vertexNormals(triangles_, pose.points, pose.normal_sums, pose.normals);
+    return pose;
 }
 
-void Deformation::normals(std::span<const Vec3> points, DeformationScratch& scratch, std::span<Vec3> normals) const {
-    vertexNormals(triangles_, points, scratch.normals, normals);
-}
-
-void Deformation::bones(std::span<const Vec3> points, std::span<const float> inputs, DeformationScratch& scratch,
-                        std::span<Affine> bones) const {
-    partMotions(rest_, part_of_point_, points, scratch.parts, bones);
+void Deformation::follow(std::span<const float> inputs, DeformedPose& pose) const {
+    assert(pose.points.size() == rest_.size() && inputs.size() == asset_->animation.input_names.size());
+    vertexNormals(triangles_, pose.points, pose.normal_sums, pose.normals);
+    partMotions(rest_, part_of_point_, pose.points, pose.part_sums, pose.bones);
     for (const InputJointView& input : asset_->model.input_joints)
-        bones[std::size_t(input.joint)] = inputBone(*asset_, input, inputs);
+        pose.bones[std::size_t(input.joint)] = inputBone(*asset_, input, inputs);
+    if (!pose.pose.empty()) projectAngles(inputs, pose);
 }
 
-void Deformation::pose(std::span<const Vec3> points, std::span<const float> inputs, DeformationScratch& scratch,
-                       std::span<float> pose) const {
+// Computes the pose of kDihedrals.
+void Deformation::projectAngles(std::span<const float> inputs, DeformedPose& pose) const {
     const std::span<const float> mean = asset_->model.pose_mean;
-    const std::span<float> angles = scratch.angles;
-    assert(pose.size() >= inputs.size() && pose_basis_.size() == (pose.size() - inputs.size()) * angles.size());
+    const std::span<float> angles = pose.angles, out = pose.pose;
+    assert(out.size() >= inputs.size() && pose_basis_.size() == (out.size() - inputs.size()) * angles.size());
     // 1. Angles jump by whole turns. Take the turn that is nearest to the mean of the training frames.
-    dihedralAngles(edges_, points, angles);
+    dihedralAngles(edges_, pose.points, angles);
     for (std::size_t e = 0; e < angles.size(); ++e)
         angles[e] = addTurns(angles[e], turnsTowards(mean[e], angles[e])) - mean[e];
     // 2. Project on the PCA of the whole mesh; the inputs follow as they are.
     const float* row = pose_basis_.data();
-    for (std::size_t i = 0; i < pose.size() - inputs.size(); ++i, row += angles.size()) {
+    for (std::size_t i = 0; i < out.size() - inputs.size(); ++i, row += angles.size()) {
         double sum = 0;
         for (std::size_t e = 0; e < angles.size(); ++e) sum += double(row[e]) * angles[e];
-        pose[i] = float(sum);
+        out[i] = float(sum);
     }
-    std::copy(inputs.begin(), inputs.end(), pose.end() - std::ptrdiff_t(inputs.size()));
+    std::copy(inputs.begin(), inputs.end(), out.end() - std::ptrdiff_t(inputs.size()));
 }
 
 }  // namespace penumbra

@@ -16,11 +16,15 @@ namespace penumbra {
 // Returns the bone of a joint that stands for inputs; `inputs`: [X].
 Affine inputBone(const AssetView& asset, const InputJointView& input, std::span<const float> inputs);
 
-// Memory that the calls below use on the way.
-struct DeformationScratch {
-    std::vector<PartSums> parts;  // [J]
-    std::vector<Vec3d> normals;   // [Vs]
-    std::vector<float> angles;    // [E]
+// The vertices of one pose, and what the model reads of them.
+struct DeformedPose {
+    std::vector<Vec3> points, normals;  // [Vs]
+    std::vector<Affine> bones;          // [J]
+    std::vector<float> pose;            // [P], only for kDihedrals
+    // Memory that is used on the way.
+    std::vector<PartSums> part_sums;  // [J]
+    std::vector<Vec3d> normal_sums;   // [Vs]
+    std::vector<float> angles;        // [E]
 };
 
 class Deformation {
@@ -30,15 +34,11 @@ public:
 
     std::span<const Vec3> rest() const { return rest_; }  // [Vs]
     std::vector<float> restInputs() const;                // [X], the inputs with which no input joint moves
-    DeformationScratch scratch() const;                   // scratch memory of the right sizes
 
-    // `points`: [Vs] in the model frame; `inputs`: [X]. None of these functions allocates.
-    void normals(std::span<const Vec3> points, DeformationScratch& scratch, std::span<Vec3> normals) const;
-    void bones(std::span<const Vec3> points, std::span<const float> inputs, DeformationScratch& scratch,
-               std::span<Affine> bones) const;
-    // Computes the pose of kDihedrals, [P].
-    void pose(std::span<const Vec3> points, std::span<const float> inputs, DeformationScratch& scratch,
-              std::span<float> pose) const;
+    // Returns the points at rest, with their normals. Bones and pose are not known yet.
+    DeformedPose atRest() const;
+    // Computes the rest of `pose` from its points, which are in the model frame. `inputs`: [X]. Allocates nothing.
+    void follow(std::span<const float> inputs, DeformedPose& pose) const;
 
 private:
     const AssetView* asset_;
@@ -47,6 +47,8 @@ private:
     std::vector<std::uint32_t> triangles_;  // [3Ts] indices of shading points
     std::vector<InnerEdge> edges_;          // [E], only for kDihedrals
     std::vector<float> pose_basis_;         // [P - X, E]
+
+    void projectAngles(std::span<const float> inputs, DeformedPose& pose) const;
 };
 
 }  // namespace penumbra

@@ -44,11 +44,10 @@ Vec3 bouncedAmbientWeights(const ColorAxes& axes) {
     return weights;
 }
 
-void addBouncedAmbient(const ColorAxes& axes, std::size_t begin, std::size_t end, std::span<const float> indirect,
-                       std::span<float> e) {
-    assert(end <= e.size() && indirect.size() == e.size() * kIndirectStride);
+void addBouncedAmbient(const ColorAxes& axes, std::span<const float> indirect, std::span<float> e) {
+    assert(indirect.size() == e.size() * kIndirectStride);
     const Vec3 weights = bouncedAmbientWeights(axes);
-    for (std::size_t v = begin; v < end; ++v) {
+    for (std::size_t v = 0; v < e.size(); ++v) {
         const float* n = indirect.data() + v * kIndirectStride;
         const float bounced =
             weights.x * n[0] + weights.y * n[kIndirectCoefficients] + weights.z * n[kIndirectCoefficients + 1];

@@ -18,14 +18,13 @@ enum class Bounces { kBoth, kDirect, kIndirect };
 std::array<Vec3, kBouncedLight> makeBouncedLight(const ColorAxes& axes,
                                                  std::span<const Vec3, kIndirectCoefficients> light);
 
-// Returns the weights of the numbers 0, 9 and 10 of a vertex (sh/indirect_numbers.h) that give the luminance of E_ind /
-// pi under a light of radiance 1 from everywhere.
+// Returns the weights of the coefficients 0, 9 and 10 of a vertex (sh/indirect_numbers.h) that give the luminance of
+// E_ind / pi under a light of radiance 1 from everywhere.
 Vec3 bouncedAmbientWeights(const ColorAxes& axes);
 
-// Adds to e [V], the ambient visibility of vertices [begin, end), what they get by reflection under a light of radiance
-// 1 from everywhere: the luminance of E_ind / pi. `indirect` is [V, kIndirectStride]. The sum is clamped to [0, 1].
-void addBouncedAmbient(const ColorAxes& axes, std::size_t begin, std::size_t end, std::span<const float> indirect,
-                       std::span<float> e);
+// Adds to e [V], the ambient visibility, what vertices get by reflection under a light of radiance 1 from everywhere:
+// the luminance of E_ind / pi. `indirect` is [V, kIndirectStride]. The sum is clamped to [0, 1].
+void addBouncedAmbient(const ColorAxes& axes, std::span<const float> indirect, std::span<float> e);
 
 // Multiplies the light that bounces to vertices [n, kIndirectStride] by the share of a white sky that others leave
 // them: E of `mirrored` [n, kFarNumbers], as CastShadow::evaluate() has it.

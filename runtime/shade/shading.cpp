@@ -7,7 +7,7 @@
 #include <numbers>
 #include <optional>
 
-#include "runtime/evaluate/transfer_evaluator.h"
+#include "runtime/papers/transfer_evaluator.h"
 #include "sh/cosine_product.h"
 #include "sh/sh_rotation.h"
 
@@ -23,102 +23,70 @@ VertexShader::VertexShader(const Convention& convention, int stride, const Mater
     assert(stride >= size_);
 }
 
-void VertexShader::shade(std::size_t begin, std::size_t end, std::span<const Vec3> positions,
-                         std::span<const Vec3> normals, std::span<const Vec3> tangents, std::span<const float> numbers,
-                         Vec3 eye, std::span<Vec3> radiance) const {
-    assert(begin <= end && end <= radiance.size() && positions.size() == radiance.size() &&
-           normals.size() == radiance.size() && tangents.size() == radiance.size() &&
-           numbers.size() == radiance.size() * std::size_t(stride_));
-    const ShadeInput input{positions.data(), normals.data(), tangents.data(), numbers.data(), stride_, size_, eye,
-                           radiance.data()};
-    path_.shade(material_.view(), light_.view(), input, begin, end);
+void VertexShader::shade(const VertexFrames& vertices, Vec3 eye, std::span<Vec3> radiance) const {
+    path_.shade(material_.view(), light_.view(), shadeInput(vertices, stride_, size_, eye, radiance), vertices.begin,
+                vertices.end);
 }
 
-namespace {
-
-void sumWeighted(std::span<const float> weights, int stride, std::size_t begin, std::size_t end,
-                 std::span<const float> numbers, std::span<float> e) {
-    assert(end <= e.size() && numbers.size() == e.size() * std::size_t(stride));
-    for (std::size_t v = begin; v < end; ++v) {
-        const float* row = numbers.data() + v * std::size_t(stride);
+void ambient(const Convention& convention, int stride, std::span<const float> coefficients, std::span<float> e) {
+    assert(coefficients.size() == e.size() * std::size_t(stride));
+    std::array<float, coefficientCount(kMaxOrder)> buffer;
+    const std::span<float> weights = std::span(buffer).first(std::size_t(convention.size()));
+    ambientWeights(convention, weights);
+    for (std::size_t v = 0; v < e.size(); ++v) {
+        const float* row = coefficients.data() + v * std::size_t(stride);
         float sum = 0;
         for (std::size_t i = 0; i < weights.size(); ++i) sum += weights[i] * row[i];
         e[v] = sum;
     }
 }
 
-}  // namespace
-
-void ambient(const Convention& convention, int stride, std::size_t begin, std::size_t end,
-             std::span<const float> numbers, std::span<float> e) {
-    std::array<float, coefficientCount(kMaxOrder)> buffer;
-    const std::span<float> weights = std::span(buffer).first(std::size_t(convention.size()));
-    ambientWeights(convention, weights);
-    sumWeighted(weights, stride, begin, end, numbers, e);
-}
-
-void ambient(const AssetView& asset, std::size_t begin, std::size_t end, std::span<const float> numbers,
-             std::span<float> e) {
-    const ModelView& model = asset.model;
-    if (!asset.transfer) return ambient(model.convention, model.stride, begin, end, numbers, e);
-    std::array<float, coefficientCount(kMaxOrder)> buffer;
-    const std::span<float> weights = std::span(buffer).first(asset.transfer->coefficients());
-    transferAmbientWeights(weights);
-    sumWeighted(weights, model.stride, begin, end, numbers, e);
+void ambient(const AssetView& asset, std::span<const float> coefficients, std::span<float> e) {
+    if (asset.transfer) return transferAmbient(asset.model.stride, coefficients, e);
+    ambient(asset.model.convention, asset.model.stride, coefficients, e);
 }
 
 std::vector<float> freeSight(const Convention& convention) {
     const auto count = std::size_t(coefficientCount(convention.order));
     std::vector<double> below(count);
     belowHorizonCoefficients(convention.order, below);
-    std::vector<float> moments(count), numbers(std::size_t(convention.size()));
+    std::vector<float> moments(count), coefficients(std::size_t(convention.size()));
     for (std::size_t i = 0; i < count; ++i) moments[i] = -float(below[i]);
     moments[0] += 2 * std::sqrt(std::numbers::pi_v<float>);
-    fromMoments(convention, moments, numbers);
-    return numbers;
+    fromMoments(convention, moments, coefficients);
+    return coefficients;
 }
 
 Mat3 toLocalFrame(Vec3 normal, Vec3 tangent) { return fromRows(tangent, cross(normal, tangent), normal); }
 
-void numbersFromMoments(const Convention& convention, std::span<const float> moments, Vec3 normal, Vec3 tangent,
-                        std::span<float> numbers) {
+void coefficientsFromMoments(const Convention& convention, std::span<const float> moments, Vec3 normal, Vec3 tangent,
+                             std::span<float> coefficients) {
     assert(int(moments.size()) >= coefficientCount(convention.order));
     std::array<float, coefficientCount(kMaxOrder)> local;
     const auto count = std::size_t(coefficientCount(convention.order));
     const ShRotation rotation = makeShRotation(convention.order, toLocalFrame(normal, tangent));
     apply(rotation, moments.first(count), std::span(local).first(count));
-    fromMoments(convention, std::span<const float>(local).first(count), numbers);
+    fromMoments(convention, std::span<const float>(local).first(count), coefficients);
 }
 
-void numbersFromTruth(const AssetView& truth, std::size_t frame, const Convention& convention, int stride,
-                      std::size_t begin, std::size_t end, std::span<const std::uint32_t> shading_point,
-                      std::span<const Vec3> normals, std::span<const Vec3> tangents, std::span<float> numbers) {
-    std::array<float, coefficientCount(kMaxOrder)> buffer;
-    const std::span<float> moments = std::span(buffer).first(std::size_t(coefficientCount(truth.truth.order)));
-    const auto size = std::size_t(convention.size());
-    for (std::size_t v = begin; v < end; ++v) {
-        readTruth(truth, frame, shading_point[v], moments);
-        const std::span<float> row = numbers.subspan(v * std::size_t(stride), std::size_t(stride));
-        numbersFromMoments(convention, moments, normals[v], tangents[v], row.first(size));
-        std::fill(row.begin() + std::ptrdiff_t(size), row.end(), 0.0f);
-    }
-}
-
-void transferFromTruth(const AssetView& truth, std::size_t frame, int order, int stride, std::size_t begin,
-                       std::size_t end, std::span<const Vec3> normals, std::span<float> numbers) {
+void coefficientsFromTruth(const AssetView& truth, std::size_t frame, const AssetView& asset,
+                           const VertexFrames& vertices, std::span<float> coefficients) {
     std::array<float, coefficientCount(kMaxOrder)> buffer;
     const std::span<float> stored = std::span(buffer).first(std::size_t(coefficientCount(truth.truth.order)));
-    const auto n = std::size_t(coefficientCount(order));
-    const std::optional<CosineProduct> cosine =
-        truth.truth.is_transfer ? std::nullopt : std::optional<CosineProduct>(order);
-    for (std::size_t v = begin; v < end; ++v) {
-        readTruth(truth, frame, v, stored);
-        const std::span<float> row = numbers.subspan(v * std::size_t(stride), std::size_t(stride));
-        if (cosine)
-            cosine->apply(stored, normals[v], row.first(n));
+    const Convention& convention = asset.model.convention;
+    const auto stride = std::size_t(asset.model.stride), size = std::size_t(convention.size());
+    std::optional<CosineProduct> cosine;
+    if (asset.transfer && !truth.truth.is_transfer) cosine.emplace(asset.transfer->order);
+    for (std::size_t v = vertices.begin; v < vertices.end; ++v) {
+        readTruth(truth, frame, asset.mesh.shading_point[v], stored);
+        const std::span<float> row = coefficients.subspan(v * stride, stride), used = row.first(size);
+        if (truth.truth.is_transfer)
+            std::copy_n(stored.begin(), size, used.begin());
+        else if (cosine)
+            cosine->apply(stored, vertices.normals[v], used);
         else
-            std::copy_n(stored.begin(), n, row.begin());
-        std::fill(row.begin() + std::ptrdiff_t(n), row.end(), 0.0f);
+            coefficientsFromMoments(convention, stored, vertices.normals[v], vertices.tangents[v], used);
+        std::fill(row.begin() + std::ptrdiff_t(size), row.end(), 0.0f);
     }
 }
 

@@ -13,8 +13,7 @@ namespace penumbra {
 
 ShadingSet::ShadingSet(const AssetView& asset, const ShadingChoice& choice)
     : asset_(&asset), choice_(choice), path_(shadePaths().back()) {
-    assert(asset.hasCharacter() && (!asset.transfer || choice.light_form == LightForm::kRotation) &&
-           !asset.materials.empty() && !asset.lights.empty());
+    assert(asset.hasCharacter() && !asset.materials.empty() && !asset.lights.empty());
     makeTables();
     ambient_weights_.resize(std::size_t(asset.model.convention.size()));
     ambientWeights(asset.model.convention, ambient_weights_);
@@ -149,34 +148,23 @@ void ShadingSet::setLightRotation(const Mat3& rotation) {
     if (asset_->model.indirect) bounced_ = makeBouncedLight(asset_->model.indirect->axes, lights_[light_].whole());
 }
 
-void ShadingSet::shade(std::size_t begin, std::size_t end, std::span<const Vec3> positions,
-                       std::span<const Vec3> normals, std::span<const Vec3> tangents, std::span<const float> numbers,
-                       Vec3 eye, std::span<Vec3> radiance, std::span<const float> indirect) const {
-    if (asset_->transfer) return shadeTransfer(begin, end, numbers, radiance);
+void ShadingSet::shade(const VertexFrames& vertices, Vec3 eye, std::span<Vec3> radiance) const {
+    if (asset_->transfer) return shadeTransfer(vertices, radiance);
     const ModelView& model = asset_->model;
-    assert(indirect.empty() || indirect.size() == radiance.size() * kIndirectStride);
-    assert(begin <= end && end <= radiance.size() && positions.size() == radiance.size() &&
-           normals.size() == radiance.size() && tangents.size() == radiance.size() &&
-           numbers.size() == radiance.size() * std::size_t(model.stride));
-    ShadeInput input{positions.data(),
-                     normals.data(),
-                     tangents.data(),
-                     numbers.data(),
-                     model.stride,
-                     model.convention.size(),
-                     eye,
-                     radiance.data(),
-                     order_.empty() ? nullptr : order_.data()};
-    if (showsBounces() && !indirect.empty()) {
-        input.indirect = indirect.data();
+    assert(vertices.indirect.empty() || vertices.indirect.size() == radiance.size() * kIndirectStride);
+    ShadeInput input = shadeInput(vertices, model.stride, model.convention.size(), eye, radiance);
+    if (!order_.empty()) input.order = order_.data();
+    if (showsBounces() && !vertices.indirect.empty()) {
+        input.indirect = vertices.indirect.data();
         input.bounced = bounced_.data();
         input.ambient = ambient_weights_.data();
     }
     input.direct = bounces_ != Bounces::kIndirect;
     const ShadeLight light = lights_[light_].view();
     // The range may cover several slots; each gets a call with its own material.
-    for (std::size_t slot = 0; slot < slotCount() && begin < end; ++slot) {
-        const std::size_t stop = std::min(end, first_of_slot_[slot + 1]);
+    std::size_t begin = vertices.begin;
+    for (std::size_t slot = 0; slot < slotCount() && begin < vertices.end; ++slot) {
+        const std::size_t stop = std::min(vertices.end, first_of_slot_[slot + 1]);
         if (stop <= begin) continue;
         if (isMembrane(material_of_slot_[slot]))
             shadeMembrane(slot, input, begin, stop);
@@ -209,19 +197,18 @@ void ShadingSet::shadeMembrane(std::size_t slot, const ShadeInput& input, std::s
     }
 }
 
-void ShadingSet::shadeTransfer(std::size_t begin, std::size_t end, std::span<const float> numbers,
-                               std::span<Vec3> radiance) const {
+void ShadingSet::shadeTransfer(const VertexFrames& vertices, std::span<Vec3> radiance) const {
     const auto stride = std::size_t(asset_->model.stride);
-    assert(begin <= end && end <= radiance.size() && numbers.size() == radiance.size() * stride);
+    assert(vertices.end <= radiance.size() && vertices.coefficients.size() == radiance.size() * stride);
     const std::span<const Vec3> light = lights_[light_].sh();
     const std::size_t n = std::min(light.size(), asset_->transfer->coefficients());
-    for (std::size_t at = begin; at < end; ++at) {
+    for (std::size_t at = vertices.begin; at < vertices.end; ++at) {
         const std::size_t v = order_.empty() ? at : order_[at];
         Vec3 sum;
-        for (std::size_t c = 0; c < n; ++c) sum += light[c] * numbers[v * stride + c];
+        for (std::size_t c = 0; c < n; ++c) sum += light[c] * vertices.coefficients[v * stride + c];
         radiance[v] = sum;
     }
-    reflect(begin, end, radiance);
+    reflect(vertices.begin, vertices.end, radiance);
 }
 
 void ShadingSet::reflect(std::size_t begin, std::size_t end, std::span<Vec3> light) const {
@@ -236,13 +223,13 @@ void ShadingSet::reflect(std::size_t begin, std::size_t end, std::span<Vec3> lig
     }
 }
 
-void ShadingSet::addSuns(std::size_t begin, std::size_t end, std::span<const Vec3> positions,
-                         std::span<const Vec3> normals, std::span<const Vec3> tangents, std::span<const float> visible,
-                         Vec3 eye, std::span<Vec3> radiance) const {
-    assert(begin <= end && end <= radiance.size() && visible.size() == suns().size() * radiance.size());
+void ShadingSet::addSuns(const VertexFrames& vertices, std::span<const float> visible, Vec3 eye,
+                         std::span<Vec3> radiance) const {
+    assert(vertices.end <= radiance.size() && visible.size() == suns().size() * radiance.size());
+    const std::span<const Vec3> normals = vertices.normals;
     const std::span<const Sun> all = suns();
     std::size_t slot = 0;
-    for (std::size_t at = begin; at < end; ++at) {
+    for (std::size_t at = vertices.begin; at < vertices.end; ++at) {
         while (at >= first_of_slot_[slot + 1]) ++slot;
         const std::span<const BrdfLobe> lobes = lobesOf(material_of_slot_[slot]);
         const std::size_t v = order_.empty() ? at : order_[at];
@@ -258,7 +245,7 @@ void ShadingSet::addSuns(std::size_t begin, std::size_t end, std::span<const Vec
             }
             const float share = visible[s * radiance.size() + v], cosine = dot(normals[v], all[s].direction);
             if (!(share > 0 && cosine > 0)) continue;
-            const LobeSurface surface = lobeSurface(positions[v], normals[v], tangents[v], eye);
+            const LobeSurface surface = lobeSurface(vertices.positions[v], normals[v], vertices.tangents[v], eye);
             radiance[v] += all[s].irradiance * sunLobes(lobes, surface, all[s].direction, cosine) * (share * cosine);
         }
     }

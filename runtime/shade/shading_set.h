@@ -89,20 +89,16 @@ public:
     // Replaces the fastest path of this processor, which is the default. Tests go through all of shadePaths().
     void usePath(const ShadePath& path) { path_ = path; }
     // Computes the radiance towards `eye` of those vertices that stand at [begin, end) of shadingOrder(). Pieces that
-    // cover [0, V) together shade every vertex once. `indirect` is [V, kIndirectStride] of
-    // Evaluator::evaluateIndirect() where showsBounces(), or empty: no light bounces. Everything else is as in
-    // VertexShader::shade().
-    void shade(std::size_t begin, std::size_t end, std::span<const Vec3> positions, std::span<const Vec3> normals,
-               std::span<const Vec3> tangents, std::span<const float> numbers, Vec3 eye, std::span<Vec3> radiance,
-               std::span<const float> indirect = {}) const;
+    // cover [0, V) together shade every vertex once. vertices.indirect counts where showsBounces(). Everything else is
+    // as in VertexShader::shade().
+    void shade(const VertexFrames& vertices, Vec3 eye, std::span<Vec3> radiance) const;
     // Turns light that reached vertices (l . t, of those that shade() would shade) into what an asset of transfer sends
     // to any eye: albedo / pi times it.
     void reflect(std::size_t begin, std::size_t end, std::span<Vec3> light) const;
     // Adds what suns() add to the radiance of these vertices: sum over suns of visible E f(omega_i, omega_o) cos.
     // `visible` is [suns, V], the share of each sun that reaches a vertex past everything, its own body included.
-    // Everything else is as in shade().
-    void addSuns(std::size_t begin, std::size_t end, std::span<const Vec3> positions, std::span<const Vec3> normals,
-                 std::span<const Vec3> tangents, std::span<const float> visible, Vec3 eye,
+    // Everything else is as in shade(), but the coefficients are not read.
+    void addSuns(const VertexFrames& vertices, std::span<const float> visible, Vec3 eye,
                  std::span<Vec3> radiance) const;
     // Returns what the kernel reads for a slot.
     ShadeMaterial materialView(std::size_t slot) const {
@@ -136,8 +132,7 @@ private:
     ShadePath path_;
 
     void makeTables();
-    void shadeTransfer(std::size_t begin, std::size_t end, std::span<const float> numbers,
-                       std::span<Vec3> radiance) const;
+    void shadeTransfer(const VertexFrames& vertices, std::span<Vec3> radiance) const;
     void sortVertices();
     void findOtherSides();
     void shadeMembrane(std::size_t slot, const ShadeInput& input, std::size_t begin, std::size_t end) const;

@@ -55,7 +55,7 @@ std::vector<Vec3> shadePlace(const VertexShader& shader, const std::vector<Vec3d
         tangents.push_back(toFloat(model_from_local * Vec3d{1, 0, 0}));
         all_numbers.insert(all_numbers.end(), numbers.begin(), numbers.end());
     }
-    shader.shade(0, views.size(), positions, normals, tangents, all_numbers, eye, radiance);
+    shader.shade({positions, normals, tangents, all_numbers, 0, views.size()}, eye, radiance);
     return radiance;
 }
 

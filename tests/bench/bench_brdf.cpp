@@ -72,7 +72,7 @@ double timeOf(const BrdfFile& brdf, Reflectance reflectance, const Convention& c
     const VertexShader shader(convention, v.stride, asset.materials[0], asset.lights[0],
                               {reflectance, LightForm::kRotation});
     const auto shade = [&] {
-        shader.shade(0, kVertices, v.positions, v.normals, v.tangents, v.numbers, {0, 1, 4}, v.radiance);
+        shader.shade({v.positions, v.normals, v.tangents, v.numbers, 0, kVertices}, {0, 1, 4}, v.radiance);
     };
     return milliseconds(shade, kRepeats) * 1e6 / double(kVertices);
 }

@@ -90,7 +90,7 @@ void benchAsset(std::span<const std::byte> bytes, int threads) {
             for (const ShadePath& path : shadePaths()) {
                 shader.usePath(path);
                 const Timing t = measure([&] {
-                    shader.shade(0, count, positions, normals, tangents, numbers, {0, 1, 4}, radiance);
+                    shader.shade({positions, normals, tangents, numbers, 0, count}, {0, 1, 4}, radiance);
                 });
                 if (shade_base == 0) shade_base = t.minimum;
                 const std::string what = "shade " + std::string(material.name.substr(0, 12)) + nameOf(choice);

@@ -91,40 +91,51 @@ inline penumbra_asset_info infoOf(const Asset& asset) {
 
 // The arrays of a frame, and all calls of one frame in `pieces` pieces. Every status is or-ed into the result.
 struct Frame {
-    std::vector<float> positions, normals, tangents, numbers, ambient, radiance;
+    std::vector<float> positions, normals, tangents, coefficients, ambient, radiance;
+    std::vector<float> bounced;  // empty: no light bounces
     const float eye[3] = {0.5f, 1, 3};
 
     explicit Frame(const penumbra_asset_info& info)
         : positions(3 * info.vertex_count, -7.0f),
           normals(positions),
           tangents(positions),
-          numbers(info.stride * info.vertex_count, -7.0f),
+          coefficients(info.stride * info.vertex_count, -7.0f),
           ambient(info.vertex_count, -7.0f),
           radiance(positions) {}
 
+    penumbra_vertices vertices(std::size_t first, std::size_t count) {
+        float* const bounces = bounced.empty() ? nullptr : bounced.data();
+        return {positions.data(), normals.data(), tangents.data(), coefficients.data(), bounces, first, count};
+    }
+    penumbra_vertices vertices() { return vertices(0, ambient.size()); }
     int evaluate(const penumbra_character* c, const penumbra_asset_info& info, std::size_t pieces = 1) {
         int status = 0;
+        const auto piece = [&](std::size_t i) {
+            const std::size_t vertex = info.vertex_count * i / pieces;
+            return vertices(vertex, info.vertex_count * (i + 1) / pieces - vertex);
+        };
         for (std::size_t i = 0; i < pieces; ++i) {
-            const std::size_t cluster = info.cluster_count * i / pieces, vertex = info.vertex_count * i / pieces;
-            const std::size_t clusters = info.cluster_count * (i + 1) / pieces - cluster;
-            const std::size_t vertices = info.vertex_count * (i + 1) / pieces - vertex;
-            status |= penumbra_character_evaluate(c, cluster, clusters, numbers.data(), nullptr);
-            status |= penumbra_character_skin(c, vertex, vertices, positions.data(), normals.data(), tangents.data(),
-                                              nullptr);
+            const penumbra_vertices some = piece(i);
+            const std::size_t cluster = info.cluster_count * i / pieces;
+            status |= penumbra_character_evaluate(c, cluster, info.cluster_count * (i + 1) / pieces - cluster, &some,
+                                                  nullptr);
+            status |= penumbra_character_skin(c, &some, nullptr);
         }
         for (std::size_t i = 0; i < pieces; ++i) {
-            const std::size_t vertex = info.vertex_count * i / pieces;
-            status |= penumbra_character_ambient(c, vertex, info.vertex_count * (i + 1) / pieces - vertex,
-                                                 numbers.data(), ambient.data(), nullptr);
+            const penumbra_vertices some = piece(i);
+            status |= penumbra_character_ambient(c, &some, ambient.data(), nullptr);
         }
         return status;
     }
-    // `bounced`: light that bounces, or null.
-    int shade(const penumbra_shading* s, std::size_t first, std::size_t count, const float* bounced = nullptr) {
-        const penumbra_vertices vertices{positions.data(), normals.data(), tangents.data(), numbers.data()};
-        if (bounced)
-            return penumbra_shading_shade_bounced(s, eye, first, count, &vertices, bounced, radiance.data(), nullptr);
-        return penumbra_shading_shade(s, eye, first, count, &vertices, radiance.data(), nullptr);
+    // Casts on all vertices that are in the arrays.
+    int cast(const penumbra_scene* scene, std::size_t except, const penumbra_character* c, const float* to_scene,
+             penumbra_error* error = nullptr) {
+        const penumbra_vertices all = vertices();
+        return penumbra_scene_cast(scene, except, c, to_scene, &all, error);
+    }
+    int shade(const penumbra_shading* s, std::size_t first, std::size_t count) {
+        const penumbra_vertices some = vertices(first, count);
+        return penumbra_shading_shade(s, eye, &some, radiance.data(), nullptr);
     }
 };
 

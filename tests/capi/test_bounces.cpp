@@ -22,51 +22,39 @@ struct LitAsset {
     penumbra_asset_info info = infoOf(asset);
     Shading shading = capi_test::shading(asset, {PENUMBRA_SLICES, PENUMBRA_ROTATION, 4});
     Frame frame{info};
-    std::vector<float> bounced = std::vector<float>(info.vertex_count * PENUMBRA_BOUNCED_STRIDE);
 
     LitAsset() {
-        const Character posed = character(asset);
-        frame.evaluate(posed.get(), info);
-        EXPECT_EQ(penumbra_character_evaluate_bounced(posed.get(), 0, info.cluster_count, bounced.data(), nullptr),
-                  PENUMBRA_OK);
+        frame.bounced.resize(info.vertex_count * PENUMBRA_BOUNCED_STRIDE);
+        EXPECT_EQ(frame.evaluate(character(asset).get(), info), PENUMBRA_OK);
     }
-    std::vector<float> radiance(penumbra_bounces bounces, const float* indirect) {
-        const penumbra_vertices vertices{frame.positions.data(), frame.normals.data(), frame.tangents.data(),
-                                         frame.numbers.data()};
-        const float eye[3] = {0, 1, 4};
-        std::vector<float> out(3 * info.vertex_count);
+    std::vector<float> radiance(penumbra_bounces bounces) {
         EXPECT_EQ(penumbra_shading_set_bounces(shading.get(), bounces, nullptr), PENUMBRA_OK);
         const std::size_t before = allocationCount();
-        EXPECT_EQ(penumbra_shading_shade_bounced(shading.get(), eye, 0, info.vertex_count, &vertices, indirect,
-                                                 out.data(), nullptr),
-                  PENUMBRA_OK);
+        EXPECT_EQ(frame.shade(shading.get(), 0, info.vertex_count), PENUMBRA_OK);
         EXPECT_EQ(allocationCount(), before);
-        return out;
+        return frame.radiance;
     }
 };
 
 TEST(CApiBounces, AllLightIsDirectAndBouncedLight) {
     LitAsset lit;
     EXPECT_EQ(penumbra_asset_bounces(lit.asset.get()), 3);
-    const std::vector<float> both = lit.radiance(PENUMBRA_ALL_LIGHT, lit.bounced.data()),
-                             direct = lit.radiance(PENUMBRA_DIRECT_LIGHT, lit.bounced.data()),
-                             bounced = lit.radiance(PENUMBRA_BOUNCED_LIGHT, lit.bounced.data());
-    EXPECT_EQ(lit.radiance(PENUMBRA_ALL_LIGHT, nullptr), direct);
+    const std::vector<float> both = lit.radiance(PENUMBRA_ALL_LIGHT), direct = lit.radiance(PENUMBRA_DIRECT_LIGHT),
+                             bounced = lit.radiance(PENUMBRA_BOUNCED_LIGHT);
+    lit.frame.bounced.clear();
+    EXPECT_EQ(lit.radiance(PENUMBRA_ALL_LIGHT), direct);
     for (std::size_t i = 0; i < both.size(); ++i) EXPECT_NEAR(both[i], direct[i] + bounced[i], 1e-5);
     EXPECT_GT(largestOf(bounced), 0.01);
 }
 
 TEST(CApiBounces, AmbientWithBouncesIsNotBelowAmbientWhereSurfacesReflect) {
     LitAsset lit;
-    const Character posed = character(lit.asset);
-    std::vector<float> plain(lit.info.vertex_count), bounced(plain.size());
-    ASSERT_EQ(penumbra_character_ambient(posed.get(), 0, plain.size(), lit.frame.numbers.data(), plain.data(), nullptr),
-              PENUMBRA_OK);
-    ASSERT_EQ(penumbra_character_ambient_bounced(posed.get(), 0, plain.size(), lit.frame.numbers.data(),
-                                                 lit.bounced.data(), bounced.data(), nullptr),
-              PENUMBRA_OK);
+    Frame alone = lit.frame;
+    alone.bounced.clear();
+    EXPECT_EQ(alone.evaluate(character(lit.asset).get(), lit.info), PENUMBRA_OK);
+    const std::vector<float>&plain = alone.ambient, &bounced = lit.frame.ambient;
     for (std::size_t v = 0; v < plain.size(); ++v) {
-        if (lit.bounced[v * PENUMBRA_BOUNCED_STRIDE] < 0.2f) continue;
+        if (lit.frame.bounced[v * PENUMBRA_BOUNCED_STRIDE] < 0.2f) continue;
         EXPECT_GE(bounced[v] + 1e-6f, plain[v]);
         EXPECT_LE(bounced[v], 1.0f);
     }
@@ -79,7 +67,6 @@ struct LitCaster {
     penumbra_asset_info info;
     Character one, other;
     Frame frame;
-    std::vector<float> bounced;
 
     static std::vector<std::byte> packed() {
         Model model = synthetic::composedTube(
@@ -93,17 +80,15 @@ struct LitCaster {
           info(infoOf(asset)),
           one(character(asset)),
           other(character(asset)),
-          frame(info),
-          bounced(info.vertex_count * PENUMBRA_BOUNCED_STRIDE) {
-        frame.evaluate(one.get(), info);
-        EXPECT_EQ(penumbra_character_evaluate_bounced(one.get(), 0, info.cluster_count, bounced.data(), nullptr),
-                  PENUMBRA_OK);
+          frame(info) {
+        frame.bounced.resize(info.vertex_count * PENUMBRA_BOUNCED_STRIDE);
+        EXPECT_EQ(frame.evaluate(one.get(), info), PENUMBRA_OK);
     }
     // Of each vertex the factor between two arrays of light that bounces, which all its numbers have.
     std::vector<float> sharesIn(const std::vector<float>& cast) const {
         std::vector<float> shares;
         for (std::size_t v = 0; v < info.vertex_count; ++v) {
-            const float* before = &bounced[v * PENUMBRA_BOUNCED_STRIDE];
+            const float* before = &frame.bounced[v * PENUMBRA_BOUNCED_STRIDE];
             const float* after = &cast[v * PENUMBRA_BOUNCED_STRIDE];
             shares.push_back(after[0] / before[0]);
             for (std::size_t i = 0; i < PENUMBRA_BOUNCED_STRIDE; ++i)
@@ -122,25 +107,22 @@ TEST(CApiBounces, CastersLeaveTheShareOfAWhiteSkyThatTheyLeave) {
     const Scene scene(made);
     const float beside[12] = {1, 0, 0, 0.6f, 0, 1, 0, 0, 0, 0, 1, 0},
                 away[12] = {1, 0, 0, 5000, 0, 1, 0, 0, 0, 0, 1, 0};
-    std::vector<float> numbers = lit.frame.numbers, plain = numbers, cast = lit.bounced;
-    const auto castFrom = [&](const float* place) {
+    Frame cast = lit.frame, plain = lit.frame;
+    plain.bounced.clear();
+    const auto castFrom = [&](const float* place, Frame& frame) {
+        const penumbra_vertices vertices = frame.vertices();
         EXPECT_EQ(penumbra_scene_set_caster(scene.get(), 1, lit.other.get(), place, nullptr), PENUMBRA_OK);
-        EXPECT_EQ(penumbra_scene_cast_bounced(scene.get(), 0, lit.one.get(), nullptr, 0, lit.info.vertex_count,
-                                              numbers.data(), cast.data(), nullptr),
-                  PENUMBRA_OK);
+        EXPECT_EQ(penumbra_scene_cast(scene.get(), 0, lit.one.get(), nullptr, &vertices, nullptr), PENUMBRA_OK);
     };
-    castFrom(away);
-    EXPECT_EQ(cast, lit.bounced) << "nobody is in reach";
-    castFrom(beside);
-    EXPECT_EQ(
-        penumbra_scene_cast(scene.get(), 0, lit.one.get(), nullptr, 0, lit.info.vertex_count, plain.data(), nullptr),
-        PENUMBRA_OK);
-    EXPECT_EQ(numbers, plain) << "visibility is cast on as without bounces";
+    castFrom(away, cast);
+    EXPECT_EQ(cast.bounced, lit.frame.bounced) << "nobody is in reach";
+    castFrom(beside, cast);
+    castFrom(beside, plain);
+    EXPECT_EQ(cast.coefficients, plain.coefficients) << "visibility is cast on as without bounces";
     std::vector<float> e(lit.info.vertex_count);
-    EXPECT_EQ(penumbra_scene_probe(scene.get(), 0, lit.frame.positions.data(), lit.frame.normals.data(), e.size(),
-                                   e.data(), nullptr, nullptr),
-              PENUMBRA_OK);
-    const std::vector<float> shares = lit.sharesIn(cast);
+    const penumbra_points points{lit.frame.positions.data(), lit.frame.normals.data(), e.size()};
+    EXPECT_EQ(penumbra_scene_ambient(scene.get(), 0, &points, e.data(), nullptr), PENUMBRA_OK);
+    const std::vector<float> shares = lit.sharesIn(cast.bounced);
     for (std::size_t v = 0; v < e.size(); ++v) EXPECT_NEAR(shares[v], e[v], 1e-5) << v;
     EXPECT_LT(*std::min_element(shares.begin(), shares.end()), 0.8f);
 }
@@ -155,15 +137,14 @@ TEST(CApiBounces, GroundLeavesTheShareOfAWhiteSkyThatItLeaves) {
     penumbra_heights* made = nullptr;
     ASSERT_EQ(penumbra_heights_create(&options, level.data(), &made, nullptr), PENUMBRA_OK);
     const std::unique_ptr<penumbra_heights, decltype(&penumbra_heights_destroy)> field(made, penumbra_heights_destroy);
-    std::vector<float> numbers = lit.frame.numbers, plain = numbers, cast = lit.bounced;
-    EXPECT_EQ(penumbra_heights_shadow_bounced(field.get(), lit.one.get(), across, 0, lit.info.vertex_count,
-                                              numbers.data(), cast.data(), nullptr),
-              PENUMBRA_OK);
-    EXPECT_EQ(
-        penumbra_heights_shadow(field.get(), lit.one.get(), across, 0, lit.info.vertex_count, plain.data(), nullptr),
-        PENUMBRA_OK);
-    EXPECT_EQ(numbers, plain);
-    const std::vector<float> shares = lit.sharesIn(cast);
+    Frame cast = lit.frame, plain = lit.frame;
+    plain.bounced.clear();
+    for (Frame* frame : {&cast, &plain}) {
+        const penumbra_vertices vertices = frame->vertices();
+        EXPECT_EQ(penumbra_heights_shadow(field.get(), lit.one.get(), across, &vertices, nullptr), PENUMBRA_OK);
+    }
+    EXPECT_EQ(cast.coefficients, plain.coefficients);
+    const std::vector<float> shares = lit.sharesIn(cast.bounced);
     for (std::size_t v = 0; v < shares.size(); ++v)
         EXPECT_NEAR(shares[v], (1 - lit.frame.normals[3 * v]) / 2, 0.01) << v;
 }
@@ -175,19 +156,16 @@ TEST(CApiBounces, AssetsWithoutItAndWrongCallsAreRefused) {
     EXPECT_EQ(penumbra_asset_bounces(nullptr), 0);
     penumbra_error error;
     float one = 0;
-    EXPECT_EQ(penumbra_character_evaluate_bounced(character(plain).get(), 0, 1, &one, &error), PENUMBRA_UNSUPPORTED);
+    const penumbra_vertices vertices{&one, &one, &one, &one, &one, 0, 0};
+    EXPECT_EQ(penumbra_character_evaluate(character(plain).get(), 0, 1, &vertices, &error), PENUMBRA_UNSUPPORTED);
     EXPECT_THAT(error.message, HasSubstr("no light that bounces"));
     penumbra_scene* made = nullptr;
     ASSERT_EQ(penumbra_scene_create(nullptr, 0, &made, nullptr), PENUMBRA_OK);
     const Scene nobody(made);
-    EXPECT_EQ(penumbra_scene_cast_bounced(nobody.get(), PENUMBRA_NONE, character(plain).get(), nullptr, 0, 0, &one,
-                                          &one, &error),
+    EXPECT_EQ(penumbra_scene_cast(nobody.get(), PENUMBRA_NONE, character(plain).get(), nullptr, &vertices, &error),
               PENUMBRA_UNSUPPORTED);
     EXPECT_THAT(error.message, HasSubstr("no light that bounces"));
     LitAsset lit;
-    EXPECT_EQ(penumbra_character_evaluate_bounced(character(lit.asset).get(), 0, lit.info.cluster_count + 1,
-                                                  lit.bounced.data(), &error),
-              PENUMBRA_INVALID_ARGUMENT);
     EXPECT_EQ(penumbra_shading_set_bounces(lit.shading.get(), penumbra_bounces(3), &error), PENUMBRA_INVALID_ARGUMENT);
     EXPECT_EQ(penumbra_shading_set_bounces(nullptr, PENUMBRA_ALL_LIGHT, &error), PENUMBRA_INVALID_ARGUMENT);
 }

@@ -8,6 +8,7 @@
 #include "formats/common/errors.h"
 #include "runtime/evaluate/evaluator.h"
 #include "tests/capi/use_c_api.h"
+#include "tests/posed_vertices.h"
 #include "tests/runtime/count_allocations.h"
 #include "tests/synthetic_cloth.h"
 
@@ -89,10 +90,8 @@ TEST(CApiDeforming, SameNumbersAsTheClassesInEitherOrder) {
             for (std::size_t f = 0; f < cloth.info.frame_count; ++f) {
                 const std::vector<float> inputs = synthetic::clothInputs(f / 3.0);
                 evaluator.setPositions(cloth.points(f), inputs);
-                std::vector<Vec3> positions(cloth.info.vertex_count), normals(positions), tangents(positions);
-                std::vector<float> numbers(frame.numbers.size()), asset_order;
-                for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) evaluator.evaluateCluster(c, numbers);
-                evaluator.skin(0, positions.size(), positions, normals, tangents);
+                const auto [positions, normals, tangents, numbers, indirect] = PosedArrays(evaluator);
+                std::vector<float> asset_order;
                 for (std::size_t v = 0; v < positions.size(); ++v)
                     for (int i = 0; i < 3; ++i)
                         asset_order.push_back(view.mesh.isBack(v) ? std::numeric_limits<float>::quiet_NaN()
@@ -103,7 +102,7 @@ TEST(CApiDeforming, SameNumbersAsTheClassesInEitherOrder) {
                               PENUMBRA_OK)
                         << cloth.error.message;
                     ASSERT_EQ(frame.evaluate(cloth.character.get(), cloth.info, 3), PENUMBRA_OK);
-                    EXPECT_EQ(frame.numbers, numbers);
+                    EXPECT_EQ(frame.coefficients, numbers);
                     for (std::size_t v = 0; v < positions.size(); ++v)
                         for (std::size_t i = 0; i < 3; ++i) {
                             ASSERT_EQ(frame.positions[3 * v + i], positions[v][int(i)]);

@@ -168,7 +168,7 @@ TEST(CApiErrors, WhatTheQueriesSay) {
     EXPECT_EQ(x.info.joint_parents[2], 1);
     EXPECT_EQ(x.info.rotation_count, 0u) << "a model of relative bones needs none";
     EXPECT_STREQ(x.info.convention, "D5");
-    EXPECT_EQ(x.info.number_count, 15u);
+    EXPECT_EQ(x.info.coefficient_count, 15u);
     EXPECT_EQ(x.info.stride, 16u);
     EXPECT_EQ(x.info.score_count, 6u);
     EXPECT_EQ(x.info.quantization_error, view.model.quantization_error);
@@ -233,7 +233,7 @@ TEST(CApiErrors, Poses) {
     EXPECT_EQ(penumbra_character_set_frame(x.character.get(), 4, &said.error), PENUMBRA_INVALID_ARGUMENT);
     EXPECT_STREQ(said.error.message, "frame is 4; there are 4");
     after.evaluate(x.character.get(), x.info);
-    EXPECT_EQ(before.numbers, after.numbers) << "a refused pose changes nothing";
+    EXPECT_EQ(before.coefficients, after.coefficients) << "a refused pose changes nothing";
     matrices[35] = 0;
     EXPECT_EQ(pose(0, &matrices, 3, &rotations, 9), "PENUMBRA_OK: ");
     EXPECT_EQ(penumbra_character_set_pose(nullptr, PENUMBRA_ROWS_3X4, matrices.data(), 3, rotations.data(), 9, nullptr),
@@ -247,26 +247,46 @@ TEST(CApiErrors, ArraysAndRanges) {
     const Frame untouched(x.info);
     const penumbra_character* c = x.character.get();
     Said said;
-    float *p = frame.positions.data(), *n = frame.normals.data(), *t = frame.tangents.data();
-    const auto evaluate = [&](std::size_t first, std::size_t count, float* out) {
-        return said.after(penumbra_character_evaluate(c, first, count, out, &said.error));
+    float *p = frame.positions.data(), *e = frame.ambient.data();
+    const penumbra_vertices all = frame.vertices();
+    const auto without = [&](float* penumbra_vertices::*array) {
+        penumbra_vertices some = all;
+        some.*array = nullptr;
+        return some;
     };
-    EXPECT_EQ(evaluate(1, 2, frame.numbers.data()), "PENUMBRA_INVALID_ARGUMENT: 2 clusters from 1 on; there are 2");
-    EXPECT_THAT(evaluate(3, 0, frame.numbers.data()), HasSubstr("INVALID"));
-    EXPECT_THAT(evaluate(1, SIZE_MAX, frame.numbers.data()), HasSubstr("INVALID"));
-    EXPECT_EQ(evaluate(0, 2, nullptr), "PENUMBRA_INVALID_ARGUMENT: numbers is NULL");
-    EXPECT_EQ(evaluate(2, 0, frame.numbers.data()), "PENUMBRA_OK: ");
-    EXPECT_EQ(penumbra_character_skin(c, 30, 1, p, n, t, nullptr), PENUMBRA_INVALID_ARGUMENT);
-    EXPECT_EQ(penumbra_character_skin(c, 0, 30, nullptr, n, t, nullptr), PENUMBRA_INVALID_ARGUMENT);
-    EXPECT_EQ(penumbra_character_skin(c, 0, 30, p, nullptr, t, nullptr), PENUMBRA_INVALID_ARGUMENT);
-    EXPECT_EQ(penumbra_character_skin(c, 0, 30, p, n, nullptr, nullptr), PENUMBRA_INVALID_ARGUMENT);
-    EXPECT_EQ(penumbra_character_skin(nullptr, 0, 30, p, n, t, nullptr), PENUMBRA_INVALID_ARGUMENT);
-    EXPECT_EQ(penumbra_character_skin(c, 30, 0, p, n, t, nullptr), PENUMBRA_OK);
-    float* e = frame.ambient.data();
-    EXPECT_EQ(penumbra_character_ambient(c, 0, 31, frame.numbers.data(), e, nullptr), PENUMBRA_INVALID_ARGUMENT);
-    EXPECT_EQ(penumbra_character_ambient(c, 0, 30, nullptr, e, nullptr), PENUMBRA_INVALID_ARGUMENT);
-    EXPECT_EQ(penumbra_character_ambient(c, 0, 30, frame.numbers.data(), nullptr, nullptr), PENUMBRA_INVALID_ARGUMENT);
-    EXPECT_EQ(frame.numbers, untouched.numbers);
+    const penumbra_vertices none = without(&penumbra_vertices::coefficients);
+    const auto evaluate = [&](std::size_t first, std::size_t count, const penumbra_vertices& out) {
+        return said.after(penumbra_character_evaluate(c, first, count, &out, &said.error));
+    };
+    EXPECT_EQ(evaluate(1, 2, all), "PENUMBRA_INVALID_ARGUMENT: 2 clusters from 1 on; there are 2");
+    EXPECT_THAT(evaluate(3, 0, all), HasSubstr("INVALID"));
+    EXPECT_THAT(evaluate(1, SIZE_MAX, all), HasSubstr("INVALID"));
+    EXPECT_EQ(evaluate(0, 2, none), "PENUMBRA_INVALID_ARGUMENT: vertices->coefficients is NULL");
+    EXPECT_EQ(evaluate(2, 0, all), "PENUMBRA_OK: ");
+    const penumbra_vertices beyond = frame.vertices(30, 1), too_many = frame.vertices(0, 31),
+                            nobody = frame.vertices(30, 0);
+    EXPECT_EQ(penumbra_character_skin(c, &beyond, nullptr), PENUMBRA_INVALID_ARGUMENT);
+    std::vector<float> transfer(9 * 30);
+    const auto transferOf = [&](int order, const penumbra_vertices* from, float* to) {
+        return penumbra_character_transfer(c, order, from, to, nullptr);
+    };
+    for (const auto array :
+         {&penumbra_vertices::positions, &penumbra_vertices::normals, &penumbra_vertices::tangents}) {
+        const penumbra_vertices some = without(array);
+        EXPECT_EQ(penumbra_character_skin(c, &some, nullptr), PENUMBRA_INVALID_ARGUMENT);
+        EXPECT_EQ(transferOf(3, &some, transfer.data()), PENUMBRA_INVALID_ARGUMENT);
+    }
+    EXPECT_EQ(penumbra_character_skin(c, nullptr, nullptr), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_character_skin(nullptr, &all, nullptr), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_character_skin(c, &nobody, nullptr), PENUMBRA_OK);
+    EXPECT_EQ(penumbra_character_ambient(c, &too_many, e, nullptr), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_character_ambient(c, &none, e, nullptr), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_character_ambient(c, &all, nullptr, nullptr), PENUMBRA_INVALID_ARGUMENT);
+    for (const int order : {0, 6}) EXPECT_EQ(transferOf(order, &all, transfer.data()), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(transferOf(3, &too_many, transfer.data()), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(transferOf(3, &none, transfer.data()), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(transferOf(3, &all, nullptr), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(frame.coefficients, untouched.coefficients);
     EXPECT_EQ(frame.positions, untouched.positions);
     EXPECT_EQ(penumbra_character_get_scores(nullptr, p, p), PENUMBRA_INVALID_ARGUMENT);
     EXPECT_EQ(penumbra_character_get_scores(c, nullptr, nullptr), PENUMBRA_OK);
@@ -339,7 +359,7 @@ TEST(CApiErrors, Switching) {
     EXPECT_EQ(said.after(penumbra_shading_set_light(lobes.shading.get(), 0, e)),
               "PENUMBRA_UNSUPPORTED: light 0 has no lobes");
     std::vector<float> sh(3 * 64);
-    EXPECT_THAT(said.after(penumbra_shading_set_sh_light(s, 1, sh.data(), e)), HasSubstr("PENUMBRA_UNSUPPORTED"));
+    EXPECT_THAT(said.after(penumbra_shading_set_sh_light(s, 1, sh.data(), 0, e)), HasSubstr("PENUMBRA_UNSUPPORTED"));
     const float stretched[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1.01f}, mirrored[9] = {1, 0, 0, 0, 1, 0, 0, 0, -1},
                 broken[9] = {NAN, 0, 0, 0, 1, 0, 0, 0, 1}, zero[9] = {};
     for (const float* rotation : {stretched, mirrored, broken, zero})
@@ -348,12 +368,12 @@ TEST(CApiErrors, Switching) {
     EXPECT_EQ(penumbra_shading_set_light_rotation(s, nullptr, e), PENUMBRA_INVALID_ARGUMENT);
     const Whole roomy({}, {PENUMBRA_SLICES, PENUMBRA_ROTATION, 4});
     s = roomy.shading.get();
-    EXPECT_THAT(said.after(penumbra_shading_set_sh_light(s, 5, sh.data(), e)), HasSubstr("allowed are 1..4"));
-    EXPECT_EQ(penumbra_shading_set_sh_light(s, 0, sh.data(), e), PENUMBRA_INVALID_ARGUMENT);
-    EXPECT_EQ(penumbra_shading_set_sh_light(s, 4, nullptr, e), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_THAT(said.after(penumbra_shading_set_sh_light(s, 5, sh.data(), 0, e)), HasSubstr("allowed are 1..4"));
+    EXPECT_EQ(penumbra_shading_set_sh_light(s, 0, sh.data(), 0, e), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_shading_set_sh_light(s, 4, nullptr, 0, e), PENUMBRA_INVALID_ARGUMENT);
     sh[47] = NAN;
-    EXPECT_THAT(said.after(penumbra_shading_set_sh_light(s, 4, sh.data(), e)), HasSubstr("sh[47] is not finite"));
-    EXPECT_EQ(penumbra_shading_set_sh_light(s, 3, sh.data(), e), PENUMBRA_OK);
+    EXPECT_THAT(said.after(penumbra_shading_set_sh_light(s, 4, sh.data(), 0, e)), HasSubstr("sh[47] is not finite"));
+    EXPECT_EQ(penumbra_shading_set_sh_light(s, 3, sh.data(), 0, e), PENUMBRA_OK);
     EXPECT_EQ(penumbra_shading_slot_count(nullptr), 0u);
     EXPECT_EQ(penumbra_shading_material_count(nullptr) + penumbra_shading_light_count(nullptr), 0u);
 }
@@ -361,26 +381,25 @@ TEST(CApiErrors, Switching) {
 TEST(CApiErrors, ShadingArrays) {
     const Whole x;
     Frame frame(x.info);
-    const penumbra_vertices good{frame.positions.data(), frame.normals.data(), frame.tangents.data(),
-                                 frame.numbers.data()};
-    const auto shade = [&](const penumbra_vertices* vertices, std::size_t first, std::size_t count) {
-        return penumbra_shading_shade(x.shading.get(), frame.eye, first, count, vertices, frame.radiance.data(),
-                                      nullptr);
+    const penumbra_vertices good = frame.vertices();
+    const penumbra_vertices too_many = frame.vertices(0, 31), beyond = frame.vertices(31, 0),
+                            nobody = frame.vertices(30, 0);
+    const auto shade = [&](const penumbra_vertices* vertices) {
+        return penumbra_shading_shade(x.shading.get(), frame.eye, vertices, frame.radiance.data(), nullptr);
     };
-    EXPECT_EQ(shade(&good, 0, 31), PENUMBRA_INVALID_ARGUMENT);
-    EXPECT_EQ(shade(&good, 31, 0), PENUMBRA_INVALID_ARGUMENT);
-    EXPECT_EQ(shade(nullptr, 0, 30), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(shade(&too_many), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(shade(&beyond), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(shade(nullptr), PENUMBRA_INVALID_ARGUMENT);
     for (const auto member : {&penumbra_vertices::positions, &penumbra_vertices::normals, &penumbra_vertices::tangents,
-                              &penumbra_vertices::numbers}) {
+                              &penumbra_vertices::coefficients}) {
         penumbra_vertices bad = good;
         bad.*member = nullptr;
-        EXPECT_EQ(shade(&bad, 0, 30), PENUMBRA_INVALID_ARGUMENT);
+        EXPECT_EQ(shade(&bad), PENUMBRA_INVALID_ARGUMENT);
     }
-    EXPECT_EQ(penumbra_shading_shade(x.shading.get(), frame.eye, 0, 30, &good, nullptr, nullptr),
+    EXPECT_EQ(penumbra_shading_shade(x.shading.get(), frame.eye, &good, nullptr, nullptr), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_shading_shade(x.shading.get(), nullptr, &good, frame.radiance.data(), nullptr),
               PENUMBRA_INVALID_ARGUMENT);
-    EXPECT_EQ(penumbra_shading_shade(x.shading.get(), nullptr, 0, 30, &good, frame.radiance.data(), nullptr),
-              PENUMBRA_INVALID_ARGUMENT);
-    EXPECT_EQ(penumbra_shading_shade(nullptr, frame.eye, 0, 30, &good, frame.radiance.data(), nullptr),
+    EXPECT_EQ(penumbra_shading_shade(nullptr, frame.eye, &good, frame.radiance.data(), nullptr),
               PENUMBRA_INVALID_ARGUMENT);
     for (const float wrong : {NAN, INFINITY, -INFINITY})
         for (int axis = 0; axis < 3; ++axis) {
@@ -388,15 +407,12 @@ TEST(CApiErrors, ShadingArrays) {
             eye[axis] = wrong;
             Said said;
             const std::string expected = "PENUMBRA_INVALID_ARGUMENT: eye[" + std::to_string(axis) + "] is not finite";
-            EXPECT_EQ(said.after(penumbra_shading_shade(x.shading.get(), eye, 0, 30, &good, frame.radiance.data(),
-                                                        &said.error)),
-                      expected);
-            EXPECT_EQ(said.after(penumbra_shading_shade_bounced(x.shading.get(), eye, 0, 30, &good, nullptr,
-                                                                frame.radiance.data(), &said.error)),
-                      expected);
+            EXPECT_EQ(
+                said.after(penumbra_shading_shade(x.shading.get(), eye, &good, frame.radiance.data(), &said.error)),
+                expected);
         }
     EXPECT_EQ(frame.radiance, Frame(x.info).radiance);
-    EXPECT_EQ(shade(&good, 30, 0), PENUMBRA_OK);
+    EXPECT_EQ(shade(&nobody), PENUMBRA_OK);
 }
 
 // Which is why the arrays need not be searched for it.
@@ -408,7 +424,7 @@ TEST(CApiErrors, ANumberThatIsNotFiniteSpoilsItsVertexAlone) {
         if (!penumbra_has_simd(simd)) continue;
         ASSERT_EQ(penumbra_shading_set_simd(x.shading.get(), simd, nullptr), PENUMBRA_OK);
         ASSERT_EQ(sound.shade(x.shading.get(), 0, 30), 0);
-        for (const auto array : {&Frame::positions, &Frame::normals, &Frame::tangents, &Frame::numbers}) {
+        for (const auto array : {&Frame::positions, &Frame::normals, &Frame::tangents, &Frame::coefficients}) {
             Frame frame = sound;
             const std::size_t stride = (frame.*array).size() / 30;
             (frame.*array)[11 * stride + 1] = NAN;

@@ -39,7 +39,7 @@ TEST(CApiFrames, NothingIsAllocatedPerFrame) {
             status |= frame.evaluate(character.get(), info, 2);
             status |= penumbra_shading_set_material(shading.get(), f % 2, f % 2, &error);
             status |= penumbra_shading_set_light(shading.get(), f % 2, &error);
-            if (f % 3 == 0) status |= penumbra_shading_set_sh_light(shading.get(), light.order, light.sh, &error);
+            if (f % 3 == 0) status |= penumbra_shading_set_sh_light(shading.get(), light.order, light.sh, 0, &error);
             status |= penumbra_shading_set_light_rotation(shading.get(), turn, &error);
             status |= frame.shade(shading.get(), 0, info.vertex_count);
         }
@@ -72,8 +72,8 @@ TEST(CApiFrames, RotationsAloneMakeTheSamePose) {
             frame.evaluate(by_rotations.get(), info);
             for (std::size_t i = 0; i < frame.positions.size(); ++i)
                 ASSERT_NEAR(frame.positions[i], expected.positions[i], 1e-6f) << "frame " << f;
-            for (std::size_t i = 0; i < frame.numbers.size(); ++i)
-                ASSERT_NEAR(frame.numbers[i], expected.numbers[i], 2e-5f) << "frame " << f;
+            for (std::size_t i = 0; i < frame.coefficients.size(); ++i)
+                ASSERT_NEAR(frame.coefficients[i], expected.coefficients[i], 2e-5f) << "frame " << f;
         }
         EXPECT_EQ(allocated, 0u);
         EXPECT_GT(allocationCount(), before) << "allocations are not counted";
@@ -143,6 +143,7 @@ TEST(CApiFrames, ThreadsSplitFramesAndShareAssets) {
 
     const Character character = capi_test::character(asset);
     Frame frame(info);
+    const penumbra_vertices vertices = frame.vertices();
     penumbra_character_set_frame(character.get(), 1, nullptr);
     const auto inParts = [](std::size_t count, auto body) {
         std::vector<std::thread> threads;
@@ -151,11 +152,11 @@ TEST(CApiFrames, ThreadsSplitFramesAndShareAssets) {
         for (std::thread& thread : threads) thread.join();
     };
     inParts(info.cluster_count, [&](std::size_t first, std::size_t count) {
-        penumbra_character_evaluate(character.get(), first, count, frame.numbers.data(), nullptr);
+        penumbra_character_evaluate(character.get(), first, count, &vertices, nullptr);
     });
     inParts(info.vertex_count, [&](std::size_t first, std::size_t count) {
-        penumbra_character_skin(character.get(), first, count, frame.positions.data(), frame.normals.data(),
-                                frame.tangents.data(), nullptr);
+        const penumbra_vertices some = frame.vertices(first, count);
+        penumbra_character_skin(character.get(), &some, nullptr);
     });
     inParts(info.vertex_count, [&](std::size_t first, std::size_t count) { frame.shade(shading.get(), first, count); });
     EXPECT_EQ(frame.radiance, expected[1]);

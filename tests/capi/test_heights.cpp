@@ -41,18 +41,20 @@ Heights make(const std::vector<float>& heights, const penumbra_heights_options& 
 }
 
 struct FieldPoints {
-    std::vector<float> positions, normals, tangents, numbers, radiance;
+    std::vector<float> positions, normals, tangents, coefficients, radiance;
     explicit FieldPoints(std::size_t count = 2000)
         : positions(3 * count),
           normals(3 * count),
           tangents(3 * count),
-          numbers(PENUMBRA_HEIGHTS_STRIDE * count),
+          coefficients(PENUMBRA_HEIGHTS_STRIDE * count),
           radiance(3 * count) {}
-    penumbra_vertices view() const { return {positions.data(), normals.data(), tangents.data(), numbers.data()}; }
-    void read(const penumbra_heights* field) {
-        EXPECT_EQ(penumbra_heights_get_points(field, 0, 40, positions.data(), normals.data(), tangents.data(),
-                                              numbers.data(), nullptr),
-                  PENUMBRA_OK);
+    penumbra_vertices view() {
+        return {positions.data(),    normals.data(), tangents.data(), coefficients.data(), nullptr, 0,
+                positions.size() / 3};
+    }
+    void read(const penumbra_heights* field, std::size_t first = 0, std::size_t rows = 40) {
+        const penumbra_vertices points = view();
+        EXPECT_EQ(penumbra_heights_get_points(field, first, rows, &points, nullptr), PENUMBRA_OK);
     }
 };
 
@@ -79,7 +81,8 @@ TEST(CApiHeights, GiveWhatTheClassesGive) {
             EXPECT_FLOAT_EQ(points.positions[3 * at + 2], 3 + 0.2f * float(r));
             EXPECT_EQ(points.normals[3 * at + 1], normals[c].z);
             for (std::size_t i = 0; i < 15; ++i)
-                EXPECT_EQ(points.numbers[at * PENUMBRA_HEIGHTS_STRIDE + i], numbers[c * PENUMBRA_HEIGHTS_STRIDE + i]);
+                EXPECT_EQ(points.coefficients[at * PENUMBRA_HEIGHTS_STRIDE + i],
+                          numbers[c * PENUMBRA_HEIGHTS_STRIDE + i]);
         }
     }
     // A point, and the middle of a square, where the two triangles meet.
@@ -122,19 +125,16 @@ TEST(CApiHeights, WithAToleranceLookMoreClosely) {
     FieldPoints expected, coarse, points;
     expected.read(full);
     coarse.read(field.get());
-    EXPECT_NE(coarse.numbers, expected.numbers);
+    EXPECT_NE(coarse.coefficients, expected.coefficients);
     EXPECT_EQ(penumbra_heights_set_tolerance(field.get(), 1e-7f, nullptr), PENUMBRA_OK);
     updateAll(field.get());
-    for (std::size_t first = 0; first < 40; first += 5)
-        EXPECT_EQ(penumbra_heights_get_points(field.get(), first, 5, points.positions.data(), points.normals.data(),
-                                              points.tangents.data(), points.numbers.data(), nullptr),
-                  PENUMBRA_OK);
-    EXPECT_LT(largestDifference(points.numbers, expected.numbers), 1e-3);
-    EXPECT_GT(largestDifference(coarse.numbers, expected.numbers), 0.05);
+    for (std::size_t first = 0; first < 40; first += 5) points.read(field.get(), first, 5);
+    EXPECT_LT(largestDifference(points.coefficients, expected.coefficients), 1e-3);
+    EXPECT_GT(largestDifference(coarse.coefficients, expected.coefficients), 0.05);
     EXPECT_EQ(penumbra_heights_set_tolerance(field.get(), 0, nullptr), PENUMBRA_OK);
     updateAll(field.get());
     points.read(field.get());
-    EXPECT_EQ(points.numbers, coarse.numbers);
+    EXPECT_EQ(points.coefficients, coarse.coefficients);
 }
 
 TEST(CApiHeights, AnEditGivesWhatANewFieldGivesAndAllocatesNothing) {
@@ -153,7 +153,7 @@ TEST(CApiHeights, AnEditGivesWhatANewFieldGivesAndAllocatesNothing) {
     const Heights whole = make(heights);
     updateAll(whole.get());
     expected.read(whole.get());
-    EXPECT_EQ(points.numbers, expected.numbers);
+    EXPECT_EQ(points.coefficients, expected.coefficients);
 }
 
 TEST(CApiHeights, AreShadedAndShadowCharacters) {
@@ -166,27 +166,25 @@ TEST(CApiHeights, AreShadedAndShadowCharacters) {
     const float eye[3] = {5, 9, 5}, albedo[3] = {0.5f, 0.4f, 0.3f};
     const penumbra_vertices view = points.view();
     penumbra_error error{};
-    EXPECT_EQ(penumbra_heights_shade(field.get(), eye, 0, 2000, &view, points.radiance.data(), &error),
+    EXPECT_EQ(penumbra_heights_shade(field.get(), eye, &view, points.radiance.data(), &error),
               PENUMBRA_INVALID_ARGUMENT);
     EXPECT_THAT(error.message, HasSubstr("no look yet"));
     for (const std::size_t material : {PENUMBRA_NONE, std::size_t(0)}) {
         EXPECT_EQ(penumbra_heights_set_look(field.get(), asset.get(), material, albedo, 0, nullptr, &error),
                   PENUMBRA_OK)
             << error.message;
-        EXPECT_EQ(penumbra_heights_shade(field.get(), eye, 0, 2000, &view, points.radiance.data(), nullptr),
-                  PENUMBRA_OK);
+        EXPECT_EQ(penumbra_heights_shade(field.get(), eye, &view, points.radiance.data(), nullptr), PENUMBRA_OK);
         EXPECT_GT(largestOf(points.radiance), 0.01);
     }
     const Character character = capi_test::character(asset);
     const penumbra_asset_info info = infoOf(asset);
     Frame frame(info);
     frame.evaluate(character.get(), info, 1);
-    std::vector<float> shadowed = frame.numbers;
+    const std::vector<float> unshadowed = frame.coefficients;
+    const penumbra_vertices vertices = frame.vertices();
     const float deep[12] = {1, 0, 0, 3, 0, 1, 0, 2, 0, 0, 1, 5};
-    EXPECT_EQ(
-        penumbra_heights_shadow(field.get(), character.get(), deep, 0, info.vertex_count, shadowed.data(), nullptr),
-        PENUMBRA_OK);
-    EXPECT_NE(shadowed, frame.numbers);
+    EXPECT_EQ(penumbra_heights_shadow(field.get(), character.get(), deep, &vertices, nullptr), PENUMBRA_OK);
+    EXPECT_NE(frame.coefficients, unshadowed);
 }
 
 TEST(CApiHeights, RefuseWhatIsWrong) {
@@ -230,7 +228,7 @@ TEST(CApiHeights, RefuseWhatIsWrong) {
     EXPECT_EQ(penumbra_heights_set_tolerance(nullptr, 0.1f, nullptr), PENUMBRA_INVALID_ARGUMENT);
     const float nan[3] = {std::nanf(""), 0, 0};
     float height = 0;
-    EXPECT_EQ(penumbra_heights_shade(good.get(), nan, 0, 0, nullptr, nullptr, &error), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_heights_shade(good.get(), nan, nullptr, nullptr, &error), PENUMBRA_INVALID_ARGUMENT);
     EXPECT_STREQ(error.message, "eye[0] is not finite");
     EXPECT_EQ(penumbra_heights_query(good.get(), nan, 1, &height, nullptr), PENUMBRA_INVALID_ARGUMENT);
     EXPECT_EQ(penumbra_heights_under(good.get(), nan, 1, nullptr, &height, nullptr), PENUMBRA_INVALID_ARGUMENT);

@@ -30,11 +30,10 @@ Scene sceneOf(std::vector<const penumbra_asset*> assets, penumbra_error* error =
     return Scene(scene);
 }
 
-std::vector<float> numbersOf(const Character& character, const penumbra_asset_info& info) {
-    std::vector<float> numbers(info.vertex_count * std::size_t(info.stride));
-    EXPECT_EQ(penumbra_character_evaluate(character.get(), 0, info.cluster_count, numbers.data(), nullptr),
-              PENUMBRA_OK);
-    return numbers;
+Frame evaluated(const Character& character, const penumbra_asset_info& info) {
+    Frame frame(info);
+    EXPECT_EQ(frame.evaluate(character.get(), info), PENUMBRA_OK);
+    return frame;
 }
 
 struct Points {
@@ -45,6 +44,7 @@ struct Points {
             for (const float x : {0.0f, 1.0f, 0.0f}) normals.push_back(x);
         }
     }
+    penumbra_points view() const { return {positions.data(), normals.data(), positions.size() / 3}; }
 };
 
 TEST(CApiScenes, CastsOnPoints) {
@@ -54,10 +54,10 @@ TEST(CApiScenes, CastsOnPoints) {
     ASSERT_TRUE(scene);
     const Points points(100);
     std::vector<float> e(100, -1), transfer(2500);
+    const penumbra_points view = points.view();
     const auto probe = [&](std::size_t except) {
-        EXPECT_EQ(penumbra_scene_probe(scene.get(), except, points.positions.data(), points.normals.data(), 100,
-                                       e.data(), transfer.data(), nullptr),
-                  PENUMBRA_OK);
+        EXPECT_EQ(penumbra_scene_ambient(scene.get(), except, &view, e.data(), nullptr), PENUMBRA_OK);
+        EXPECT_EQ(penumbra_scene_transfer(scene.get(), except, &view, transfer.data(), nullptr), PENUMBRA_OK);
     };
     probe(PENUMBRA_NONE);
     EXPECT_THAT(e, ::testing::Each(1.0f)) << "nobody is posed";
@@ -67,6 +67,17 @@ TEST(CApiScenes, CastsOnPoints) {
     EXPECT_LT(e[0], 0.95f);
     // E is one of the transfer's numbers, and a white light arrives where it does.
     for (std::size_t i = 0; i < 100; ++i) EXPECT_NEAR(transfer[25 * i] / (std::sqrt(std::numbers::pi) / 2), e[i], 1e-4);
+    const std::vector<LightFile> sky = lights(3);
+    const std::vector<float> sh(sky[0].sh.begin(), sky[0].sh.end());
+    std::vector<float> irradiance(300);
+    EXPECT_EQ(penumbra_scene_irradiance(scene.get(), PENUMBRA_NONE, &view, sky[0].order, sh.data(), irradiance.data(),
+                                        nullptr),
+              PENUMBRA_OK);
+    for (std::size_t i = 0; i < 300; ++i) {
+        double sum = 0;
+        for (std::size_t k = 0; k < sh.size() / 3; ++k) sum += double(transfer[25 * (i / 3) + k]) * sh[3 * k + i % 3];
+        EXPECT_NEAR(irradiance[i], sum, 1e-5);
+    }
     const float near = e[0];
     probe(0);
     EXPECT_THAT(e, ::testing::Each(1.0f)) << "the only caster is left out";
@@ -86,40 +97,35 @@ TEST(CApiScenes, CastsOnCharacters) {
     EXPECT_EQ(penumbra_scene_set_caster(scene.get(), 0, one.get(), nullptr, nullptr), PENUMBRA_OK);
     EXPECT_EQ(penumbra_scene_set_caster(scene.get(), 1, other.get(), kAway, nullptr), PENUMBRA_OK);
     const penumbra_asset_info info = infoOf(asset), plain_info = infoOf(additive);
-    const std::vector<float> alone = numbersOf(one, info);
-    std::vector<float> numbers = alone;
-    const auto cast = [&] {
-        return penumbra_scene_cast(scene.get(), 0, one.get(), nullptr, 0, info.vertex_count, numbers.data(), nullptr);
-    };
-    EXPECT_EQ(cast(), PENUMBRA_OK);
-    EXPECT_EQ(numbers, alone) << "the other is out of reach";
+    const Frame alone = evaluated(one, info);
+    Frame whole = alone;
+    EXPECT_EQ(whole.cast(scene.get(), 0, one.get(), nullptr), PENUMBRA_OK);
+    EXPECT_EQ(whole.coefficients, alone.coefficients) << "the other is out of reach";
     EXPECT_EQ(penumbra_scene_set_caster(scene.get(), 1, other.get(), kBeside, nullptr), PENUMBRA_OK);
-    EXPECT_EQ(cast(), PENUMBRA_OK);
-    EXPECT_NE(numbers, alone);
-    std::vector<float> before(info.vertex_count), after(before);
-    penumbra_character_ambient(one.get(), 0, info.vertex_count, alone.data(), before.data(), nullptr);
-    penumbra_character_ambient(one.get(), 0, info.vertex_count, numbers.data(), after.data(), nullptr);
+    EXPECT_EQ(whole.cast(scene.get(), 0, one.get(), nullptr), PENUMBRA_OK);
+    EXPECT_NE(whole.coefficients, alone.coefficients);
+    const penumbra_vertices shadowed = whole.vertices();
+    penumbra_character_ambient(one.get(), &shadowed, whole.ambient.data(), nullptr);
     double darker = 0;
-    for (std::size_t v = 0; v < before.size(); ++v) darker += before[v] - after[v];
-    EXPECT_GT(darker / double(before.size()), 0.005);
-    // Ranges make the same numbers, from several threads.
-    std::vector<float> parts = alone;
+    for (std::size_t v = 0; v < info.vertex_count; ++v) darker += alone.ambient[v] - whole.ambient[v];
+    EXPECT_GT(darker / double(info.vertex_count), 0.005);
+    // Ranges make the same coefficients, from several threads.
+    Frame parts = alone;
     std::vector<std::thread> threads;
     for (std::size_t half : {std::size_t(0), std::size_t(1)})
         threads.emplace_back([&, half] {
             const std::size_t middle = info.vertex_count / 2 / 64 * 64;
-            penumbra_scene_cast(scene.get(), 0, one.get(), nullptr, half ? middle : 0,
-                                half ? info.vertex_count - middle : middle, parts.data(), nullptr);
+            const penumbra_vertices part =
+                parts.vertices(half ? middle : 0, half ? info.vertex_count - middle : middle);
+            penumbra_scene_cast(scene.get(), 0, one.get(), nullptr, &part, nullptr);
         });
     for (std::thread& thread : threads) thread.join();
-    EXPECT_EQ(parts, numbers);
+    EXPECT_EQ(parts.coefficients, whole.coefficients);
     // An asset without fields receives.
-    std::vector<float> received = numbersOf(receiver, plain_info);
-    const std::vector<float> unshadowed = received;
-    EXPECT_EQ(penumbra_scene_cast(scene.get(), PENUMBRA_NONE, receiver.get(), nullptr, 0, plain_info.vertex_count,
-                                  received.data(), nullptr),
-              PENUMBRA_OK);
-    EXPECT_NE(received, unshadowed);
+    const Frame unshadowed = evaluated(receiver, plain_info);
+    Frame received = unshadowed;
+    EXPECT_EQ(received.cast(scene.get(), PENUMBRA_NONE, receiver.get(), nullptr), PENUMBRA_OK);
+    EXPECT_NE(received.coefficients, unshadowed.coefficients);
 }
 
 TEST(CApiScenes, AllocatesNothingPerFrame) {
@@ -128,16 +134,23 @@ TEST(CApiScenes, AllocatesNothingPerFrame) {
     const Scene scene = sceneOf({asset.get(), asset.get()});
     const Character one = character(asset), other = character(asset);
     const penumbra_asset_info info = infoOf(asset);
-    std::vector<float> numbers = numbersOf(one, info), e(100), transfer(2500);
+    Frame receiver = evaluated(one, info);
+    std::vector<float> e(100), transfer(2500), irradiance(300);
+    const float white[3] = {1, 1, 1};
     const Points points(100);
+    const penumbra_points view = points.view();
+    const penumbra_vertices vertices = receiver.vertices();
+    std::vector<float> of_vertices(25 * info.vertex_count);
     int status = 0;
     const auto draw_frame = [&] {
         penumbra_error error;
         status |= penumbra_scene_set_caster(scene.get(), 0, one.get(), nullptr, &error);
         status |= penumbra_scene_set_caster(scene.get(), 1, other.get(), kBeside, &error);
-        status |= penumbra_scene_cast(scene.get(), 0, one.get(), nullptr, 0, info.vertex_count, numbers.data(), &error);
-        status |= penumbra_scene_probe(scene.get(), PENUMBRA_NONE, points.positions.data(), points.normals.data(), 100,
-                                       e.data(), transfer.data(), &error);
+        status |= receiver.cast(scene.get(), 0, one.get(), nullptr, &error);
+        status |= penumbra_scene_ambient(scene.get(), PENUMBRA_NONE, &view, e.data(), &error);
+        status |= penumbra_scene_irradiance(scene.get(), PENUMBRA_NONE, &view, 1, white, irradiance.data(), &error);
+        status |= penumbra_scene_transfer(scene.get(), PENUMBRA_NONE, &view, transfer.data(), &error);
+        status |= penumbra_character_transfer(one.get(), 5, &vertices, of_vertices.data(), &error);
     };
     draw_frame();  // a thread makes its room the first time
     const std::size_t before = allocationCount();
@@ -159,9 +172,8 @@ TEST(CApiScenes, OutlivesItsAssetsAndCharacters) {
     }
     const Points points(1);
     float e = -1;
-    EXPECT_EQ(penumbra_scene_probe(scene.get(), PENUMBRA_NONE, points.positions.data(), points.normals.data(), 1, &e,
-                                   nullptr, nullptr),
-              PENUMBRA_OK);
+    const penumbra_points view = points.view();
+    EXPECT_EQ(penumbra_scene_ambient(scene.get(), PENUMBRA_NONE, &view, &e, nullptr), PENUMBRA_OK);
     EXPECT_LT(e, 1);
 }
 
@@ -228,24 +240,29 @@ TEST(CApiScenes, RefusesWhatIsWrong) {
     EXPECT_EQ(set(0, character, nan), PENUMBRA_INVALID_ARGUMENT);
     const float position[3] = {0, NAN, 0}, normal[3] = {0, 1, 0};
     float e = 7;
-    EXPECT_EQ(penumbra_scene_probe(scene.get(), PENUMBRA_NONE, position, normal, 1, &e, nullptr, &error),
-              PENUMBRA_INVALID_ARGUMENT);
-    EXPECT_EQ(penumbra_scene_probe(scene.get(), 1, normal, normal, 1, &e, nullptr, &error), PENUMBRA_INVALID_ARGUMENT);
+    const auto probe = [&](const penumbra_scene* of, std::size_t except, const penumbra_points& points) {
+        return penumbra_scene_ambient(of, except, &points, &e, &error);
+    };
+    EXPECT_EQ(probe(scene.get(), PENUMBRA_NONE, {position, normal, 1}), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(probe(scene.get(), 1, {normal, normal, 1}), PENUMBRA_INVALID_ARGUMENT);
     for (const int bits : {60, 63}) {
-        EXPECT_EQ(penumbra_scene_probe(scene.get(), PENUMBRA_NONE, normal, normal, std::size_t(1) << bits, &e, nullptr,
-                                       &error),
+        EXPECT_EQ(probe(scene.get(), PENUMBRA_NONE, {normal, normal, std::size_t(1) << bits}),
                   PENUMBRA_INVALID_ARGUMENT);
         EXPECT_THAT(error.message, HasSubstr("count is"));
     }
-    EXPECT_EQ(penumbra_scene_probe(scene.get(), 0, nullptr, normal, 1, &e, nullptr, &error), PENUMBRA_INVALID_ARGUMENT);
-    EXPECT_EQ(penumbra_scene_probe(nullptr, 0, normal, normal, 1, &e, nullptr, &error), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(probe(scene.get(), 0, {nullptr, normal, 1}), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(probe(nullptr, 0, {normal, normal, 1}), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_scene_ambient(scene.get(), 0, nullptr, &e, &error), PENUMBRA_INVALID_ARGUMENT);
+    const penumbra_points one_point{normal, normal, 1};
+    EXPECT_EQ(penumbra_scene_irradiance(scene.get(), 0, &one_point, 6, normal, &e, &error), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_scene_irradiance(scene.get(), 0, &one_point, 1, position, &e, &error),
+              PENUMBRA_INVALID_ARGUMENT);
     EXPECT_EQ(e, 7) << "nothing is written";
-    std::vector<float> numbers = numbersOf(character, infoOf(asset));
-    EXPECT_EQ(penumbra_scene_cast(scene.get(), 0, character.get(), nullptr, 0, infoOf(asset).vertex_count + 1,
-                                  numbers.data(), &error),
+    Frame frame = evaluated(character, infoOf(asset));
+    const penumbra_vertices vertices = frame.vertices(0, infoOf(asset).vertex_count + 1);
+    EXPECT_EQ(penumbra_scene_cast(scene.get(), 0, character.get(), nullptr, &vertices, &error),
               PENUMBRA_INVALID_ARGUMENT);
-    EXPECT_EQ(penumbra_scene_cast(scene.get(), 0, nullptr, nullptr, 0, 1, numbers.data(), &error),
-              PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_scene_cast(scene.get(), 0, nullptr, nullptr, &vertices, &error), PENUMBRA_INVALID_ARGUMENT);
 }
 
 }  // namespace

@@ -42,9 +42,7 @@ struct SunnyAsset {
           frame(info) {
         frame.evaluate(character(asset).get(), info);
     }
-    penumbra_vertices vertices() const {
-        return {frame.positions.data(), frame.normals.data(), frame.tangents.data(), frame.numbers.data()};
-    }
+    penumbra_vertices vertices() { return frame.vertices(); }
 
 private:
     static std::vector<std::byte> make() {
@@ -109,9 +107,9 @@ TEST(CApiSuns, AddsVisibilityIrradianceBrdfAndCosine) {
     const std::vector<float> visible(n, 0.5f);
     x.frame.radiance.assign(3 * n, 1.0f);
     penumbra_vertices vertices = x.vertices();
-    vertices.numbers = nullptr;
-    ASSERT_EQ(penumbra_shading_add_suns(s, &vertices, x.frame.eye, 1, n - 1, visible.data(), x.frame.radiance.data(),
-                                        nullptr),
+    vertices.coefficients = nullptr;
+    vertices.first = 1, vertices.count = n - 1;
+    ASSERT_EQ(penumbra_shading_add_suns(s, &vertices, x.frame.eye, visible.data(), x.frame.radiance.data(), nullptr),
               PENUMBRA_OK);
     EXPECT_EQ(x.frame.radiance[0], 1) << "vertex 0 was not asked for";
     const auto vectorAt = [](const float* p, std::size_t v) { return Vec3{p[3 * v], p[3 * v + 1], p[3 * v + 2]}; };
@@ -140,7 +138,7 @@ TEST(CApiSuns, FindsThoseOfTheCallersLight) {
     ASSERT_EQ(penumbra_shading_find_suns(s, 1, 0.5, nullptr), PENUMBRA_OK);
     const auto seen = [&](float angle, double seconds) {
         const std::vector<float> sh = sunny({{std::cos(angle), std::sin(angle), 0}, {5, 4, 3}, 0});
-        EXPECT_EQ(penumbra_shading_update_sh_light(s, 4, sh.data(), seconds, nullptr), PENUMBRA_OK);
+        EXPECT_EQ(penumbra_shading_set_sh_light(s, 4, sh.data(), seconds, nullptr), PENUMBRA_OK);
         penumbra_sun sun{};
         EXPECT_EQ(penumbra_shading_get_sun(s, 0, &sun), PENUMBRA_OK);
         return std::atan2(sun.direction[1], sun.direction[0]);
@@ -150,7 +148,7 @@ TEST(CApiSuns, FindsThoseOfTheCallersLight) {
     EXPECT_NEAR(seen(1.1f, 100), 1.1f, 0.01f);
     ASSERT_EQ(penumbra_shading_find_suns(s, 0, 0, nullptr), PENUMBRA_OK);
     const std::vector<float> sh = sunny({{1, 0, 0}, {5, 4, 3}, 0});
-    penumbra_shading_set_sh_light(s, 4, sh.data(), nullptr);
+    penumbra_shading_set_sh_light(s, 4, sh.data(), 0, nullptr);
     EXPECT_EQ(penumbra_shading_sun_count(s), 0u);
 }
 
@@ -190,7 +188,7 @@ TEST(CApiSuns, AMapTellsWhatACasterHides) {
     for (const float radius : {0.0f, 0.05f, 3e38f}) {
         awning.sun.radius = radius;
         const penumbra_sun_caster caster = awning.caster();
-        ASSERT_EQ(penumbra_sun_map_set_casters(map.get(), &awning.sun, &caster, 1, nullptr), PENUMBRA_OK);
+        ASSERT_EQ(penumbra_sun_map_set_casters(map.get(), &awning.sun, &caster, 1, nullptr, nullptr), PENUMBRA_OK);
         look();
         EXPECT_EQ(visible[2], 1);
         EXPECT_EQ(visible[3], 0);
@@ -218,8 +216,8 @@ TEST(CApiSuns, ACasterOnAWideGroundHasItsShadow) {
         }
     penumbra_sun_caster ground{corners.data(), 441, triangles.data(), triangles.size() / 3};
     penumbra_error error;
-    ASSERT_EQ(penumbra_sun_map_set_casters_on_ground(map.get(), &awning.sun, &caster, 1, &ground, &error), PENUMBRA_OK);
-    ASSERT_EQ(penumbra_sun_map_set_casters(alone.get(), &awning.sun, &caster, 1, &error), PENUMBRA_OK);
+    ASSERT_EQ(penumbra_sun_map_set_casters(map.get(), &awning.sun, &caster, 1, &ground, &error), PENUMBRA_OK);
+    ASSERT_EQ(penumbra_sun_map_set_casters(alone.get(), &awning.sun, &caster, 1, nullptr, &error), PENUMBRA_OK);
     const auto seen = [](const SunMapHandle& at, float x, float z) {
         const float point[3] = {x, 0, z}, up[3] = {0, 1, 0};
         float visible = -1;
@@ -230,10 +228,10 @@ TEST(CApiSuns, ACasterOnAWideGroundHasItsShadow) {
     EXPECT_EQ(seen(map, 0, -0.99f), 0);  // the edge of the awning lies at z = -1
     EXPECT_EQ(seen(map, 0, -1.01f), 1);
     EXPECT_EQ(seen(map, 700, 300), 1);
-    ASSERT_EQ(penumbra_sun_map_set_casters_on_ground(map.get(), &awning.sun, &caster, 1, nullptr, &error), PENUMBRA_OK);
+    ASSERT_EQ(penumbra_sun_map_set_casters(map.get(), &awning.sun, &caster, 1, nullptr, &error), PENUMBRA_OK);
     for (float z = -1.99f; z < 2; z += 0.05f) EXPECT_EQ(seen(map, 0, z), seen(alone, 0, z)) << z;
     triangles.back() = 441;
-    EXPECT_EQ(penumbra_sun_map_set_casters_on_ground(map.get(), &awning.sun, &caster, 1, &ground, &error),
+    EXPECT_EQ(penumbra_sun_map_set_casters(map.get(), &awning.sun, &caster, 1, &ground, &error),
               PENUMBRA_INVALID_ARGUMENT);
     EXPECT_THAT(error.message, HasSubstr("a vertex of a triangle is 441; there are 441"));
     EXPECT_EQ(seen(map, 0, 0), 0) << "what was refused has changed nothing";
@@ -251,15 +249,15 @@ TEST(CApiSuns, NoFrameAllocates) {
     const std::vector<float> sh = sunny({{0, 1, 0}, {5, 4, 3}, 0});
     const penumbra_vertices vertices = x.vertices();
     const auto frame = [&](int number) {
-        int status = penumbra_shading_update_sh_light(s, 4, sh.data(), 0.02, nullptr);
+        int status = penumbra_shading_set_sh_light(s, 4, sh.data(), 0.02, nullptr);
         awning.corners[0] = -1 - 0.1f * float(number);
         const penumbra_sun_caster caster = awning.caster();
-        status |= penumbra_sun_map_set_casters(map.get(), &awning.sun, &caster, 1, nullptr);
+        status |= penumbra_sun_map_set_casters(map.get(), &awning.sun, &caster, 1, nullptr, nullptr);
         for (std::size_t i = 0; i < penumbra_shading_sun_count(s); ++i)
             status |= penumbra_sun_map_visibility(map.get(), vertices.positions, vertices.normals, x.info.vertex_count,
                                                   &visible[i * x.info.vertex_count], nullptr);
-        return status | penumbra_shading_add_suns(s, &vertices, x.frame.eye, 0, x.info.vertex_count, visible.data(),
-                                                  x.frame.radiance.data(), nullptr);
+        return status |
+               penumbra_shading_add_suns(s, &vertices, x.frame.eye, visible.data(), x.frame.radiance.data(), nullptr);
     };
     EXPECT_EQ(frame(0), PENUMBRA_OK);
     const std::size_t before = allocationCount();
@@ -283,26 +281,26 @@ TEST(CApiSuns, WrongCallsOfShadings) {
     for (const double seconds : {-1.0, double(NAN), double(INFINITY)}) {
         EXPECT_EQ(penumbra_shading_find_suns(s, 1, seconds, &error), PENUMBRA_INVALID_ARGUMENT);
         const std::vector<float> sh(48);
-        EXPECT_EQ(penumbra_shading_update_sh_light(s, 4, sh.data(), seconds, &error), PENUMBRA_INVALID_ARGUMENT);
+        EXPECT_EQ(penumbra_shading_set_sh_light(s, 4, sh.data(), seconds, &error), PENUMBRA_INVALID_ARGUMENT);
         EXPECT_STREQ(error.message, "seconds must be a finite number of seconds, 0 or more");
     }
-    const penumbra_vertices good = x.vertices();
+    const penumbra_vertices good = x.vertices(), too_many = x.frame.vertices(0, x.info.vertex_count + 1);
     const std::vector<float> visible(x.info.vertex_count, 1.0f);
-    const auto add = [&](const penumbra_vertices* vertices, std::size_t count, const float* share) {
-        return penumbra_shading_add_suns(s, vertices, x.frame.eye, 0, count, share, x.frame.radiance.data(), &error);
+    const auto add = [&](const penumbra_vertices* vertices, const float* share) {
+        return penumbra_shading_add_suns(s, vertices, x.frame.eye, share, x.frame.radiance.data(), &error);
     };
-    EXPECT_EQ(add(&good, x.info.vertex_count + 1, visible.data()), PENUMBRA_INVALID_ARGUMENT);
-    EXPECT_EQ(add(&good, 1, nullptr), PENUMBRA_INVALID_ARGUMENT);
-    EXPECT_EQ(add(nullptr, 1, visible.data()), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(add(&too_many, visible.data()), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(add(&good, nullptr), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(add(nullptr, visible.data()), PENUMBRA_INVALID_ARGUMENT);
     const float eye[3] = {0, 0, NAN};
-    EXPECT_EQ(penumbra_shading_add_suns(s, &good, eye, 0, 1, visible.data(), x.frame.radiance.data(), &error),
+    EXPECT_EQ(penumbra_shading_add_suns(s, &good, eye, visible.data(), x.frame.radiance.data(), &error),
               PENUMBRA_INVALID_ARGUMENT);
     EXPECT_STREQ(error.message, "eye[2] is not finite");
     for (const auto member :
          {&penumbra_vertices::positions, &penumbra_vertices::normals, &penumbra_vertices::tangents}) {
         penumbra_vertices bad = good;
         bad.*member = nullptr;
-        EXPECT_EQ(add(&bad, 1, visible.data()), PENUMBRA_INVALID_ARGUMENT);
+        EXPECT_EQ(add(&bad, visible.data()), PENUMBRA_INVALID_ARGUMENT);
     }
     EXPECT_EQ(x.frame.radiance, Frame(x.info).radiance);
 }
@@ -318,7 +316,7 @@ TEST(CApiSuns, HostileLightsAndVerticesAreDefined) {
     for (const float size : {most, -most, 1e-38f, 0.0f}) {
         std::vector<float> sh(48, size);
         for (std::size_t i = 0; i < sh.size(); i += 5) sh[i] = -size;
-        ASSERT_EQ(penumbra_shading_update_sh_light(s, 4, sh.data(), 1, nullptr), PENUMBRA_OK);
+        ASSERT_EQ(penumbra_shading_set_sh_light(s, 4, sh.data(), 1, nullptr), PENUMBRA_OK);
         for (std::size_t i = 0; i < penumbra_shading_sun_count(s); ++i) {
             penumbra_sun sun;
             penumbra_shading_get_sun(s, i, &sun);
@@ -330,8 +328,7 @@ TEST(CApiSuns, HostileLightsAndVerticesAreDefined) {
     penumbra_shading_set_light(s, 1, nullptr);
     for (float& share : visible) share = std::numeric_limits<float>::quiet_NaN();
     const penumbra_vertices vertices = x.vertices();
-    EXPECT_EQ(penumbra_shading_add_suns(s, &vertices, x.frame.eye, 0, x.info.vertex_count, visible.data(),
-                                        x.frame.radiance.data(), nullptr),
+    EXPECT_EQ(penumbra_shading_add_suns(s, &vertices, x.frame.eye, visible.data(), x.frame.radiance.data(), nullptr),
               PENUMBRA_OK);
     EXPECT_EQ(x.frame.radiance, Frame(x.info).radiance) << "an unknown share adds nothing";
 }
@@ -348,7 +345,7 @@ TEST(CApiSuns, WrongCallsOfMaps) {
     const SunMapHandle map = sunMap(64);
     Awning awning;
     const auto set = [&](const penumbra_sun& sun, penumbra_sun_caster caster) {
-        const penumbra_status status = penumbra_sun_map_set_casters(map.get(), &sun, &caster, 1, &error);
+        const penumbra_status status = penumbra_sun_map_set_casters(map.get(), &sun, &caster, 1, nullptr, &error);
         return std::string(penumbra_status_name(status)) + ": " + error.message;
     };
     EXPECT_EQ(set(awning.sun, awning.caster()), "PENUMBRA_OK: ");
@@ -365,7 +362,7 @@ TEST(CApiSuns, WrongCallsOfMaps) {
     for (const int bits : {60, 63}) {
         const std::size_t many = std::size_t(1) << bits;
         const penumbra_sun_caster caster = awning.caster();
-        EXPECT_EQ(penumbra_sun_map_set_casters(map.get(), &awning.sun, &caster, many, &error),
+        EXPECT_EQ(penumbra_sun_map_set_casters(map.get(), &awning.sun, &caster, many, nullptr, &error),
                   PENUMBRA_INVALID_ARGUMENT);
         EXPECT_THAT(set(awning.sun, {awning.corners.data(), 3, awning.triangles.data(), many}),
                     HasSubstr("triangle_count is"));
@@ -375,9 +372,12 @@ TEST(CApiSuns, WrongCallsOfMaps) {
                                               awning.corners.data(), &error),
                   PENUMBRA_INVALID_ARGUMENT);
     }
-    EXPECT_EQ(penumbra_sun_map_set_casters(map.get(), nullptr, nullptr, 0, nullptr), PENUMBRA_INVALID_ARGUMENT);
-    EXPECT_EQ(penumbra_sun_map_set_casters(map.get(), &awning.sun, nullptr, 1, nullptr), PENUMBRA_INVALID_ARGUMENT);
-    EXPECT_EQ(penumbra_sun_map_set_casters(nullptr, &awning.sun, nullptr, 0, nullptr), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_sun_map_set_casters(map.get(), nullptr, nullptr, 0, nullptr, nullptr),
+              PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_sun_map_set_casters(map.get(), &awning.sun, nullptr, 1, nullptr, nullptr),
+              PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_sun_map_set_casters(nullptr, &awning.sun, nullptr, 0, nullptr, nullptr),
+              PENUMBRA_INVALID_ARGUMENT);
     // What was refused has changed nothing: the awning still casts.
     const float below[3] = {}, up[3] = {0, 1, 0};
     float visible = -1;

@@ -28,7 +28,7 @@ TEST(CApiTransfer, LoadsAndShadesByTheOrdinaryCalls) {
         const penumbra_asset_info info = infoOf(asset);
         EXPECT_EQ(info.has_model, 1);
         EXPECT_STREQ(info.convention, "T4");
-        EXPECT_EQ(info.number_count, 16u);
+        EXPECT_EQ(info.coefficient_count, 16u);
         EXPECT_EQ(info.rotation_count, 9u);
         EXPECT_EQ(info.rest_tangents, nullptr);
         const Character character = capi_test::character(asset);
@@ -41,7 +41,7 @@ TEST(CApiTransfer, LoadsAndShadesByTheOrdinaryCalls) {
         const AssetView view = openAsset(bytes);
         const std::span<const float> light = view.lights[0].sh;
         for (std::size_t v = 0; v < info.vertex_count; ++v) {
-            const float* t = frame.numbers.data() + 16 * v;
+            const float* t = frame.coefficients.data() + 16 * v;
             EXPECT_NEAR(frame.ambient[v], 2 / std::sqrt(std::numbers::pi) * double(t[0]), 1e-6);
             for (std::size_t channel = 0; channel < 3; ++channel) {
                 double sum = 0;
@@ -50,6 +50,13 @@ TEST(CApiTransfer, LoadsAndShadesByTheOrdinaryCalls) {
                 EXPECT_NEAR(frame.radiance[3 * v + channel], albedo / std::numbers::pi * sum, 2e-6);
             }
         }
+        // Its coefficients are transfer already.
+        const penumbra_vertices vertices = frame.vertices();
+        std::vector<float> transfer(25 * info.vertex_count);
+        EXPECT_EQ(penumbra_character_transfer(character.get(), 5, &vertices, transfer.data(), nullptr), PENUMBRA_OK);
+        for (std::size_t v = 0; v < info.vertex_count; ++v)
+            for (std::size_t i = 0; i < 25; ++i)
+                EXPECT_EQ(transfer[25 * v + i], i < 16 ? frame.coefficients[16 * v + i] : 0);
         const std::size_t before = allocationCount();
         penumbra_character_set_frame(character.get(), 2, nullptr);
         frame.evaluate(character.get(), info);
@@ -83,9 +90,8 @@ TEST(CApiTransfer, WhatCannotBeIsRefusedWithAReason) {
     ASSERT_EQ(penumbra_scene_create(casters, 1, &made, &error), PENUMBRA_OK);
     const Scene scene(made);
     const Character character = capi_test::character(asset);
-    std::vector<float> numbers(infoOf(asset).stride * infoOf(asset).vertex_count);
-    EXPECT_EQ(penumbra_scene_cast(scene.get(), PENUMBRA_NONE, character.get(), nullptr, 0, 1, numbers.data(), &error),
-              PENUMBRA_UNSUPPORTED);
+    Frame frame(infoOf(asset));
+    EXPECT_EQ(frame.cast(scene.get(), PENUMBRA_NONE, character.get(), nullptr, &error), PENUMBRA_UNSUPPORTED);
     EXPECT_THAT(error.message, HasSubstr("nothing casts on transfer"));
     const penumbra_asset* transfer[] = {asset.get()};
     EXPECT_EQ(penumbra_scene_create(transfer, 1, &made, &error), PENUMBRA_UNSUPPORTED);

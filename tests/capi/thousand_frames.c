@@ -35,26 +35,26 @@ static double play(const penumbra_asset* asset) {
     check(penumbra_shading_set_simd(shading, simd, &error));
     const size_t n = info.vertex_count;
     float *positions = floats(3 * n), *normals = floats(3 * n), *tangents = floats(3 * n), *radiance = floats(3 * n);
-    float *numbers = floats(n * info.stride), *ambient = floats(n);
-    const penumbra_vertices vertices = {positions, normals, tangents, numbers};
+    float *coefficients = floats(n * info.stride), *ambient = floats(n);
+    const penumbra_vertices vertices = {positions, normals, tangents, coefficients, NULL, 0, n};
     const size_t materials = penumbra_shading_material_count(shading);
     double sum = 0;
     for (size_t frame = 0; frame < frames; ++frame) {
         check(penumbra_character_set_frame(character, frame % info.frame_count, &error));
-        check(penumbra_character_evaluate(character, 0, info.cluster_count, numbers, &error));
-        check(penumbra_character_skin(character, 0, n, positions, normals, tangents, &error));
-        check(penumbra_character_ambient(character, 0, n, numbers, ambient, &error));
-        if (frame % 2) check(penumbra_shading_set_sh_light(shading, light.order, light.sh, &error));
+        check(penumbra_character_evaluate(character, 0, info.cluster_count, &vertices, &error));
+        check(penumbra_character_skin(character, &vertices, &error));
+        check(penumbra_character_ambient(character, &vertices, ambient, &error));
+        if (frame % 2) check(penumbra_shading_set_sh_light(shading, light.order, light.sh, 0, &error));
         check(penumbra_shading_set_light_rotation(shading, turn, &error));
         for (size_t slot = 0; slot < penumbra_shading_slot_count(shading); ++slot)
             check(penumbra_shading_set_material(shading, slot, (frame + slot) % materials, &error));
-        check(penumbra_shading_shade(shading, eye, 0, n, &vertices, radiance, &error));
+        check(penumbra_shading_shade(shading, eye, &vertices, radiance, &error));
         for (size_t v = 0; v < n; ++v) sum += ambient[v] + radiance[3 * v];
         if (frame % 2 == 0) check(penumbra_shading_set_light(shading, frame % 4 / 2, &error));
     }
     penumbra_character_destroy(character);
     penumbra_shading_destroy(shading);
-    free(positions), free(normals), free(tangents), free(radiance), free(numbers), free(ambient);
+    free(positions), free(normals), free(tangents), free(radiance), free(coefficients), free(ambient);
     return sum;
 }
 

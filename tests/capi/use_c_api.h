@@ -31,14 +31,11 @@ inline penumbra_status useBytes(const void* bytes, std::size_t size, penumbra_er
             penumbra_character_set_positions(character.get(), order, positions.data(), count, inputs.data(),
                                              inputs.size(), nullptr);
         }
+    if (penumbra_asset_bounces(asset.get())) frame.bounced.resize(PENUMBRA_BOUNCED_STRIDE * info.vertex_count);
     frame.evaluate(character.get(), info, 2);
-    std::vector<float> bounced(penumbra_asset_bounces(asset.get()) ? PENUMBRA_BOUNCED_STRIDE * info.vertex_count : 0);
-    float* const indirect = bounced.empty() ? nullptr : bounced.data();
-    if (indirect) {
-        penumbra_character_evaluate_bounced(character.get(), 0, info.cluster_count, indirect, nullptr);
-        penumbra_character_ambient_bounced(character.get(), 0, info.vertex_count, frame.numbers.data(), indirect,
-                                           frame.ambient.data(), nullptr);
-    }
+    const penumbra_vertices vertices = frame.vertices();
+    std::vector<float> transfer(9 * info.vertex_count);
+    penumbra_character_transfer(character.get(), 3, &vertices, transfer.data(), nullptr);
     std::vector<float> spheres(4 * penumbra_asset_sphere_count(asset.get()) + 1);
     penumbra_character_get_spheres(character.get(), nullptr, spheres.data(), nullptr);
     const penumbra_asset* casters[] = {asset.get()};
@@ -47,11 +44,12 @@ inline penumbra_status useBytes(const void* bytes, std::size_t size, penumbra_er
         const Scene scene(made);
         const float place[12] = {1, 0, 0, 0.5f, 0, 1, 0, 0, 0, 0, 1, 0}, up[3] = {0, 1, 0};
         penumbra_scene_set_caster(scene.get(), 0, character.get(), place, nullptr);
-        float e = 0, transfer[25];
-        penumbra_scene_probe(scene.get(), PENUMBRA_NONE, place, up, 1, &e, transfer, nullptr);
-        penumbra_scene_cast_bounced(scene.get(), PENUMBRA_NONE, character.get(), nullptr, 0,
-                                    std::min<std::size_t>(info.vertex_count, 64), frame.numbers.data(), indirect,
-                                    nullptr);
+        const penumbra_points point{place, up, 1};
+        float e = 0, all[25];
+        penumbra_scene_ambient(scene.get(), PENUMBRA_NONE, &point, &e, nullptr);
+        penumbra_scene_transfer(scene.get(), PENUMBRA_NONE, &point, all, nullptr);
+        const penumbra_vertices some = frame.vertices(0, std::min<std::size_t>(info.vertex_count, 64));
+        penumbra_scene_cast(scene.get(), PENUMBRA_NONE, character.get(), nullptr, &some, nullptr);
     }
     for (const penumbra_shading_options& options : {penumbra_shading_options{PENUMBRA_SLICES, PENUMBRA_ROTATION, 3},
                                                     {PENUMBRA_SLICES, PENUMBRA_FIXED_LOBES, 0},
@@ -61,7 +59,7 @@ inline penumbra_status useBytes(const void* bytes, std::size_t size, penumbra_er
             for (std::size_t l = 0; l < penumbra_shading_light_count(shading.get()); ++l) {
                 penumbra_shading_set_material(shading.get(), PENUMBRA_ALL_SLOTS, m, nullptr);
                 penumbra_shading_set_light(shading.get(), l, nullptr);
-                frame.shade(shading.get(), 0, info.vertex_count, indirect);
+                frame.shade(shading.get(), 0, info.vertex_count);
             }
     }
     return status;

@@ -17,6 +17,7 @@
 #include "runtime/evaluate/evaluator.h"
 #include "runtime/shade/shading.h"
 #include "sh/sh_rotation.h"
+#include "tests/posed_vertices.h"
 #include "tests/synthetic_model.h"
 
 namespace penumbra {
@@ -71,11 +72,8 @@ struct SyntheticBake {
     VisibilityFrame frame(std::size_t f) const {
         Evaluator evaluator(asset);
         const std::size_t count = evaluator.vertexCount(), joints = model.skin.jointCount();
-        std::vector<float> numbers(count * 16);
-        std::vector<Vec3> positions(count), normals(count), tangents(count);
         evaluator.setPose(asset.animation.bonesOf(f), {});
-        for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) evaluator.evaluateCluster(c, numbers);
-        evaluator.skin(0, count, positions, normals, tangents);
+        const auto [positions, normals, tangents, numbers, indirect] = PosedArrays(evaluator);
         VisibilityFrame out;
         out.positions.resize(count);
         out.normals.resize(count);
@@ -122,10 +120,9 @@ double variationOf(const SyntheticBake& bake, std::size_t clip) {
     Evaluator evaluator(bake.asset);
     const std::size_t count = evaluator.vertexCount() * 16;
     std::vector<double> y, mean(count);
-    std::vector<float> numbers(count);
     for (std::size_t f = 0; f < 6; ++f) {
         evaluator.setPose(bake.asset.animation.bonesOf(f), {});
-        for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) evaluator.evaluateCluster(c, numbers);
+        const std::vector<float> numbers = coefficientsOf(evaluator);
         for (std::size_t i = 0; i < count; ++i) {
             y.push_back(double(numbers[i]) + bake.noise[f * count + i]);
             if (f < 3) mean[i] += y.back() / 3;
@@ -345,15 +342,11 @@ TEST(PackTruth, AsNumbersIsWhatTheModelSaid) {
     const MappedFile file(out);
     const AssetView truth = openAsset(file.bytes());
     Evaluator evaluator(bake.asset);
-    const std::size_t count = evaluator.vertexCount();
-    std::vector<float> expected(count * 16), numbers(count * 16);
-    std::vector<Vec3> positions(count), normals(count), tangents(count);
     evaluator.setPose(bake.asset.animation.bonesOf(2), {});
-    for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) evaluator.evaluateCluster(c, expected);
-    evaluator.skin(0, count, positions, normals, tangents);
-    numbersFromTruth(truth, 2, bake.model.convention, 16, 0, count, bake.asset.mesh.shading_point, normals, tangents,
-                     numbers);
-    for (std::size_t i = 0; i < numbers.size(); ++i) ASSERT_NEAR(numbers[i], expected[i], 1e-5);
+    const PosedArrays expected(evaluator);
+    std::vector<float> numbers(expected.coefficients.size());
+    coefficientsFromTruth(truth, 2, bake.asset, expected.all(), numbers);
+    for (std::size_t i = 0; i < numbers.size(); ++i) ASSERT_NEAR(numbers[i], expected.coefficients[i], 1e-5);
     fs::remove(out);
 }
 

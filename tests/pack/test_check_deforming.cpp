@@ -9,6 +9,7 @@
 #include "runtime/evaluate/evaluator.h"
 #include "runtime/shade/shading.h"
 #include "sh/sh_rotation.h"
+#include "tests/posed_vertices.h"
 #include "tests/synthetic_cloth.h"
 
 namespace penumbra {
@@ -64,10 +65,7 @@ struct ClothBake {
         const std::span<const Vec3> places = std::span(model.positions).subspan(f * points, points);
         const std::vector<float> inputs = synthetic::clothInputs(model.frames.time[f]);
         evaluator.setPositions(places, inputs);
-        std::vector<float> numbers(count * std::size_t(asset.model.stride));
-        std::vector<Vec3> positions(count), normals(count), tangents(count);
-        for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) evaluator.evaluateCluster(c, numbers);
-        evaluator.skin(0, count, positions, normals, tangents);
+        const auto [positions, normals, tangents, numbers, indirect] = PosedArrays(evaluator);
         VisibilityFrame out;
         out.positions.resize(count);
         out.normals.resize(count);

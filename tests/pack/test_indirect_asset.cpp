@@ -11,6 +11,7 @@
 #include "runtime/shade/shading_set.h"
 #include "sh/sh_rotation.h"
 #include "tests/pack/changed_asset.h"
+#include "tests/posed_vertices.h"
 #include "tests/synthetic_indirect.h"
 
 namespace penumbra {
@@ -100,29 +101,6 @@ TEST(IndirectAsset, RejectsEveryTruncation) {
     expectTruncationsRefused(whole);
 }
 
-struct Shaded {
-    std::vector<Vec3> positions, normals, tangents;
-    std::vector<float> numbers, indirect;
-
-    explicit Shaded(const Evaluator& evaluator)
-        : positions(evaluator.vertexCount()),
-          normals(positions.size()),
-          tangents(positions.size()),
-          numbers(positions.size() * std::size_t(evaluator.asset().model.stride)),
-          indirect(positions.size() * kIndirectStride) {
-        evaluator.skin(0, positions.size(), positions, normals, tangents);
-        for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) {
-            evaluator.evaluateCluster(c, numbers);
-            evaluator.evaluateIndirect(c, indirect);
-        }
-    }
-    std::vector<Vec3> radiance(const ShadingSet& set) const {
-        std::vector<Vec3> out(positions.size());
-        set.shade(0, out.size(), positions, normals, tangents, numbers, {0, 1, 4}, out, indirect);
-        return out;
-    }
-};
-
 // E_ind of a vertex by the definition: the light turned into the local frame, times the numbers.
 Vec3 indirectLight(const ColorAxes& axes, std::span<const float> numbers, const Mat3& to_local,
                    std::span<const float> light) {
@@ -143,16 +121,16 @@ TEST(IndirectAsset, LambertSendsBackTheLightThatBounces) {
     const AssetView asset = openAsset(packed.bytes);
     Evaluator evaluator(asset);
     evaluator.setFrame(2);
-    const Shaded shaded(evaluator);
+    const PosedArrays shaded(evaluator);
     ShadingSet set(asset);
     for (const ShadePath& path : shadePaths()) {
         set.usePath(path);
         set.setBounces(Bounces::kBoth);
-        const std::vector<Vec3> both = shaded.radiance(set);
+        const std::vector<Vec3> both = shaded.shade(set, {0, 1, 4});
         set.setBounces(Bounces::kDirect);
-        const std::vector<Vec3> direct = shaded.radiance(set);
+        const std::vector<Vec3> direct = shaded.shade(set, {0, 1, 4});
         set.setBounces(Bounces::kIndirect);
-        const std::vector<Vec3> indirect = shaded.radiance(set);
+        const std::vector<Vec3> indirect = shaded.shade(set, {0, 1, 4});
         for (std::size_t v = 0; v < both.size(); ++v) {
             const Vec3 light = indirectLight(asset.model.indirect->axes,
                                              std::span(shaded.indirect).subspan(v * kIndirectStride, kIndirectStride),
@@ -186,9 +164,9 @@ TEST(IndirectAsset, AmbientWithBouncesIsWhatUniformLightGives) {
     const AssetView asset = openAsset(packed.bytes);
     Evaluator evaluator(asset);
     evaluator.setFrame(0);
-    const Shaded shaded(evaluator);
+    const PosedArrays shaded(evaluator);
     std::vector<float> e(shaded.positions.size());
-    addBouncedAmbient(asset.model.indirect->axes, 0, e.size(), shaded.indirect, e);
+    addBouncedAmbient(asset.model.indirect->axes, shaded.indirect, e);
     for (std::size_t v = 0; v < e.size(); ++v) {
         const Vec3 mean = indirectCoefficient(
             asset.model.indirect->axes, std::span(shaded.indirect).subspan(v * kIndirectStride, kIndirectStride), 0);

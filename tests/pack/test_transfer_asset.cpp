@@ -13,6 +13,7 @@
 #include "runtime/evaluate/evaluator.h"
 #include "runtime/shade/shading_set.h"
 #include "tests/pack/changed_asset.h"
+#include "tests/posed_vertices.h"
 #include "tests/synthetic_transfer.h"
 #include "tests/use_asset.h"
 
@@ -85,13 +86,11 @@ TEST(TransferAsset, EveryPathEvaluatesTheFormula) {
             const AssetView asset = openAsset(bytes);
             const std::size_t n = model.coefficients(), stride = std::size_t(asset.model.stride);
             const std::vector<double> expected = reference(model, asset.animation.poseOf(1));
-            std::vector<float> numbers(model.mesh.vertexCount() * stride);
-            for (const EvaluatorPath& path : evaluatorPaths()) {
+            for (const TransferPath& path : transferPaths()) {
                 Evaluator evaluator(asset);
-                evaluator.usePath(path);
+                evaluator.transfer()->usePath(path);
                 evaluator.setFrame(1);
-                std::fill(numbers.begin(), numbers.end(), 7.0f);
-                for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) evaluator.evaluateCluster(c, numbers);
+                const std::vector<float> numbers = coefficientsOf(evaluator);
                 for (std::size_t v = 0; v < model.mesh.vertexCount(); ++v)
                     for (std::size_t c = 0; c < stride; ++c)
                         ASSERT_NEAR(numbers[v * stride + c], c < n ? expected[v * n + c] : 0, 3e-6)
@@ -111,10 +110,10 @@ TEST(TransferAsset, LightFirstIsLightTimesTransfer) {
             const ShadingSet set(asset);
             const std::vector<Vec3>& light = set.lightTables().sh();
             const std::size_t n = std::min<std::size_t>(36, light.size()), vertices = model.mesh.vertexCount();
-            for (const EvaluatorPath& path : evaluatorPaths()) {
+            for (const TransferPath& path : transferPaths()) {
                 Evaluator evaluator(asset);
-                evaluator.usePath(path);
-                evaluator.setTransferLight(light);
+                evaluator.transfer()->usePath(path);
+                evaluator.transfer()->setLight(light);
                 evaluator.setFrame(1);
                 std::vector<Vec3> found(vertices);
                 evaluator.transfer()->irradiance(0, vertices, found);
@@ -139,12 +138,9 @@ TEST(TransferAsset, ShadingOfNumbersIsThatOfTheLightFirst) {
     Evaluator evaluator(asset);
     evaluator.setFrame(2);
     const std::size_t vertices = evaluator.vertexCount();
-    std::vector<float> numbers(vertices * std::size_t(asset.model.stride));
-    std::vector<Vec3> positions(vertices), normals(vertices), tangents(vertices), shaded(vertices), lit(vertices);
-    for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) evaluator.evaluateCluster(c, numbers);
-    evaluator.skin(0, vertices, positions, normals, tangents);
-    set.shade(0, vertices, positions, normals, tangents, numbers, {0, 1, 4}, shaded);
-    evaluator.setTransferLight(set.lightTables().sh());
+    const std::vector<Vec3> shaded = PosedArrays(evaluator).shade(set, {0, 1, 4});
+    std::vector<Vec3> lit(vertices);
+    evaluator.transfer()->setLight(set.lightTables().sh());
     evaluator.transfer()->irradiance(0, vertices, lit);
     set.reflect(0, vertices, lit);
     for (std::size_t v = 0; v < vertices; ++v)
@@ -163,7 +159,7 @@ TEST(TransferAsset, AmbientVisibilityIsOneWhereNothingBlocks) {
     evaluator.setFrame(0);
     std::vector<float> numbers(vertices * std::size_t(asset.model.stride)), e(vertices);
     evaluator.evaluateCluster(0, numbers);
-    ambient(asset, 0, vertices, numbers, e);
+    ambient(asset, numbers, e);
     for (const float value : e) EXPECT_NEAR(value, 1, 1e-6);
 }
 
@@ -175,9 +171,7 @@ TEST(TransferAsset, CoarserPrecisionsStayNear) {
         const AssetView asset = openAsset(bytes);
         Evaluator evaluator(asset);
         evaluator.setFrame(1);
-        std::vector<float> numbers(evaluator.vertexCount() * 36);
-        for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) evaluator.evaluateCluster(c, numbers);
-        return numbers;
+        return coefficientsOf(evaluator);
     };
     const std::vector<float> exact = evaluated(AssetPrecision::kF32);
     for (const auto& [precision, bound] : {std::pair(AssetPrecision::kF16, 4e-4), {AssetPrecision::kI8, 6e-3}}) {

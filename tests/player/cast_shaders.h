@@ -61,7 +61,7 @@ struct CastInputs {
             normals.push_back(placed.linear() * at(frame.normals));
             tangents.push_back(placed.linear() * at(frame.tangents));
         }
-        numbers = frame.numbers;
+        numbers = frame.coefficients;
         stride = info.stride;
         left_out[0] = begin;
         left_out[1] = end;

@@ -53,7 +53,7 @@ struct LitSheet {
     std::vector<Vec3> shade(ShadingSet& set, Bounces bounces, std::span<const float> numbers) const {
         set.setBounces(bounces);
         std::vector<Vec3> out(at.positions.size());
-        set.shade(0, out.size(), at.positions, at.normals, at.tangents, numbers, {0.5f, 3, 1}, out, at.indirect);
+        set.shade({at.positions, at.normals, at.tangents, numbers, 0, out.size(), at.indirect}, {0.5f, 3, 1}, out);
         return out;
     }
 };
@@ -65,7 +65,7 @@ TEST(BouncedLooks, LiveLobesReflectWhatComesFromWhereTheSkyIsHidden) {
     ShadingSet set(sheet.asset);
     const std::size_t count = sheet.at.positions.size();
     std::vector<float> e(count), open;
-    ambient(sheet.asset, 0, count, sheet.at.numbers, e);
+    ambient(sheet.asset, sheet.at.numbers, e);
     for (std::size_t v = 0; v < count; ++v) {
         std::vector<float> free = freeSight(sheet.asset.model.convention);
         free.resize(std::size_t(sheet.asset.model.stride));

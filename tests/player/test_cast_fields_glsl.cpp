@@ -106,7 +106,7 @@ private:
 };
 
 // On a ground, anywhere among the characters, and as far away as parts count. Tangents are those of
-// penumbra_scene_probe(): where factors ring above FarConstants::most, E depends on them a little.
+// penumbra_scene_ambient(): where factors ring above FarConstants::most, E depends on them a little.
 void addReceivers(FieldInputs& inputs, std::size_t count) {
     synthetic::Noise noise(5);
     for (std::size_t r = 0; r < count; ++r) {
@@ -130,9 +130,8 @@ TEST(CastFieldsGlsl, GivesWhatTheCpuGivesAtAnyPoint) {
     for (const std::size_t except : {std::size_t(PENUMBRA_NONE), std::size_t(1)}) {
         inputs.left_out[0] = pair.first_of_second;
         inputs.left_out[1] = except == 1 ? inputs.partCount() : pair.first_of_second;
-        ASSERT_EQ(penumbra_scene_probe(pair.scene.get(), except, &inputs.positions[0].x, &inputs.normals[0].x,
-                                       inputs.count(), e.data(), nullptr, nullptr),
-                  PENUMBRA_OK);
+        const penumbra_points points{&inputs.positions[0].x, &inputs.normals[0].x, inputs.count()};
+        ASSERT_EQ(penumbra_scene_ambient(pair.scene.get(), except, &points, e.data(), nullptr), PENUMBRA_OK);
         EXPECT_LT(*std::ranges::min_element(e), 0.3f);
         for (const bool compute : {true, false}) {
             if (!compute && except == 1) continue;  // each program takes seconds to compile
@@ -158,17 +157,15 @@ TEST(CastFieldsGlsl, CastsOnCharactersAsTheSceneDoes) {
         pair.inputs.addVertices(frame, info, affineOf(FieldPair::kPlaces[1]), pair.first_of_second,
                                 pair.inputs.partCount());  // without its own parts
         pair.inputs.texts = castTextOf(pair.assets[1]);
-        ASSERT_EQ(penumbra_scene_cast(pair.scene.get(), 1, pair.characters[1].get(), FieldPair::kPlaces[1], 0,
-                                      info.vertex_count, frame.numbers.data(), nullptr),
-                  PENUMBRA_OK);
+        ASSERT_EQ(frame.cast(pair.scene.get(), 1, pair.characters[1].get(), FieldPair::kPlaces[1]), PENUMBRA_OK);
         const CastProgram program = pair.inputs.program();
         const std::vector<float> results = program.computed();
         const auto worst = [&](const std::vector<float>& expected) {
-            return program.difference(results, kFieldShaders.results, info.number_count, expected, info.stride);
+            return program.difference(results, kFieldShaders.results, info.coefficient_count, expected, info.stride);
         };
         EXPECT_GT(worst(pair.inputs.numbers), 0.1) << "nothing is cast";
-        EXPECT_LT(worst(frame.numbers), 5e-5) << convention;
-        std::printf("%s: numbers within %.1e\n", convention, worst(frame.numbers));
+        EXPECT_LT(worst(frame.coefficients), 5e-5) << convention;
+        std::printf("%s: numbers within %.1e\n", convention, worst(frame.coefficients));
     }
 }
 

@@ -196,18 +196,17 @@ TEST(CastGlsl, CastsOnCharactersAsTheSceneDoes) {
         inputs.addVertices(frame, info, affineOf(CastPair::kPlaces[1]), all / 2, all);  // without its own spheres
         inputs.texts = castTextOf(asset);
         const CastProgram program = inputs.program();
-        ASSERT_EQ(penumbra_scene_cast(pair.scene.get(), 1, pair.characters[1].get(), CastPair::kPlaces[1], 0,
-                                      info.vertex_count, frame.numbers.data(), nullptr),
-                  PENUMBRA_OK);
+        ASSERT_EQ(frame.cast(pair.scene.get(), 1, pair.characters[1].get(), CastPair::kPlaces[1]), PENUMBRA_OK);
         for (const bool compute : {true, false}) {
             const std::vector<float> results = compute ? program.computed() : program.drawn();
             const auto worst = [&](const std::vector<float>& expected) {
-                return program.difference(results, kSphereShaders.results, info.number_count, expected, info.stride);
+                return program.difference(results, kSphereShaders.results, info.coefficient_count, expected,
+                                          info.stride);
             };
             EXPECT_GT(worst(inputs.numbers), 0.1) << "nothing is cast";
-            EXPECT_LT(worst(frame.numbers), 1e-5) << convention;
+            EXPECT_LT(worst(frame.coefficients), 1e-5) << convention;
             std::printf("%s, %s shader: numbers within %.1e\n", convention, compute ? "compute" : "fragment",
-                        worst(frame.numbers));
+                        worst(frame.coefficients));
         }
     }
 }

@@ -149,7 +149,7 @@ TEST(CastShader, AmbientPastNobodyIsOnesOwn) {
         GoldenReceiver receiver(golden, test, "lambert");
         const FrameVertices& own = receiver.vertices;
         std::vector<float> expected(1);
-        ambient(receiver.asset.model.convention, 16, 0, 1, own.numbers, expected);
+        ambient(receiver.asset.model.convention, 16, own.numbers, expected);
         const auto e = [&](CastMode mode) { return castAmbient(mode, receiver.asset.model, own, openCast(mode))[0]; };
         EXPECT_NEAR(e(CastMode::kFolded), expected[0], 1e-5);
         EXPECT_NEAR(e(CastMode::kSphereProduct), expected[0],

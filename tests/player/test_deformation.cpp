@@ -5,6 +5,7 @@
 #include "player/view/playback/position_interpolation.h"
 #include "runtime/evaluate/evaluator.h"
 #include "sh/vertex_normals.h"
+#include "tests/posed_vertices.h"
 #include "tests/runtime/count_allocations.h"
 #include "tests/synthetic_cloth.h"
 
@@ -29,20 +30,6 @@ struct PackedCloth {
     std::size_t frames() const { return asset.animation.frameCount(); }
 };
 
-std::vector<float> numbersOf(const Evaluator& evaluator) {
-    std::vector<float> numbers(evaluator.vertexCount() * std::size_t(evaluator.asset().model.stride));
-    for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) evaluator.evaluateCluster(c, numbers);
-    return numbers;
-}
-
-struct Vertices {
-    std::vector<Vec3> positions, normals, tangents;
-    explicit Vertices(const Evaluator& evaluator)
-        : positions(evaluator.vertexCount()), normals(positions.size()), tangents(positions.size()) {
-        evaluator.skin(0, positions.size(), positions, normals, tangents);
-    }
-};
-
 TEST(Deformation, BonesAreThoseOfTheFitBitByBit) {
     for (const bool two_sided : {false, true}) {
         const PackedCloth cloth({.two_sided = two_sided});
@@ -64,7 +51,7 @@ TEST(Deformation, PositionsBonesAndPoseGiveTheSameNumbers) {
                 const std::size_t size = std::size_t(cloth.model.pose_size);
                 by_pose.setPose(std::span(cloth.model.bones).subspan(4 * f, 4),
                                 std::span(cloth.model.pose).subspan(f * size, size));
-                const std::vector<float> a = numbersOf(by_positions), b = numbersOf(by_pose);
+                const std::vector<float> a = coefficientsOf(by_positions), b = coefficientsOf(by_pose);
                 for (std::size_t i = 0; i < a.size(); ++i) ASSERT_NEAR(a[i], b[i], 2e-5f);  // measured: 3e-6
             }
         }
@@ -75,7 +62,7 @@ TEST(Deformation, NormalsAreOfTheFrontsAndBacksAreTheirOpposites) {
     const MeshView& mesh = cloth.asset.mesh;
     Evaluator evaluator(cloth.asset);
     evaluator.setPositions(cloth.points(3), cloth.inputs(3));
-    const Vertices v(evaluator);
+    const PosedArrays v(evaluator);
     std::vector<Vec3> expected(mesh.pointCount());
     std::vector<Vec3d> scratch(mesh.pointCount());
     std::vector<std::uint32_t> triangles;
@@ -104,15 +91,15 @@ TEST(Deformation, ARigidMotionOfEverythingChangesNoNumber) {
     const Vec3 ball = motion.point({inputs[1], inputs[2], inputs[3]});
     for (int i = 0; i < 3; ++i) inputs[std::size_t(1 + i)] = ball[i];
     moved.setPositions(points, inputs);
-    const std::vector<float> a = numbersOf(still), b = numbersOf(moved);
+    const std::vector<float> a = coefficientsOf(still), b = coefficientsOf(moved);
     for (std::size_t i = 0; i < a.size(); ++i) ASSERT_NEAR(a[i], b[i], 2e-4f);
     inputs[0] += 0.5f;
     moved.setPositions(points, inputs);
-    EXPECT_NE(numbersOf(moved), b) << "the number is read";
+    EXPECT_NE(coefficientsOf(moved), b) << "the number is read";
     inputs[0] -= 0.5f;
     inputs[2] += 0.3f;
     moved.setPositions(points, inputs);
-    EXPECT_NE(numbersOf(moved), b) << "the ball is read";
+    EXPECT_NE(coefficientsOf(moved), b) << "the ball is read";
 }
 
 TEST(Deformation, AFrameIsItsPlaybackPositions) {
@@ -123,8 +110,8 @@ TEST(Deformation, AFrameIsItsPlaybackPositions) {
         by_frame.setFrame(f);
         readPositions(cloth.asset, f, points);
         by_positions.setPositions(points, cloth.inputs(f));
-        EXPECT_EQ(numbersOf(by_frame), numbersOf(by_positions));
-        EXPECT_EQ(Vertices(by_frame).positions, Vertices(by_positions).positions);
+        EXPECT_EQ(coefficientsOf(by_frame), coefficientsOf(by_positions));
+        EXPECT_EQ(PosedArrays(by_frame).positions, PosedArrays(by_positions).positions);
     }
 }
 

@@ -39,8 +39,8 @@ Vec3 shadeOne(const Convention& convention, const BrdfLobe& lobe, const LightVie
     VertexShader shader(convention, convention.size(), liveMaterial(lobe), light, {Reflectance::kSlices, form});
     shader.usePath(path);
     std::vector<Vec3> radiance(1);
-    const Vec3 tangent{frame.m[0], frame.m[1], frame.m[2]}, normal{frame.m[6], frame.m[7], frame.m[8]};
-    shader.shade(0, 1, std::vector<Vec3>(1), std::vector{normal}, std::vector{tangent}, numbers, view * 5.0f, radiance);
+    const Vec3 origin, tangent{frame.m[0], frame.m[1], frame.m[2]}, normal{frame.m[6], frame.m[7], frame.m[8]};
+    shader.shade({{&origin, 1}, {&normal, 1}, {&tangent, 1}, numbers, 0, 1}, view * 5.0f, radiance);
     return radiance[0];
 }
 
@@ -183,8 +183,7 @@ TEST(LiveShading, ChangingTheExponentMakesNothing) {
     evaluateFrame(shot, VisibilitySource::kModel, evaluator, 1, vertices);
     const auto shade = [&](const ShadingSet& with) {
         std::vector<Vec3> radiance(vertices.positions.size());
-        with.shade(0, radiance.size(), vertices.positions, vertices.normals, vertices.tangents, vertices.numbers,
-                   {0.5f, 1, 3}, radiance);
+        with.shade(vertices.range(0, radiance.size()), {0.5f, 1, 3}, radiance);
         return radiance;
     };
     const std::vector<Vec3> before = shade(set);

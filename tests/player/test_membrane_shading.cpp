@@ -55,7 +55,7 @@ struct OnePoint {
         ShadingSet set(asset);
         set.usePath(path);
         std::vector<Vec3> radiance(2);
-        set.shade(0, 2, positions, normals, tangents, numbers, {0, 0, 5}, radiance);
+        set.shade({positions, normals, tangents, numbers, 0, 2}, {0, 0, 5}, radiance);
         return radiance;
     }
 };
@@ -187,8 +187,7 @@ TEST(MembraneShading, SunsComeThroughInPictures) {
             std::vector<Vec3> soft;
             shadeFrame(set, at, view.eye, 1, soft);
             std::vector<Vec3> whole = soft;
-            set.addSuns(0, whole.size(), at.positions, at.normals, at.tangents, std::vector<float>(whole.size(), 1.0f),
-                        view.eye, whole);
+            set.addSuns(at.range(0, whole.size()), std::vector<float>(whole.size(), 1.0f), view.eye, whole);
             const Image without = drawn([&] { plain.draw(view, at.positions, soft); });
             const Image expected = drawn([&] { plain.draw(view, at.positions, whole); });
             sunlit.upload(at.positions, soft, {at.normals, at.tangents, lobes});
@@ -222,7 +221,7 @@ TEST(MembraneShading, BothSidesAreMixedInAnyPieces) {
     const std::size_t count = at.positions.size();
     std::vector<Vec3> whole(count), pieces(count), white(count);
     const auto shade = [&](std::size_t begin, std::size_t end, std::vector<Vec3>& out) {
-        set.shade(begin, end, at.positions, at.normals, at.tangents, at.numbers, {0, 3, 0}, out);
+        set.shade(at.range(begin, end), {0, 3, 0}, out);
     };
     const std::size_t allocations = allocationCount();
     shade(0, count, whole);

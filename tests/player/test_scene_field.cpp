@@ -164,8 +164,8 @@ TEST_F(SceneFieldTest, ShadowsCharactersByItsHorizonAtTheirVertices) {
     const FrameVertices shadowed = memberVertices(walled, 0, 1);
     const ModelView& model = walled.members()[0]->asset->view.model;
     std::vector<float> before(own.positions.size()), after(before.size());
-    ambient(model.convention, model.stride, 0, before.size(), own.numbers, before);
-    ambient(model.convention, model.stride, 0, before.size(), shadowed.numbers, after);
+    ambient(model.convention, model.stride, own.numbers, before);
+    ambient(model.convention, model.stride, shadowed.numbers, after);
     for (std::size_t v = 0; v < before.size(); ++v) EXPECT_LT(after[v], before[v] + 0.03f) << v;
     // Light that bounces fades by the share of a white sky that is left.
     std::vector<float> numbers(4 * std::size_t(model.stride)), bounced(4 * kIndirectStride, 2.0f);

@@ -57,7 +57,7 @@ FrameVertices alone(const PosedScene& scene, std::size_t member) {
 std::vector<float> ambientOf(const PosedScene& scene, std::size_t member, const FrameVertices& vertices) {
     const ModelView& model = scene.members()[member]->asset->view.model;
     std::vector<float> e(vertices.positions.size());
-    ambient(model.convention, int(model.stride), 0, e.size(), vertices.numbers, e);
+    ambient(model.convention, model.stride, vertices.numbers, e);
     return e;
 }
 

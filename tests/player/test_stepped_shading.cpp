@@ -75,8 +75,7 @@ struct PosedAsset {
     }
     void shade(const ShadingSet& set, std::vector<Vec3>& radiance) const {
         radiance.resize(vertices.positions.size());
-        set.shade(0, radiance.size(), vertices.positions, vertices.normals, vertices.tangents, vertices.numbers,
-                  {0.5f, 1, 3}, radiance);
+        set.shade(vertices.range(0, radiance.size()), {0.5f, 1, 3}, radiance);
     }
 };
 

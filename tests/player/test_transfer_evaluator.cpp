@@ -22,11 +22,11 @@ TEST(TransferEvaluator, AFrameAllocatesNothing) {
         Evaluator evaluator(asset);
         std::vector<Vec3> radiance(evaluator.vertexCount());
         std::vector<float> numbers(radiance.size() * std::size_t(asset.model.stride));
-        evaluator.setTransferLight(set.lightTables().sh());
+        evaluator.transfer()->setLight(set.lightTables().sh());
         const std::size_t before = allocationCount();
         evaluator.setFrame(1);
         set.setLightRotation({{0, 0, 1, 0, 1, 0, -1, 0, 0}});
-        evaluator.setTransferLight(set.lightTables().sh());
+        evaluator.transfer()->setLight(set.lightTables().sh());
         evaluator.transfer()->irradiance(0, radiance.size(), radiance);
         evaluator.evaluateCluster(0, numbers);
         EXPECT_EQ(allocationCount() - before, 0u);
@@ -40,14 +40,14 @@ TEST(TransferEvaluator, FollowsTheLight) {
     Evaluator evaluator(asset);
     evaluator.setFrame(0);
     std::vector<Vec3> light(25, Vec3{0.1f, 0.2f, 0.3f}), dark(1), bright(1), again(1);
-    evaluator.setTransferLight(light);
+    evaluator.transfer()->setLight(light);
     evaluator.transfer()->irradiance(7, 8, dark);
     light[3] = {1, 1, 1};
-    evaluator.setTransferLight(light);
+    evaluator.transfer()->setLight(light);
     evaluator.transfer()->irradiance(7, 8, bright);
     EXPECT_NE(dark, bright);
     light[3] = {0.1f, 0.2f, 0.3f};
-    evaluator.setTransferLight(light);
+    evaluator.transfer()->setLight(light);
     evaluator.transfer()->irradiance(7, 8, again);
     EXPECT_EQ(dark, again);
 }

@@ -344,7 +344,7 @@ struct Skinned {
             const auto at = [&](std::size_t v) {
                 return Receiver{points.positions[v], points.normals[v], points.tangents[v]};
             };
-            seen += castOnCluster(cast, {}, evaluator, c, begin, end, at,
+            seen += castOnCluster(cast, {}, {evaluator, c, begin, end}, at,
                                   std::span(out).subspan(begin * kFarNumbers, (end - begin) * kFarNumbers));
         }
         return seen;

@@ -8,6 +8,7 @@
 #include "sh/quadrature.h"
 #include "sh/reflectance.h"
 #include "tests/difference.h"
+#include "tests/posed_vertices.h"
 #include "tests/runtime/count_allocations.h"
 #include "tests/synthetic_composition.h"
 
@@ -28,10 +29,8 @@ Packed pack(const Model& model, AssetPrecision precision) {
 }
 
 std::vector<float> numbersOf(Evaluator& evaluator, std::span<const Affine> bones) {
-    std::vector<float> numbers(evaluator.vertexCount() * std::size_t(evaluator.asset().model.stride), -7.0f);
     evaluator.setPose(bones, {});
-    for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) evaluator.evaluateCluster(c, numbers);
-    return numbers;
+    return coefficientsOf(evaluator);
 }
 
 // Returns what the clusters alone predict. The mean is raised on the way, so that no vertex is clamped.
@@ -47,7 +46,7 @@ std::vector<float> clustersAlone(Model model, std::vector<ClusterModel> clusters
     const AssetView asset = openAsset(packed.bytes);
     Evaluator evaluator(asset);
     std::vector<float> numbers = numbersOf(evaluator, bones), e(evaluator.vertexCount());
-    ambient(asset.model.convention, asset.model.stride, 0, e.size(), numbers, e);
+    ambient(asset, numbers, e);
     for (float value : e) EXPECT_TRUE(value > 0.001f && value < 0.999f) << "clamped: " << value;
     if (!raise) return numbers;
     std::size_t at = 0;
@@ -257,10 +256,8 @@ TEST(ComposedEvaluator, ARigOfOnePartHasNoFarPart) {
     const AssetView composed = openAsset(a.bytes), plain = openAsset(b.bytes);
     Evaluator first(composed), second(plain);
     const auto numbers = [](Evaluator& evaluator) {
-        std::vector<float> out(evaluator.vertexCount() * std::size_t(evaluator.asset().model.stride));
         evaluator.setFrame(1);
-        for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) evaluator.evaluateCluster(c, out);
-        return out;
+        return coefficientsOf(evaluator);
     };
     for (const EvaluatorPath& path : evaluatorPaths()) {
         first.usePath(path);
@@ -327,7 +324,7 @@ TEST(ComposedEvaluator, NoPoseMakesItExplode) {
             evaluator.usePath(path);
             const std::vector<float> numbers = numbersOf(evaluator, bones);
             EXPECT_GT(largestMagnitude(numbers), 0.3) << size;
-            ambient(asset.model.convention, asset.model.stride, 0, e.size(), numbers, e);
+            ambient(asset, numbers, e);
             for (float value : e) EXPECT_TRUE(value >= -1e-5f && value <= 1 + 1e-5f) << size << " " << value;
         }
     }
@@ -367,7 +364,7 @@ TEST(ComposedEvaluator, NothingPopsOverAThousandFrames) {
     for (int frame = 0; frame < 1000; ++frame) {
         evaluator.setPose(curl(model, 1.25 * frame / 1000), {});
         for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) evaluator.evaluateFar(c, far);
-        ambient(parseConvention("D6"), int(kFarNumbers), 0, count, far, e.emplace_back(count));
+        ambient(parseConvention("D6"), int(kFarNumbers), far, e.emplace_back(count));
     }
     Largest largest, jump, range;
     for (std::size_t v = 0; v < count; ++v)

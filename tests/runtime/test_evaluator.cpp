@@ -7,6 +7,7 @@
 #include "runtime/shade/shading.h"
 #include "tests/difference.h"
 #include "tests/no_simd.h"
+#include "tests/posed_vertices.h"
 #include "tests/runtime/count_allocations.h"
 #include "tests/synthetic_model.h"
 
@@ -158,10 +159,8 @@ ReferencePose referencePose(const Model& model, std::size_t frame) {
 
 std::vector<float> evaluate(Evaluator& evaluator, std::size_t frame) {
     const AssetView& asset = evaluator.asset();
-    std::vector<float> numbers(evaluator.vertexCount() * std::size_t(asset.model.stride), -7.0f);
     evaluator.setPose(asset.animation.bonesOf(frame), asset.animation.poseOf(frame));
-    for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) evaluator.evaluateCluster(c, numbers);
-    return numbers;
+    return coefficientsOf(evaluator);
 }
 
 // --- Tests ----------------------------------------------------------------------------------------------------------
@@ -226,7 +225,7 @@ TEST(Evaluator, NoPoseMakesItExplode) {
             for (const EvaluatorPath& path : evaluatorPaths()) {
                 evaluator.usePath(path);
                 for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) evaluator.evaluateCluster(c, numbers);
-                ambient(asset.model.convention, asset.model.stride, 0, e.size(), numbers, e);
+                ambient(asset, numbers, e);
                 for (float value : e)
                     EXPECT_TRUE(value >= -1e-5f && value <= 1 + 1e-5f) << nameOf(kind) << " " << value;
                 EXPECT_GT(largestOf(e), 0.3) << "not all is dark";

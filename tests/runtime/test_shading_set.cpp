@@ -13,6 +13,7 @@
 #include "sh/sh_rotation.h"
 #include "sh/zonal.h"
 #include "tests/difference.h"
+#include "tests/posed_vertices.h"
 #include "tests/runtime/count_allocations.h"
 #include "tests/runtime/synthetic_asset.h"
 
@@ -40,47 +41,31 @@ Mat3 rotationOf(const char* text) {
     return out;
 }
 
-// The vertices of one posed frame.
-struct Posed {
-    std::vector<Vec3> positions, normals, tangents;
-    std::vector<float> numbers;
-    Vec3 eye{0.5f, 1, 3};
+constexpr Vec3 kEye{0.5f, 1, 3};
 
-    explicit Posed(const AssetView& asset) {
-        Evaluator evaluator(asset);
-        const std::size_t count = evaluator.vertexCount();
-        positions.resize(count), normals.resize(count), tangents.resize(count);
-        numbers.resize(count * std::size_t(asset.model.stride));
-        evaluator.setPose(asset.animation.bonesOf(1), {});
-        evaluator.skin(0, count, positions, normals, tangents);
-        for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) evaluator.evaluateCluster(c, numbers);
-    }
-    template <class Shader>
-    std::vector<Vec3> shade(const Shader& shader, std::size_t piece = 1 << 20) const {
-        std::vector<Vec3> radiance(positions.size());
-        for (std::size_t at = 0; at < positions.size(); at += piece)
-            shader.shade(at, std::min(positions.size(), at + piece), positions, normals, tangents, numbers, eye,
-                         radiance);
-        return radiance;
-    }
-};
+// The vertices of one posed frame.
+PosedArrays posedAt1(const AssetView& asset) {
+    Evaluator evaluator(asset);
+    evaluator.setPose(asset.animation.bonesOf(1), {});
+    return PosedArrays(evaluator);
+}
 
 // Equality is bit for bit, in pieces of any size, as each vertex sees the same operations in its lane.
 TEST(ShadingSet, EveryPartHasItsMaterial) {
     for (const char* convention : {"D5", "A4"}) {
         const SyntheticAsset data({.convention = convention, .rings = 8, .slots = 3});
-        const Posed posed(data.asset);
+        const PosedArrays posed = posedAt1(data.asset);
         for (const ShadingChoice& choice : kChoices) {
             ShadingSet set(data.asset, choice);
             EXPECT_EQ(set.slotCount(), 3u);
             for (const std::array<std::size_t, 3>& materials : {std::array<std::size_t, 3>{0, 1, 2}, {2, 2, 1}}) {
                 for (std::size_t s = 0; s < 3; ++s) set.setMaterial(s, materials[s]);
-                const std::vector<Vec3> radiance = posed.shade(set), pieces = posed.shade(set, 13);
+                const std::vector<Vec3> radiance = posed.shade(set, kEye), pieces = posed.shade(set, kEye, 13);
                 EXPECT_EQ(radiance, pieces);
                 for (std::size_t s = 0; s < 3; ++s) {
                     const VertexShader one(data.asset.model.convention, data.asset.model.stride,
                                            data.asset.materials[materials[s]], data.asset.lights[0], choice);
-                    const std::vector<Vec3> expected = posed.shade(one);
+                    const std::vector<Vec3> expected = posed.shade(one, kEye);
                     for (std::size_t v = s; v < radiance.size(); v += 3)  // vertex v belongs to part v % 3
                         EXPECT_EQ(radiance[v], expected[v]) << nameOf(choice) << " vertex " << v;
                 }
@@ -108,12 +93,12 @@ TEST(ShadingSet, EveryWayGivesTheSameRadiance) {
     for (const int order : {1, 2, 4, 8})
         for (const char* convention : {"D5", "A4"}) {
             const SyntheticAsset data({.convention = convention, .rings = 8, .light_order = order, .slots = 3});
-            const Posed posed(data.asset);
+            const PosedArrays posed = posedAt1(data.asset);
             std::vector<Vec3> expected;
             for (const ShadingChoice& choice : kChoices) {
                 ShadingSet set(data.asset, choice);
                 set.setLightRotation(rotationOf("yaw=40,pitch=-25,roll=160"));
-                const std::vector<Vec3> radiance = posed.shade(set);
+                const std::vector<Vec3> radiance = posed.shade(set, kEye);
                 if (expected.empty()) expected = radiance;
                 EXPECT_LT(largestDifference(radiance, expected), 2e-6f) << nameOf(choice) << " order " << order;
             }
@@ -143,7 +128,7 @@ TEST(ShadingSet, RotationIsExactAtThePoles) {
     for (const bool rotation : {false, true}) {
         const VertexShader shader(parseConvention("D5"), 15, material, view,
                                   {Reflectance::kSlices, rotation ? LightForm::kRotation : LightForm::kFixed});
-        shader.shade(0, positions.size(), positions, normals, tangents, numbers, {1, 2, 3}, radiance[rotation]);
+        shader.shade({positions, normals, tangents, numbers, 0, positions.size()}, {1, 2, 3}, radiance[rotation]);
     }
     EXPECT_LT(largestDifference(radiance[0], radiance[1]), 1e-6f);
 }
@@ -165,7 +150,7 @@ TEST(ShadingSet, FittedLobesAreTheLightThatTheyAddUpTo) {
         }
     const std::vector<float> sh(light.begin(), light.end());
     data.asset.lights = {{"lobes", 4, sh, {directions, z}}};
-    const Posed posed(data.asset);
+    const PosedArrays posed = posedAt1(data.asset);
     const Mat3 rotation = rotationOf("yaw=25,roll=110");
     ShadingSet lobes(data.asset, {Reflectance::kSlices, LightForm::kLobes}), exact(data.asset);
     for (std::size_t m = 0; m < 3; ++m) {
@@ -173,7 +158,7 @@ TEST(ShadingSet, FittedLobesAreTheLightThatTheyAddUpTo) {
             set->setMaterial(m);
             set->setLightRotation(rotation);
         }
-        EXPECT_LT(largestDifference(posed.shade(lobes), posed.shade(exact)), 1e-6f);
+        EXPECT_LT(largestDifference(posed.shade(lobes, kEye), posed.shade(exact, kEye)), 1e-6f);
     }
 }
 
@@ -182,15 +167,16 @@ TEST(ShadingSet, FittedLobesAreTheLightThatTheyAddUpTo) {
 TEST(ShadingSet, EveryPathAgreesWithThePortableOne) {
     for (const int order : {1, 3, 4, 8}) {
         const SyntheticAsset data({.rings = 6, .light_order = order, .slots = 3});
-        const Posed posed(data.asset);
+        const PosedArrays posed = posedAt1(data.asset);
         for (const ShadingChoice& choice : kChoices) {
             ShadingSet set(data.asset, choice);
             set.setLightRotation(rotationOf("axis=1/2/3,angle=50"));
             set.usePath(shadePaths().front());
-            const std::vector<Vec3> expected = posed.shade(set);
+            const std::vector<Vec3> expected = posed.shade(set, kEye);
             for (const ShadePath& path : shadePaths()) {
                 set.usePath(path);
-                EXPECT_LT(largestDifference(posed.shade(set), expected), 1e-6f) << path.name << " " << nameOf(choice);
+                EXPECT_LT(largestDifference(posed.shade(set, kEye), expected), 1e-6f)
+                    << path.name << " " << nameOf(choice);
             }
         }
     }
@@ -200,7 +186,7 @@ TEST(ShadingSet, EveryPathAgreesWithThePortableOne) {
 // light that is switched on is turned as the one before. Radiances reach 1. Measured: 2.4e-7.
 TEST(ShadingSet, TurnsTheLightAsItsCoefficientsTurn) {
     const SyntheticAsset data({.rings = 8});
-    const Posed posed(data.asset);
+    const PosedArrays posed = posedAt1(data.asset);
     const Mat3 rotation = rotationOf("yaw=70,pitch=20,roll=-30");
     const LightView& sky = data.asset.lights[0];
     std::vector<float> turned(sky.sh.size());
@@ -218,13 +204,13 @@ TEST(ShadingSet, TurnsTheLightAsItsCoefficientsTurn) {
         set.setLight(1);
         set.setLightRotation(rotation);
         set.setLight(0);
-        EXPECT_LT(largestDifference(posed.shade(set), posed.shade(expected)), 1e-6f) << int(form);
+        EXPECT_LT(largestDifference(posed.shade(set, kEye), posed.shade(expected, kEye)), 1e-6f) << int(form);
     }
 }
 
 TEST(ShadingSet, SwitchingAllocatesNothing) {
     const SyntheticAsset data({.rings = 6, .light_order = 6, .slots = 3});
-    const Posed posed(data.asset);
+    const PosedArrays posed = posedAt1(data.asset);
     std::vector<Vec3> radiance(posed.positions.size());
     const Mat3 rotation = rotationOf("yaw=70");
     for (const ShadingChoice& choice : kChoices) {
@@ -235,8 +221,7 @@ TEST(ShadingSet, SwitchingAllocatesNothing) {
             set.setMaterial(i % 3, i % 2);
             set.setLight(i % 2);
             set.setLightRotation(rotation);
-            set.shade(0, radiance.size(), posed.positions, posed.normals, posed.tangents, posed.numbers, posed.eye,
-                      radiance);
+            set.shade(posed.all(), kEye, radiance);
         }
         EXPECT_EQ(allocationCount(), before) << nameOf(choice);
         EXPECT_GT(set.materialVersion(), materials);
@@ -277,7 +262,7 @@ TEST(Operators, AreThePapersFormula) {
                                           {Reflectance::kOperators, LightForm::kRotation});
                 const Vec3 p{}, n{0, 0, 1}, t{1, 0, 0}, eye{0.3f, 0.5f, 0.9f};  // local frame = model frame
                 Vec3 radiance;
-                shader.shade(0, 1, {&p, 1}, {&n, 1}, {&t, 1}, v, eye, {&radiance, 1});
+                shader.shade({{&p, 1}, {&n, 1}, {&t, 1}, v, 0, 1}, eye, {&radiance, 1});
 
                 std::vector<double> y(25);
                 evalBasis(5, normalized(toDouble(eye)), y);

@@ -37,14 +37,13 @@ void ErrorStrip::addCluster() {
     const std::size_t end = begin + model.clusters[cluster_].vertex_count;
     evaluator_->skin(begin, end, vertices_.positions, vertices_.normals, vertices_.tangents);
     evaluator_->evaluateCluster(cluster_, vertices_.numbers);
-    if (asset.transfer)
-        transferFromTruth(*truth_, *truth_frame_, asset.transfer->order, model.stride, begin, end, vertices_.normals,
-                          truth_numbers_);
-    else
-        numbersFromTruth(*truth_, *truth_frame_, model.convention, model.stride, begin, end, asset.mesh.shading_point,
-                         vertices_.normals, vertices_.tangents, truth_numbers_);
-    ambient(asset, begin, end, vertices_.numbers, model_ambient_);
-    ambient(asset, begin, end, truth_numbers_, true_ambient_);
+    coefficientsFromTruth(*truth_, *truth_frame_, asset, vertices_.range(begin, end), truth_numbers_);
+    const std::size_t stride = std::size_t(model.stride), count = end - begin;
+    const auto ambientTo = [&](std::span<const float> numbers, std::span<float> e) {
+        ambient(asset, numbers.subspan(begin * stride, count * stride), e.subspan(begin, count));
+    };
+    ambientTo(vertices_.numbers, model_ambient_);
+    ambientTo(truth_numbers_, true_ambient_);
     for (std::size_t v = begin; v < end; ++v) {
         const float error = std::abs(model_ambient_[v] - true_ambient_[v]);
         sum_ += double(error);

@@ -1,5 +1,5 @@
 // Adds up rows for 16 vertices at a time: transfer_kernel.h has the formula.
-#include "runtime/evaluate/transfer_kernel.h"
+#include "runtime/papers/transfer_kernel.h"
 #include "sh/lanes.h"
 
 namespace penumbra {

@@ -5,7 +5,7 @@
 // Here: shading is linear in the transfer and in the light, so the maps are summed over the light first. That leaves
 // one map a colour channel, a third of a twelfth of the work at order 6, and a light that does not change costs
 // nothing.
-#include "runtime/evaluate/transfer_evaluator.h"
+#include "runtime/papers/transfer_evaluator.h"
 
 #include <algorithm>
 #include <cassert>
@@ -151,9 +151,10 @@ void TransferEvaluator::transfer(std::size_t begin, std::size_t end, std::size_t
     }
 }
 
-void transferAmbientWeights(std::span<float> weights) {
-    std::fill(weights.begin(), weights.end(), 0.0f);
-    weights[0] = float(2 / std::sqrt(std::numbers::pi));
+void transferAmbient(int stride, std::span<const float> transfer, std::span<float> e) {
+    assert(transfer.size() == e.size() * std::size_t(stride));
+    for (std::size_t v = 0; v < e.size(); ++v)
+        e[v] = float(2 / std::sqrt(std::numbers::pi)) * transfer[v * std::size_t(stride)];
 }
 
 }  // namespace penumbra

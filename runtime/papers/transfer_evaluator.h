@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "formats/asset/asset_file.h"
-#include "runtime/evaluate/transfer_kernel.h"
+#include "runtime/papers/transfer_kernel.h"
 
 namespace penumbra {
 
@@ -49,7 +49,7 @@ private:
     void scoreLight();
 };
 
-// Returns the weights of E in the numbers of an asset of transfer: E is 2 / sqrt(pi) times the first coefficient.
-void transferAmbientWeights(std::span<float> weights);
+// Computes E [V] of transfer [V * stride]: 2 / sqrt(pi) times the first coefficient.
+void transferAmbient(int stride, std::span<const float> transfer, std::span<float> e);
 
 }  // namespace penumbra

@@ -1,0 +1,63 @@
+#include "runtime/evaluate/skinning.h"
+
+#include <algorithm>
+#include <cassert>
+
+#include "sh/tangent.h"
+
+namespace penumbra {
+
+namespace {
+
+// Blends the bones that move a vertex, by its weights (linear blend skinning).
+Affine blendBones(const MeshView& mesh, std::size_t vertex, std::span<const Affine> bones) {
+    Affine blend;
+    blend.m.fill(0);
+    const std::size_t first = vertex * std::size_t(mesh.influences);
+    for (std::size_t k = first; k < first + std::size_t(mesh.influences); ++k) {
+        const float weight = mesh.skin_weights[k];
+        if (weight == 0) continue;
+        const Affine& bone = bones[mesh.skin_joints[k]];
+        for (int e = 0; e < 12; ++e) blend.m[e] += weight * bone.m[e];
+    }
+    return blend;
+}
+
+}  // namespace
+
+Receiver PosedMesh::vertex(std::size_t vertex, std::size_t cluster) const {
+    const MeshView& mesh = asset->mesh;
+    Receiver out;
+    if (asset->model.deforming) {
+        const std::size_t point = mesh.pointOf(vertex);
+        out.position = points[point];
+        out.normal = mesh.isBack(vertex) ? -point_normals[point] : point_normals[point];
+    } else {
+        const Affine blend = blendBones(mesh, vertex, pose->bones());
+        out.position = blend.point(mesh.positions[vertex]);
+        out.normal = normalized(cofactor(blend.linear()) * mesh.normals[vertex]);
+    }
+    const Mat3& turn = pose->rotation(asset->model.clusters[cluster].joint);
+    out.tangent = tangentOf(out.normal, mesh.tangents.empty() ? Vec3{} : turn * mesh.tangents[vertex]);
+    return out;
+}
+
+void PosedMesh::skin(std::size_t begin, std::span<Vec3> positions, std::span<Vec3> normals,
+                     std::span<Vec3> tangents) const {
+    assert(begin + positions.size() <= asset->mesh.positions.size());
+    const std::vector<ClusterView>& clusters = asset->model.clusters;
+    // Clusters are contiguous ranges of vertices: find the one that has `begin`, then go along.
+    const auto after = std::upper_bound(clusters.begin(), clusters.end(), begin,
+                                        [](std::size_t v, const ClusterView& c) { return v < c.first_vertex; });
+    std::size_t cluster = std::size_t(after - clusters.begin()) - 1;
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+        const std::size_t v = begin + i;
+        if (v >= clusters[cluster].first_vertex + std::size_t(clusters[cluster].vertex_count)) ++cluster;
+        const Receiver one = vertex(v, cluster);
+        positions[i] = one.position;
+        normals[i] = one.normal;
+        tangents[i] = one.tangent;
+    }
+}
+
+}  // namespace penumbra
