@@ -2,7 +2,7 @@
 // The flags of scenes: the time, and how the shadow of others joins a receiver's own visibility.
 #include "formats/common/command_line.h"
 #include "formats/common/options.h"
-#include "player/scene/cast_way.h"
+#include "player/papers/cast_way.h"
 
 namespace penumbra {
 

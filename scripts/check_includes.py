@@ -56,13 +56,14 @@ MAY_INCLUDE = {
     "player/gl": SH | RUNTIME | FORMATS,
     "player/frame": SH | RUNTIME | {"player/gl"} | FORMATS,
     "player/draw": SH | RUNTIME | {"player/gl", "player/frame"} | FORMATS,
-    "player/scene": SH | RUNTIME | {"player/frame", "player/gl"} | FORMATS,
-    **{f"player/{room}": SH | RUNTIME | {"player/gl", "player/frame", "player/draw", "player/scene"} | FORMATS
+    "player/papers": SH | RUNTIME | {"player/frame", "player/gl"} | FORMATS,
+    "player/scene": SH | RUNTIME | {"player/frame", "player/gl", "player/papers"} | FORMATS,
+    **{f"player/{room}": SH | RUNTIME | {"player/gl", "player/frame", "player/draw", "player/papers", "player/scene"} | FORMATS
        for room in ("render", "view/playback")},
-    "player/view": SH | RUNTIME | {"player/gl", "player/frame", "player/draw", "player/scene", "player/view/playback"} | FORMATS,
+    "player/view": SH | RUNTIME | {"player/gl", "player/frame", "player/draw", "player/papers", "player/scene", "player/view/playback"} | FORMATS,
     "player/view/window": SH | RUNTIME | VIEW | {"player/gl", "player/frame", "player/draw", "player/scene"} | FORMATS,
     "player/bench": SH | RUNTIME | {"player/gl", "player/frame", "player/draw", "player/render", "player/scene"} | FORMATS,
-    "player": SH | RUNTIME | {"player/gl", "player/frame", "player/draw", "player/render", "player/scene",
+    "player": SH | RUNTIME | {"player/gl", "player/frame", "player/draw", "player/render", "player/papers", "player/scene",
                "player/bench"} | VIEW | FORMATS,
 }
 # The evaluator that engines link may see the asset format and what is in every program, but no other file format.

@@ -16,6 +16,7 @@ struct Camera {
     double pitch = 0;     // radians; positive moves the camera up
     double distance = 1;  // model units
     double vertical_fov = 0.6;  // radians
+    bool operator==(const Camera&) const = default;
 };
 
 // Parses any subset of "yaw=30,pitch=10,fov=35,distance=3,target=0/1/0", in degrees; "" means all defaults. What is not

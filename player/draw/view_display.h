@@ -13,6 +13,7 @@ enum class ToneMap {
 struct DisplayTransform {
     float exposure = 1;  // factor on the radiance, > 0
     ToneMap tone_map = ToneMap::kOff;
+    bool operator==(const DisplayTransform&) const = default;
 };
 
 }  // namespace penumbra

@@ -7,8 +7,8 @@
 #include "formats/scene/scene_placement.h"
 #include "player/frame/mirror_sight.h"
 #include "player/frame/truth_frames.h"
+#include "player/papers/sphere_cast.h"
 #include "player/scene/scene_suns.h"
-#include "player/scene/sphere_cast.h"
 #include "sh/bounding_box.h"
 
 namespace penumbra {

@@ -6,7 +6,7 @@
 
 #include "player/frame/lobe_table.h"
 #include "player/frame/shot.h"
-#include "player/scene/cast_shader.h"
+#include "player/papers/cast_shader.h"
 #include "player/scene/posed_scene.h"
 
 namespace penumbra {

@@ -6,7 +6,7 @@
 #include "formats/scene/bone_poses.h"
 #include "player/frame/frame_values.h"
 #include "player/frame/open_asset.h"
-#include "player/scene/cast_way.h"
+#include "player/papers/cast_way.h"
 #include "player/scene/scene_field.h"
 #include "runtime/cast/cast_shadow.h"
 

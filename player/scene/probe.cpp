@@ -8,15 +8,13 @@
 
 #include "formats/common/errors.h"
 #include "formats/common/parallel_for.h"
-#include "player/scene/cast_shader.h"
-#include "player/scene/sphere_cast.h"
-#include "sh/cast/cast_fold.h"
+#include "player/papers/folded_light.h"
+#include "player/papers/sphere_cast.h"
 #include "sh/far/far_kernel.h"
 #include "sh/far/far_tables.h"
 #include "sh/quadrature.h"
 #include "sh/sh_basis.h"
 #include "sh/tangent.h"
-#include "sh/zonal.h"
 
 namespace penumbra {
 
@@ -46,15 +44,13 @@ ProbePoint parsePoint(std::string_view line, const std::string& where) {
 class Integrals {
 public:
     // `suns` outlives this object.
-    Integrals(const PosedScene& scene, const SceneSuns& suns) : directions_(gaussHemisphere(16, 32)) {
+    Integrals(const PosedScene& scene, const SceneSuns& suns)
+        : directions_(gaussHemisphere(16, 32)), folded_(scene.castWay().mode, scene.light(), scene.lightRotation()) {
         light_ = scene.light();
         if (light_) light_sh_ = suns.suns.empty() ? light_->sh : std::span<const float>(suns.remainder);
         to_light_ = transposed(scene.lightRotation());
         std::vector<double> y(kFieldNumbers);
         const std::vector<int> even = evenIndices(kFieldOrder);
-        const CastMode mode = scene.castWay().mode;
-        if (light_ && (mode == CastMode::kFolded || mode == CastMode::kHemisphereShare))
-            fold_ = makeCastFold(light_->order, turnedLight(*light_, scene.lightRotation()), castOrderOf(mode));
         for (const WeightedDirection& d : directions_) {
             evalBasis(kFieldOrder, d.direction, y);
             std::array<double, kFarNumbers>& row = rows_.emplace_back();
@@ -78,13 +74,7 @@ public:
             for (std::size_t i = 0; i < cast.size(); ++i) v += cast[i] * y[i];
             return v;
         });
-        if (fold_.matrix.empty()) return out;
-        std::vector<float> folded(std::size_t(coefficientCount(fold_.light_order)) * 3);
-        foldCast(fold_, cast, folded);
-        const ClampedCosine cosine(fold_.light_order, toDouble(point.normal));
-        out.irradiance = {};
-        for (std::size_t i = 0; i < folded.size(); ++i)
-            out.irradiance[int(i % 3)] += cosine.numbers[i / 3] * double(folded[i]);
+        out.irradiance = folded_.irradiance(cast, point.normal).value_or(out.irradiance);
         return out;
     }
 
@@ -94,17 +84,7 @@ private:
     const LightView* light_ = nullptr;
     std::span<const float> light_sh_;  // without suns that have maps
     Mat3d to_light_;
-    CastFold fold_;  // only of modes that fold
-
-    // The integral over max(normal . s, 0) y_i(s).
-    struct ClampedCosine {
-        std::vector<double> numbers;
-        ClampedCosine(int order, Vec3d normal) : numbers(std::size_t(coefficientCount(order))) {
-            std::vector<double> zonal(std::size_t(order), 0.0);
-            clampedCosineZonal(zonal);
-            rotateZonal(zonal, normal, numbers);
-        }
-    };
+    FoldedLight folded_;  // only of modes that fold
 
     // `visible(d, y)` is V in direction d, whose SH in the scene are y.
     ProbeValue integrate(const ProbePoint& point, Vec3 tangent, const auto& visible) const {

@@ -25,13 +25,13 @@ VertexFigures figuresOf(const Character& character, std::size_t vertex) {
     VertexFigures figures;
     figures.cluster = clusterAt(model, vertex);
     figures.joint = character.asset.animation.joint_names[std::size_t(model.clusters[figures.cluster].joint)];
-    figures.scores = character.evaluator->scores(figures.cluster);
-    if (character.has_model_numbers) {
-        figures.model = std::span(character.vertices.numbers).subspan(first, size);
+    figures.scores = character.posed.evaluator->scores(figures.cluster);
+    if (character.posed.numbers.key()) {
+        figures.model = std::span(character.posed.vertices.numbers).subspan(first, size);
         figures.model_ambient = ambientOfVertex(character.asset, figures.model);
     }
-    if (character.has_truth_numbers) {
-        figures.truth = std::span(character.truth_numbers).subspan(first, size);
+    if (*character.posed.truth_frame && character.posed.truth_numbers.key()) {
+        figures.truth = std::span(*character.posed.truth_numbers).subspan(first, size);
         figures.true_ambient = ambientOfVertex(character.asset, figures.truth);
     }
     return figures;

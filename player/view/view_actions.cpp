@@ -3,179 +3,121 @@
 #include <algorithm>
 #include <array>
 
-#include "player/view/view_cast_way.h"
-#include "player/view/view_exposure.h"
+#include "player/view/view_controls.h"
+#include "player/view/view_look.h"
 
 namespace penumbra {
 namespace {
 
-// Returns the next of `count`, or the one before, round the ends.
-std::size_t next(std::size_t index, std::size_t count, bool back) {
-    return count == 0 ? 0 : (index + (back ? count - 1 : 1)) % count;
+template <const Menu& kMenu>
+void next(ViewState& state, const Scene& scene, bool back) {
+    chooseNext(kMenu, state, scene, back);
+}
+template <bool kBack>
+void otherClip(ViewState& state, const Scene& scene, bool) {
+    chooseNext(kClipMenu, state, scene, kBack);
 }
 
-const AnimationView& animationOf(const ViewState& state, const ViewContents& contents) {
-    return *contents.characters[state.selected].animation;
+template <auto kFirst, auto... kMembers>
+void toggle(ViewState& state, const Scene&, bool) {
+    bool& on = ((state.*kFirst).*....*kMembers);
+    on = !on;
 }
-
-void play(ViewState& state, const ViewContents&, bool) { state.playhead.playing = !state.playhead.playing; }
 
 template <int kFrames>
-void step(ViewState& state, const ViewContents& contents, bool shift) {
+void step(ViewState& state, const Scene& scene, bool shift) {
     // Stepping back from between two frames, the first of the two is one step.
-    const bool between = kFrames < 0 && shownPosition(state, contents, state.selected).part > 0;
+    const bool between = kFrames < 0 && shownPosition(state, scene, state.selected).part > 0;
     Playhead in_clip = state.playhead;
     in_clip.time = clipTime(state);
-    stepFrames(in_clip, animationOf(state, contents), selectedClip(state, contents),
+    stepFrames(in_clip, scene.characters[state.selected]->asset.animation, selectedClip(state, scene),
                (shift ? 10 * kFrames : kFrames) + (between ? 1 : 0));
     state.playhead.playing = in_clip.playing;
     showClipTime(state, in_clip.time);
 }
 
-void rewind(ViewState& state, const ViewContents&, bool) { showClipTime(state, 0); }
+void rewind(ViewState& state, const Scene&, bool) { showClipTime(state, 0); }
 
-void worst(ViewState& state, const ViewContents& contents, bool out_of_range) {
-    out_of_range ? showWorstRange(state, contents) : showWorstError(state, contents);
-}
+void faster(ViewState& state, const Scene&, bool) { state.playhead.speed = std::min(8.0, 2 * state.playhead.speed); }
+void slower(ViewState& state, const Scene&, bool) { state.playhead.speed = std::max(0.125, state.playhead.speed / 2); }
 
-void smooth(ViewState& state, const ViewContents&, bool) { state.smooth = !state.smooth; }
+void unturnLight(ViewState& state, const Scene&, bool) { state.lighting.yaw = state.lighting.pitch = 0; }
 
-void faster(ViewState& state, const ViewContents&, bool) {
-    state.playhead.speed = std::min(8.0, 2 * state.playhead.speed);
-}
-void slower(ViewState& state, const ViewContents&, bool) {
-    state.playhead.speed = std::max(0.125, state.playhead.speed / 2);
-}
-
-template <bool kBack>
-void otherClip(ViewState& state, const ViewContents& contents, bool) {
-    const std::size_t clips = animationOf(state, contents).clips.size();
-    chooseClip(state, next(state.characters[state.selected].clip, clips, kBack));
-}
-
-void otherMaterial(ViewState& state, const ViewContents& contents, bool back) {
-    if (contents.materials > 0) chooseMaterial(state, next(chosenMaterial(state), contents.materials, back));
-}
-
-void otherSlot(ViewState& state, const ViewContents& contents, bool back) {
-    const std::size_t slots = contents.characters[state.selected].slots;
-    state.slot = next(std::min(state.slot, slots), slots + 1, back);  // the last one: all of them
-}
-
-void otherLight(ViewState& state, const ViewContents& contents, bool back) {
-    state.light = next(state.light, contents.lights, back);
-}
-
-void otherLightForm(ViewState& state, const ViewContents&, bool back) {
-    state.shading.light_form = LightForm(next(std::size_t(state.shading.light_form), 3, back));
-}
-void otherReflectance(ViewState& state, const ViewContents&, bool) {
-    state.shading.reflectance =
-        state.shading.reflectance == Reflectance::kSlices ? Reflectance::kOperators : Reflectance::kSlices;
-}
-
-void unturnLight(ViewState& state, const ViewContents&, bool) { state.light_yaw = state.light_pitch = 0; }
-
-void suns(ViewState& state, const ViewContents&, bool) { state.suns = !state.suns; }
-
-void otherBounces(ViewState& state, const ViewContents& contents, bool back) {
-    if (contents.bounces()) state.bounces = Bounces(next(std::size_t(state.bounces), 3, back));
-}
-
-void brighter(ViewState& state, const ViewContents&, bool automatic) {
+void brighter(ViewState& state, const Scene&, bool automatic) {
     if (automatic)
         state.automatic_exposure = true;
     else
         fixExposure(state, state.display.exposure * 1.25f);
 }
-void darker(ViewState& state, const ViewContents&, bool) { fixExposure(state, state.display.exposure / 1.25f); }
+void darker(ViewState& state, const Scene&, bool) { fixExposure(state, state.display.exposure / 1.25f); }
 
-void otherToneMap(ViewState& state, const ViewContents&, bool back) {
-    state.display.tone_map = ToneMap(next(std::size_t(state.display.tone_map), 3, back));
-}
-
-void toggleTruth(ViewState& state, const ViewContents& contents, bool) {
-    chooseCompare(state, contents, state.compare == Compare::kTruth ? Compare::kModel : Compare::kTruth);
-}
-void otherCompare(ViewState& state, const ViewContents& contents, bool back) {
-    chooseCompare(state, contents, Compare(next(std::size_t(state.compare), 5, back)));
+void toggleTruth(ViewState& state, const Scene& scene, bool) {
+    if (scene.hasTruth())
+        state.show.compare = state.show.compare == Compare::kTruth ? Compare::kModel : Compare::kTruth;
 }
 
 template <Channel kChannel>
-void channel(ViewState& state, const ViewContents& contents, bool) {
-    chooseChannel(state, contents, kChannel);
+void channel(ViewState& state, const Scene& scene, bool) {
+    chooseChannel(state, scene, kChannel);
 }
 
-void component(ViewState& state, const ViewContents& contents, bool back) {
-    const std::size_t most = contents.components();
-    if (most > 0) chooseComponent(state, contents, state.component ? next(*state.component, most, back) : 0);
+void component(ViewState& state, const Scene& scene, bool back) {
+    const std::size_t count = scene.components();
+    if (count == 0) return;
+    std::optional<std::size_t>& shown = state.show.component;
+    shown = shown ? (*shown + (back ? count - 1 : 1)) % count : 0;
 }
-void smallerError(ViewState& state, const ViewContents&, bool) {
-    state.error_max = std::max(1e-3f, state.error_max / 1.25f);
+void smallerError(ViewState& state, const Scene&, bool) {
+    state.show.error_max = std::max(1e-3f, state.show.error_max / 1.25f);
 }
-void largerError(ViewState& state, const ViewContents&, bool) {
-    state.error_max = std::min(1.0f, state.error_max * 1.25f);
+void largerError(ViewState& state, const Scene&, bool) {
+    state.show.error_max = std::min(1.0f, state.show.error_max * 1.25f);
 }
-void otherFactor(ViewState& state, const ViewContents& contents, bool back) { chooseNextFactor(state, contents, back); }
-void boxes(ViewState& state, const ViewContents&, bool) { state.boxes = !state.boxes; }
-void frames(ViewState& state, const ViewContents&, bool) { state.frames = !state.frames; }
-void unedit(ViewState& state, const ViewContents&, bool) { state.score_edit.reset(); }
-void otherShadows(ViewState& state, const ViewContents&, bool back) {
-    state.shadows = Shadows(next(std::size_t(state.shadows), 4, back));
-}
-void otherCastMode(ViewState& state, const ViewContents& contents, bool back) {
-    chooseNextCastMode(state, contents, back);
-}
-void unpick(ViewState& state, const ViewContents&, bool) { state.picked.reset(); }
+void unedit(ViewState& state, const Scene&, bool) { state.inspect.score_edit.reset(); }
+void unpick(ViewState& state, const Scene&, bool) { state.inspect.picked.reset(); }
 
-void frameScene(ViewState& state, const ViewContents&, bool) { state.frame_all = true; }
-void turn(ViewState& state, const ViewContents&, bool) { state.turntable = !state.turntable; }
-void panels(ViewState& state, const ViewContents&, bool) { state.panels = !state.panels; }
-void help(ViewState& state, const ViewContents&, bool) { state.help = !state.help; }
-void closeHelp(ViewState& state, const ViewContents&, bool) {
-    state.help = false;
-    state.sequence.reset();
+void frameScene(ViewState& state, const Scene&, bool) { state.frame_all = true; }
+void closeHelp(ViewState& state, const Scene&, bool) {
+    state.window.help = false;
+    state.window.sequence.reset();
 }
-void sequence(ViewState& state, const ViewContents&, bool) { state.sequence = 0; }
-void background(ViewState& state, const ViewContents&, bool) { state.background = !state.background; }
-void ground(ViewState& state, const ViewContents&, bool) { state.ground = !state.ground; }
-void brush(ViewState& state, const ViewContents& contents, bool) {
-    state.brush.on = contents.heights && !state.brush.on;
-}
+void sequence(ViewState& state, const Scene&, bool) { state.window.sequence = 0; }
+void brush(ViewState& state, const Scene& scene, bool) { state.tool.brush.on = scene.field && !state.tool.brush.on; }
 template <bool kMore>
-void otherBrush(ViewState& state, const ViewContents&, bool strength) {
-    double& size = strength ? state.brush.strength : state.brush.radius;
+void otherBrush(ViewState& state, const Scene&, bool strength) {
+    double& size = strength ? state.tool.brush.strength : state.tool.brush.radius;
     size = std::clamp(kMore ? size * 1.25 : size / 1.25, kMinBrush, kMaxBrush);
 }
-void quit(ViewState& state, const ViewContents&, bool) { state.quit = true; }
-void screenshot(ViewState& state, const ViewContents&, bool shift) {
-    state.screenshot = true;
-    state.screenshot_panels = !shift;
+void quit(ViewState& state, const Scene&, bool) { state.window.quit = true; }
+void screenshot(ViewState& state, const Scene&, bool shift) {
+    state.window.screenshot = true;
+    state.window.screenshot_panels = !shift;
 }
 
 constexpr std::array kShortcuts = {
-    Shortcut{' ', "Space", "", "play or pause", play},
+    Shortcut{' ', "Space", "", "play or pause", toggle<&ViewState::playhead, &Playhead::playing>},
     Shortcut{kKeyRight, "Right", "10 frames", "next frame", step<1>},
     Shortcut{kKeyLeft, "Left", "10 frames", "previous frame", step<-1>},
     Shortcut{kKeyHome, "Home", "", "first frame", rewind},
-    Shortcut{'W', "W", "farthest out of range", "the clip's frame of the largest error", worst},
-    Shortcut{'I', "I", "", "interpolate between sampled frames, or snap to them", smooth},
+    Shortcut{'W', "W", "farthest out of range", "the clip's frame of the largest error", showWorst},
+    Shortcut{'I', "I", "", "interpolate between sampled frames, or snap to them", toggle<&ViewState::smooth>},
     Shortcut{kKeyUp, "Up", "", "twice as fast", faster},
     Shortcut{kKeyDown, "Down", "", "half as fast", slower},
     Shortcut{kKeyPageDown, "Page Down", "", "next clip", otherClip<false>},
     Shortcut{kKeyPageUp, "Page Up", "", "previous clip", otherClip<true>},
-    Shortcut{'M', "M", "previous", "next material of the chosen slot", otherMaterial},
-    Shortcut{'S', "S", "previous", "next slot, or all slots", otherSlot},
-    Shortcut{'L', "L", "previous", "next light", otherLight},
+    Shortcut{'M', "M", "previous", "next material of the chosen slot", next<kMaterialMenu>},
+    Shortcut{'S', "S", "previous", "next slot, or all slots", next<kSlotMenu>},
+    Shortcut{'L', "L", "previous", "next light", next<kLightMenu>},
     Shortcut{'K', "K", "", "light as it came, not turned", unturnLight},
-    Shortcut{'H', "H", "", "suns of the light with shadow maps, or all light as SH", suns},
-    Shortcut{'V', "V", "previous", "next form of the light: lobes, fixed lobes, exact rotation", otherLightForm},
-    Shortcut{'P', "P", "", "reflectance as slices or as operators", otherReflectance},
+    Shortcut{'H', "H", "", "suns of the light with shadow maps, or all light as SH",
+             toggle<&ViewState::lighting, &Lighting::suns>},
+    Shortcut{'V', "V", "previous", "next form of the light: lobes, fixed lobes, exact rotation", next<kLightFormMenu>},
+    Shortcut{'P', "P", "", "reflectance as slices or as operators", next<kReflectanceMenu>},
     Shortcut{'E', "E", "automatic exposure", "brighter", brighter},
     Shortcut{'D', "D", "", "darker", darker},
-    Shortcut{'O', "O", "previous", "next tone mapping", otherToneMap},
+    Shortcut{'O', "O", "previous", "next tone mapping", next<kToneMapMenu>},
     Shortcut{'T', "T", "", "baked truth or model", toggleTruth},
-    Shortcut{'C', "C", "previous", "next way to compare with the truth", otherCompare},
+    Shortcut{'C', "C", "previous", "next way to compare with the truth", next<kCompareMenu>},
     Shortcut{'1', "1", "", "shaded", channel<Channel::kShaded>},
     Shortcut{'2', "2", "", "ambient visibility", channel<Channel::kAmbient>},
     Shortcut{'3', "3", "", "error against the truth", channel<Channel::kError>},
@@ -184,28 +126,30 @@ constexpr std::array kShortcuts = {
     Shortcut{'6', "6", "previous", "PCA component, the next one", component},
     Shortcut{'7', "7", "", "rigid parts of composed characters", channel<Channel::kParts>},
     Shortcut{'8', "8", "", "ambient visibility with light that bounces", channel<Channel::kBouncedAmbient>},
-    Shortcut{'9', "9", "previous", "next light: all, direct light, light that bounces", otherBounces},
+    Shortcut{'9', "9", "previous", "next light: all, direct light, light that bounces", next<kBounceMenu>},
     Shortcut{'[', "[", "", "error scale to a smaller number", smallerError},
     Shortcut{']', "]", "", "error scale to a larger number", largerError},
-    Shortcut{'N', "N", "", "normals and tangents as lines", frames},
-    Shortcut{'U', "U", "", "boxes of fields, or spheres, that characters cast by", boxes},
-    Shortcut{'Y', "Y", "previous", "lobe of the next factor of the picked vertex", otherFactor},
+    Shortcut{'N', "N", "", "normals and tangents as lines", toggle<&ViewState::show, &ShowChoice::frames>},
+    Shortcut{'U', "U", "", "boxes of fields, or spheres, that characters cast by",
+             toggle<&ViewState::show, &ShowChoice::boxes>},
+    Shortcut{'Y', "Y", "previous", "lobe of the next factor of the picked vertex", chooseNextFactor},
     Shortcut{'X', "X", "", "no vertex picked", unpick},
     Shortcut{'Z', "Z", "", "scores as the pose has them, not changed", unedit},
     Shortcut{'F', "F", "", "frame everything", frameScene},
-    Shortcut{'R', "R", "", "turntable", turn},
-    Shortcut{'B', "B", "", "background of the light", background},
-    Shortcut{'G', "G", "", "ground plane", ground},
+    Shortcut{'R', "R", "", "turntable", toggle<&ViewState::turntable>},
+    Shortcut{'B', "B", "", "background of the light", toggle<&ViewState::show, &ShowChoice::background>},
+    Shortcut{'G', "G", "", "ground plane", toggle<&ViewState::show, &ShowChoice::ground>},
     Shortcut{'0', "0", "", "brush for a ground with heights: left drag raises, Shift + left drag lowers", brush},
     Shortcut{',', ",", "weaker brush", "smaller brush", otherBrush<false>},
     Shortcut{'.', ".", "stronger brush", "larger brush", otherBrush<true>},
-    Shortcut{'J', "J", "previous", "next shadows: of all, on itself, on others, none", otherShadows},
+    Shortcut{'J', "J", "previous", "next shadows: of all, on itself, on others, none", next<kShadowMenu>},
     Shortcut{'A', "A", "previous",
-             "next way that shadows of others join: product, folded, Nowrouzezahrai 2009 and 2011", otherCastMode},
-    Shortcut{kKeyTab, "Tab", "", "panels", panels},
+             "next way that shadows of others join: product, folded, Nowrouzezahrai 2009 and 2011",
+             next<kCastModeMenu>},
+    Shortcut{kKeyTab, "Tab", "", "panels", toggle<&ViewState::window, &WindowChoice::panels>},
     Shortcut{kKeyF12, "F12", "without panels", "screenshot", screenshot},
     Shortcut{kKeyF11, "F11", "", "pictures of all frames of the clip", sequence},
-    Shortcut{kKeyF1, "F1", "", "this help", help},
+    Shortcut{kKeyF1, "F1", "", "this help", toggle<&ViewState::window, &WindowChoice::help>},
     Shortcut{kKeyEscape, "Escape", "", "close the help, stop pictures", closeHelp},
     Shortcut{'Q', "Q", "", "quit", quit},
 };
@@ -214,10 +158,10 @@ constexpr std::array kShortcuts = {
 
 std::span<const Shortcut> shortcuts() { return kShortcuts; }
 
-bool applyKey(ViewState& state, const ViewContents& contents, KeyPress press) {
+bool applyKey(ViewState& state, const Scene& scene, KeyPress press) {
     for (const Shortcut& shortcut : kShortcuts)
         if (shortcut.key == press.key) {
-            shortcut.apply(state, contents, press.shift);
+            shortcut.apply(state, scene, press.shift);
             return true;
         }
     return false;

@@ -32,11 +32,11 @@ struct Shortcut {
     int key;
     std::string_view name, shifted;  // name of the key, and what Shift does: "" = the same as without
     std::string_view text;
-    void (*apply)(ViewState& state, const ViewContents& contents, bool shift);
+    void (*apply)(ViewState& state, const Scene& scene, bool shift);
 };
 std::span<const Shortcut> shortcuts();
 
 // Does what the key stands for; returns false when it stands for nothing.
-bool applyKey(ViewState& state, const ViewContents& contents, KeyPress press);
+bool applyKey(ViewState& state, const Scene& scene, KeyPress press);
 
 }  // namespace penumbra

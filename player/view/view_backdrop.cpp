@@ -1,21 +1,20 @@
 #include "player/view/view_backdrop.h"
 
-#include "player/view/view_light.h"
+#include "player/view/view_look.h"
 
 namespace penumbra {
 
 bool showsGround(const Scene& scene, const ViewState& state) {
-    return state.ground && scene.ground_file && scene.ground.version > 0 &&
+    return state.show.ground && scene.ground_file && scene.ground.values.key() &&
            (scene.field || cameraPosition(state.camera).y >= scene.ground_file->height);
 }
 
 void Backdrop::drawSky(const Scene& scene, const ViewState& state, const FrameView& view) {
-    if (const LightKey light = shownLightKey(scene, state); !sky_ || sky_light_ != light) {
-        if (!sky_) sky_.emplace();
-        sky_light_ = light;
-        sky_->upload(shownSky(scene, state));
-    }
-    sky_->draw(view, lightRotation(state));
+    sky_.update(shownLightKey(scene, state), [&](std::optional<SkyPainter>& sky) {
+        if (!sky) sky.emplace();
+        sky->upload(shownSky(scene, state));
+    });
+    (*sky_)->draw(view, lightRotation(state));
 }
 
 namespace {
@@ -32,21 +31,20 @@ void Backdrop::drawGround(const Scene& scene, const FrameView& view, const ViewS
     ValuePainter& painter =
         ground_.try_emplace(suns != nullptr, tiles_.triangles, Channel::kShaded, Sides::kBoth, modelsOf(suns))
             .first->second;
-    if (ground_version_ != ground.version) {  // it is another one where suns come or go
+    uploaded_.update(*ground.values.key(), [&](auto&) {
         std::vector<Vec3> positions, values, normals, tangents;
         std::vector<LobeRange> lobes;
         for (std::size_t v = 0; v < tiles_.vertices.size(); ++v) {
             const std::uint32_t of_grid = tiles_.vertices[v];
             positions.push_back(ground.vertices.positions[of_grid]);
-            values.push_back(ground.values[of_grid] * tiles_.shades[v]);
+            values.push_back((*ground.values)[of_grid] * tiles_.shades[v]);
             if (!suns) continue;
             normals.push_back(ground.vertices.normals[of_grid]);
             tangents.push_back(ground.vertices.tangents[of_grid]);
             lobes.push_back(suns->groundLobes(tiles_.shades[v]));
         }
         painter.upload(positions, values, {normals, tangents, lobes});
-        ground_version_ = ground.version;
-    }
+    });
     FrameView plain = view;
     if (!ground.lit()) plain.display = DisplayTransform();
     painter.draw(plain, sunlightOf(suns));
@@ -66,19 +64,19 @@ void Backdrop::drawPlainGround(const Scene& scene, const FrameView& view, ViewSu
         plain_ground_.try_emplace(suns != nullptr, vertices.triangles, Channel::kShaded, Sides::kBoth, modelsOf(suns))
             .first->second;
     if (scene.field && suns) {
-        field_values_ = scene.ground.values;
+        field_values_ = *scene.ground.values;
         const SunlitSurface surface = suns->fieldSurface(view.eye, field_values_);
         painter.upload(vertices.positions, field_values_, surface);
     } else {
         const std::vector<LobeRange> lobes(suns ? vertices.positions.size() : 0, suns ? suns->groundLobes(1) : 0);
-        painter.upload(vertices.positions, scene.ground.values, {vertices.normals, vertices.tangents, lobes});
+        painter.upload(vertices.positions, *scene.ground.values, {vertices.normals, vertices.tangents, lobes});
     }
     painter.draw(view, sunlightOf(suns));
 }
 
 void Backdrop::draw(const Scene& scene, const ViewState& state, const FrameView& view, ViewSunlight* suns) {
-    const ShadingSet* shading = scene.characters.front()->shading.get();
-    if (state.background && shading && state.channel == Channel::kShaded && !state.component &&
+    const ShadingSet* shading = scene.characters.front()->shown.shading.get();
+    if (state.show.background && shading && state.show.channel == Channel::kShaded && !state.show.component &&
         shownCompare(state) != Compare::kDifference)
         drawSky(scene, state, view);
     if (!showsGround(scene, state)) return;

@@ -27,14 +27,13 @@ public:
     ViewField* fieldOnGpu(const Scene& scene, bool on);
 
 private:
-    std::optional<SkyPainter> sky_;
-    LightKey sky_light_;                                  // whose picture is uploaded
+    Cached<LightKey, std::optional<SkyPainter>> sky_;
     std::map<bool, ValuePainter> plain_ground_, ground_;  // by whether suns shine on them
     std::optional<ViewField> field_;                      // made when it is first needed
     bool field_on_gpu_ = false;
     std::vector<Vec3> field_values_;
     GroundTiles tiles_;
-    std::uint64_t ground_version_ = 0;  // of the values that are uploaded
+    Cached<GroundKey> uploaded_;  // of ground_, which is another one where suns come or go
 
     void drawSky(const Scene& scene, const ViewState& state, const FrameView& view);
     void drawGround(const Scene& scene, const FrameView& view, const ViewSunlight* suns);

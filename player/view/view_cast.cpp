@@ -7,9 +7,7 @@
 #include "player/scene/posed_scene.h"
 #include "player/scene/scene_receivers.h"
 #include "player/scene/scene_suns.h"
-#include "player/view/view_cast_way.h"
-#include "player/view/view_light.h"
-#include "player/view/view_suns.h"
+#include "player/view/view_look.h"
 
 namespace penumbra {
 
@@ -20,11 +18,11 @@ void makeCasters(Scene& scene) {
         Character& character = *scene.characters[i];
         const SceneCharacter* member = memberOf(scene, i);
         const std::optional<CasterKind> kind =
-            member ? casterKindOf(*member, *character.evaluator) : casterKindOf(*character.evaluator);
+            member ? casterKindOf(*member, *character.posed.evaluator) : casterKindOf(*character.posed.evaluator);
         if (!kind) continue;
         character.casts = kind;
         character.caster = casters.size();
-        casters.push_back(character.evaluator.get());
+        casters.push_back(character.posed.evaluator.get());
         kinds.push_back(*kind);
     }
     try {
@@ -37,28 +35,27 @@ void makeCasters(Scene& scene) {
     }
 }
 
-void takeOver(Scene& scene, std::size_t index) {
-    Character& character = *scene.characters[index];
+void takeOver(Scene& scene, const Character& character) {
     if (character.caster == kNobody) return;
     for (CastShadow* cast : {scene.cast.get(), scene.sphere_cast.get()})
-        if (cast) cast->pose(character.caster, character.evaluator->bones(), character.to_scene);
-    ++scene.cast_version;
-    ++scene.caster_version;
+        if (cast) cast->pose(character.caster, character.posed.evaluator->bones(), character.posed.to_scene);
 }
 
 namespace {
 
-bool hasOthers(const Scene& scene, std::size_t index) {
-    return scene.cast->casterCount() > (scene.characters[index]->caster == kNobody ? 0u : 1u);
+// The vertices of a character where it stands.
+FrameVertices inScene(const CharacterPose& posed) {
+    const Mat3 turn = posed.to_scene.linear();
+    FrameVertices out = posed.vertices;
+    for (Vec3& p : out.positions) p = posed.to_scene.point(p);
+    for (std::vector<Vec3>* directions : {&out.normals, &out.tangents})
+        for (Vec3& d : *directions) d = turn * d;
+    return out;
 }
+
+CastReceivers receiversOf(const FrameVertices& at) { return {at.positions, at.normals, at.tangents}; }
 
 }  // namespace
-
-bool changesNumbers(const Scene& scene, std::size_t index, Shadows shadows) {
-    // Transfer is no visibility that others could take from.
-    if (shadows == Shadows::kSelf || scene.characters[index]->asset.transfer) return false;
-    return shadows != Shadows::kBoth || scene.field || hasOthers(scene, index);
-}
 
 void applyShadows(const Scene& scene, std::size_t index, Shadows shadows, int threads, std::span<float> numbers,
                   std::span<float> indirect) {
@@ -71,26 +68,16 @@ void applyShadows(const Scene& scene, std::size_t index, Shadows shadows, int th
             std::ranges::copy(open, numbers.begin() + std::ptrdiff_t(first));
     }
     if (shadows == Shadows::kSelf || shadows == Shadows::kNone) return;
-    if (!hasOthers(scene, index) && !scene.field) return;
-    const FrameVertices& at = character.vertices;
-    std::vector<Vec3> positions, normals, tangents;
-    const Mat3 turn = character.to_scene.linear();
-    for (const Vec3 p : at.positions) positions.push_back(character.to_scene.point(p));
-    for (const Vec3 n : at.normals) normals.push_back(turn * n);
-    for (const Vec3 t : at.tangents) tangents.push_back(turn * t);
-    const CastReceivers receivers{positions, normals, tangents};
-    castOnNumbers(*scene.cast, {.except = character.caster}, *character.evaluator, receivers, threads, numbers,
-                  indirect);
-    if (scene.field) scene.field->shadow(receivers, model, threads, numbers, indirect);
+    if (!changesNumbers(scene, index, Shadows::kBoth)) return;
+    const FrameVertices at = inScene(character.posed);
+    castOnNumbers(*scene.cast, {.except = character.caster}, *character.posed.evaluator, receiversOf(at), threads,
+                  numbers, indirect);
+    if (scene.field) scene.field->shadow(receiversOf(at), model, threads, numbers, indirect);
 }
 
 void poseField(Scene& scene, const ViewState& state) {
-    if (!scene.field) return;
-    if (scene.field->heights().moves()) scene.field->pose(scene.ground_file->heights->seconds + state.playhead.time);
-    if (scene.field->version() == scene.field_version) return;
-    scene.field_version = scene.field->version();
-    ++scene.cast_version;  // everyone sees another one
-    ++scene.pose_version;
+    if (scene.field && scene.field->heights().moves())
+        scene.field->pose(scene.ground_file->heights->seconds + state.playhead.time);
 }
 
 namespace {
@@ -103,76 +90,101 @@ std::vector<Vec3> ambientValues(const GroundVertices& ground) {
 }
 
 // Computes the points of a ground with heights, unless they are there, and what they show.
-void showField(Scene& scene, const ViewState& state, bool cast_anew, bool moved, bool shadows, const LightView* light,
-               int threads) {
+void showField(Scene& scene, const ViewState& state, const GroundKey& key, const LightView* light, int threads,
+               std::vector<Vec3>& values) {
     ShownGround& ground = scene.ground;
-    if (cast_anew || moved) {
+    const bool anew = ground.seen.update({key.seen, key.on_cpu}), moved = ground.heights.update(key.field);
+    if (anew || moved) {
         const CastShadow nobody({});
-        ground.updated = scene.field->update(shadows ? *scene.cast : nobody, cast_anew, threads, ground.points);
+        ground.updated = scene.field->update(key.seen.shadows == Shadows::kCast ? *scene.cast : nobody, anew, threads,
+                                             ground.points);
         ground.vertices.positions = ground.points.positions;
         ground.vertices.normals = ground.points.normals;
         ground.vertices.tangents = ground.points.tangents;
         if (ground.vertices.triangles.empty())
             ground.vertices.triangles = fieldTriangles(scene.field->heights().field().grid());
     }
-    ground.values.clear();
+    values.clear();
     if (!light) {
-        for (const float e : fieldAmbient(scene.field->convention(), ground.points)) ground.values.push_back({e, 0, 0});
+        for (const float e : fieldAmbient(scene.field->convention(), ground.points)) values.push_back({e, 0, 0});
         return;
     }
     FieldLook look(*scene.ground_file, scene.field->convention(), scene.characters.front()->asset, *light);
     look.turnLight(lightRotation(state));
-    look.shade(ground.points, toFloat(cameraPosition(state.camera)), threads, ground.values);
+    look.shade(ground.points, toFloat(cameraPosition(state.camera)), threads, values);
+}
+
+const CastShadow& castersOf(const Scene& scene, CastMode mode) {
+    return needsSpheres(mode) ? *scene.sphere_cast : *scene.cast;
+}
+
+void showLevelGround(Scene& scene, const ViewState& state, const GroundKey& key, const LightView* light, int threads,
+                     std::vector<Vec3>& values) {
+    const bool joins = key.seen.mode != CastMode::kProduct;
+    ShownGround& ground = scene.ground;
+    const SceneGround& file = *scene.ground_file;
+    const Mat3d rotation = toDouble(lightRotation(state));
+    if (ground.seen.update({key.seen, key.on_cpu})) {
+        const CastShadow nobody({});
+        ground.vertices =
+            joins ? groundMesh(file)
+                  : groundVertices(file, key.seen.shadows == Shadows::kCast ? *scene.cast : nobody, threads);
+    }
+    if (!joins) {
+        values =
+            light ? groundRadiance(ground.vertices, *light, rotation, file.albedo) : ambientValues(ground.vertices);
+        return;
+    }
+    values = joinedGround(key.seen.mode, castersOf(scene, key.seen.mode),
+                          {ground.vertices.positions, ground.vertices.normals, ground.vertices.tangents}, light,
+                          rotation, file.albedo, threads);
 }
 
 }  // namespace
 
-void updateGround(Scene& scene, const ViewState& state, bool field_on_cpu, int threads) {
-    if (!state.ground || !scene.ground_file) return;
-    ShownGround& ground = scene.ground;
-    const bool shadows = state.shadows == Shadows::kBoth || state.shadows == Shadows::kCast;
-    const ShadingSet* shading = scene.characters.front()->shading.get();
-    const bool lit = shading && state.channel == Channel::kShaded && !state.component;
-    const bool suns = showsSuns(scene, state);
-    const CastMode mode = shownCastMode(state);
-    const ShownGround::Made made{shadows,
-                                 lit,
-                                 suns,
-                                 field_on_cpu,
-                                 mode,
-                                 scene.caster_version,
-                                 scene.field ? scene.field->version() : 0,
-                                 lit ? shownLightKey(scene, state) : LightKey(),
-                                 lit ? lightRotation(state) : Mat3(),
-                                 scene.ground_file->material.empty() ? Vec3() : toFloat(cameraPosition(state.camera))};
-    if (ground.made == made) return;
-    const bool cast_anew = !ground.made || ground.made->shadows != shadows || ground.made->mode != mode ||
-                           ground.made->caster_version != scene.caster_version || ground.made->on_cpu != field_on_cpu;
-    const bool moved = ground.made && ground.made->field_version != made.field_version;
-    ground.made = made;
-    ++ground.version;
-    LightView light;
-    if (lit) light = shownLight(scene, state);
-    if (scene.field && !field_on_cpu) return;
-    if (scene.field) {
-        const std::vector<float> remainder = suns ? remainderOf(light) : std::vector<float>();
-        if (suns) light.sh = remainder;
-        showField(scene, state, cast_anew, moved, shadows, lit ? &light : nullptr, threads);
-    } else if (mode != CastMode::kProduct) {
-        if (cast_anew) ground.vertices = groundMesh(*scene.ground_file);
-        ground.values =
-            joinedGround(scene, ground.vertices, mode, lit ? &light : nullptr, lightRotation(state), threads);
-    } else {
-        const CastShadow nobody({});
-        if (cast_anew) ground.vertices = groundVertices(*scene.ground_file, shadows ? *scene.cast : nobody, threads);
-        const std::vector<float> remainder = suns ? remainderOf(light) : std::vector<float>();
-        if (suns) light.sh = remainder;
-        ground.values =
-            lit ? groundRadiance(ground.vertices, light, toDouble(lightRotation(state)), scene.ground_file->albedo)
-                : ambientValues(ground.vertices);
+bool updateGround(Scene& scene, const ViewState& state, const GroundKey& key, int threads) {
+    if (!state.show.ground || !scene.ground_file) return false;
+    return scene.ground.values.update(key, [&](std::vector<Vec3>& values) {
+        if (scene.field && !key.on_cpu) return;
+        LightView light;
+        if (key.lit) light = shownLight(scene, state);
+        const std::vector<float> remainder = key.suns ? remainderOf(light) : std::vector<float>();
+        if (key.suns) light.sh = remainder;
+        (scene.field ? showField : showLevelGround)(scene, state, key, key.lit ? &light : nullptr, threads, values);
+        if (key.lit) return;
+        for (Vec3& value : values) value = scene.ground_file->albedo * (0.5f * value.x);
+    });
+}
+
+std::vector<Vec3> joinedValues(Scene& scene, std::size_t index, const ViewState& state, const CharacterKey& key,
+                               bool truth, int threads) {
+    Character& character = *scene.characters[index];
+    CharacterLook& shown = character.shown;
+    FrameVertices own = inScene(character.posed);
+    shown.joined.update(key.numbers, [&](JoinedCast& joined) {
+        joined.see(key.numbers.mode, castersOf(scene, key.numbers.mode), {.except = character.caster}, own, threads);
+    });
+    const auto ambient = [&] { return shown.joined->ambient(character.asset.model, own); };
+    if (key.channel == Channel::kError) {
+        std::vector<Vec3> values = ambient();
+        own.numbers = *character.posed.truth_numbers;
+        const std::vector<Vec3> baked = ambient();
+        for (std::size_t v = 0; v < values.size(); ++v) values[v].x = std::abs(values[v].x - baked[v].x);
+        return values;
     }
-    if (lit) return;
-    for (Vec3& value : ground.values) value = scene.ground_file->albedo * (0.5f * value.x);
+    if (truth) own.numbers = *character.posed.truth_numbers;
+    if (key.channel != Channel::kShaded) return ambient();
+    shown.joined_look.update(key.look, [&](auto&) {
+        Shot shot;
+        shot.asset = &character.asset;
+        shot.shaded = true;
+        shot.shading = key.look.shading;
+        shot.material_of_slot = key.look.material_of_slot;
+        shot.light = key.look.light.light;
+        shot.light_rotation = lightRotation(state);
+        setParameters(scene, state, shown.joined->dress(shot));
+    });
+    return shown.joined->radiance(own, key.eye, threads);
 }
 
 }  // namespace penumbra

@@ -9,20 +9,22 @@ namespace penumbra {
 void makeCasters(Scene& scene);
 
 // Tells the casters how a character stands, after it was posed or moved.
-void takeOver(Scene& scene, std::size_t character);
+void takeOver(Scene& scene, const Character& character);
 
 // Makes of a character's own numbers, of the model or of the truth, those that are shown: with or without the shadow of
 // itself and of the others. Without others in reach they stay the very ones that they were.
 void applyShadows(const Scene& scene, std::size_t character, Shadows shadows, int threads, std::span<float> numbers,
                   std::span<float> indirect = {});
 
-// Tells whether applyShadows() may change numbers of this character.
-bool changesNumbers(const Scene& scene, std::size_t character, Shadows shadows);
-
 // Takes a ground with heights to the moment that is shown.
 void poseField(Scene& scene, const ViewState& state);
 
-// Computes what the ground shows, unless that is there already.
-void updateGround(Scene& scene, const ViewState& state, bool field_on_cpu, int threads);
+// Computes what the ground shows, unless that is there already. Returns whether it did.
+bool updateGround(Scene& scene, const ViewState& state, const GroundKey& key, int threads);
+
+// Returns what vertices show by the model or the truth where shadows of others join in another way than as a product
+// (player/papers/cast_way.h). The channel is shaded, ambient or error.
+std::vector<Vec3> joinedValues(Scene& scene, std::size_t character, const ViewState& state, const CharacterKey& key,
+                               bool truth, int threads);
 
 }  // namespace penumbra

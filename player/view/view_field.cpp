@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "player/view/view_light.h"
+#include "player/view/view_look.h"
 
 namespace penumbra {
 
@@ -55,9 +55,8 @@ void ViewField::evaluate(const ViewState& state, Vec3 eye, GlCast& cast, const V
     Shown& shown = shownAs(last_, suns);
     ShadingSet& set = shown.shading.set();
     if (last_.lit) {
-        const LightKey key = shownLightKey(*scene_, state);
-        if (shown.light != key) set.replaceLight(0, shownLight(*scene_, state));
-        shown.light = key;
+        shown.light.update(shownLightKey(*scene_, state),
+                           [&](auto&) { set.replaceLight(0, shownLight(*scene_, state)); });
         if (set.sunsOn() != last_.sunlit) set.setSuns(last_.sunlit);
         if (set.lightRotation() != lightRotation(state)) set.setLightRotation(lightRotation(state));
     }

@@ -31,7 +31,7 @@ private:
     struct Shown {
         FieldShading shading;
         std::optional<GlHeightsGround> ground;
-        std::optional<LightKey> light;  // that the shading has
+        Cached<LightKey> light;  // that the shading has
         Shown(const SceneGround& of, const Convention& convention, const AssetView& asset, const LightView& room)
             : shading(of, convention, asset, room) {}
     };

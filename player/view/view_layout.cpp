@@ -31,7 +31,7 @@ std::vector<Pane> panesOf(const ViewState& state, const Rectangle& picture) {
             return {{Shown::kModel, left, left}, {Shown::kTruth, right, right}};
         }
         case Compare::kWipe: {
-            const auto [left, right] = cut(picture, state.wipe);
+            const auto [left, right] = cut(picture, state.show.wipe);
             return {{Shown::kModel, picture, left}, {Shown::kTruth, picture, right}};
         }
         default:

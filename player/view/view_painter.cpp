@@ -9,9 +9,7 @@
 #include "player/frame/visibility_lobe.h"
 #include "player/gl/offscreen_target.h"
 #include "player/view/vertex_figures.h"
-#include "player/view/view_cast.h"
-#include "player/view/view_cast_way.h"
-#include "player/view/view_suns.h"
+#include "player/view/view_look.h"
 
 namespace penumbra {
 
@@ -27,7 +25,7 @@ FrameView paneView(const ViewState& state, const Rectangle& area, double scene_r
             view.clip_from_model[4 * column + row] = sum;
         }
     view.eye = transposed(to_scene.linear()) * (toFloat(cameraPosition(state.camera)) - to_scene.translation());
-    view.error_max = state.error_max;
+    view.error_max = state.show.error_max;
     view.display = state.display;
     view.scene_from_model = to_scene;
     return view;
@@ -42,16 +40,20 @@ bool ScenePainter::needsValues(const ViewState& state) const {
                (model.composition && (model.convention.order > kFieldOrder || model.composition->floor));
     });
     return many_bands || path_ == EvaluationPath::kCpu || shownCompare(state) == Compare::kDifference ||
-           state.channel == Channel::kError || state.component.has_value() ||
+           state.show.channel == Channel::kError || state.show.component.has_value() ||
            shownCastMode(state) != CastMode::kProduct ||
-           (scene_->field && (shownCompare(state) != Compare::kModel || state.shadows != Shadows::kBoth));
+           (scene_->field && (shownCompare(state) != Compare::kModel || state.show.shadows != Shadows::kBoth));
+}
+
+UpdateNeeds ScenePainter::needs(const ViewState& state, int threads) const {
+    return {needsValues(state), !castsOnGpu(state), !fieldOnGpu(state), threads};
 }
 
 ViewSunlight* ScenePainter::sunsFor(const ViewState& state) { return showsSuns(*scene_, state) ? &*suns_ : nullptr; }
 
 // Numbers that are given, as those of the truth are, have their shadows already.
 bool ScenePainter::castsOnGpu(const ViewState& state) const {
-    return !needsValues(state) && shownCompare(state) == Compare::kModel && state.shadows == Shadows::kBoth &&
+    return !needsValues(state) && shownCompare(state) == Compare::kModel && state.show.shadows == Shadows::kBoth &&
            (scene_->cast->casterCount() > 0 || scene_->field);
 }
 
@@ -80,7 +82,7 @@ namespace {
 
 // A frame without truth shows its model wherever truth is asked for.
 Shown shownOf(const Character& character, Shown shown) {
-    return shown == Shown::kTruth && !character.truth_frame ? Shown::kModel : shown;
+    return shown == Shown::kTruth && !*character.posed.truth_frame ? Shown::kModel : shown;
 }
 
 }  // namespace
@@ -89,51 +91,54 @@ void ScenePainter::poseCasters() {
     casters_.clear();
     for (const auto& character : scene_->characters)
         if (character->caster != kNobody)
-            casters_.push_back({character->evaluator.get(), *character->casts, character->to_scene});
+            casters_.push_back({character->posed.evaluator.get(), *character->casts, character->posed.to_scene});
     if (!cast_) cast_.emplace(casters_);
     cast_->pose(casters_);
 }
 
-void ScenePainter::evaluate(Group& group, Shown shown, Vec3 eye, bool casts, const ViewSunlight* suns) {
+void ScenePainter::evaluate(Group& group, const ViewState& state, Shown shown, Vec3 eye) {
+    const bool casts = castsOnGpu(state);
+    const ViewSunlight* const suns = sunsFor(state);
     const Character& first = *scene_->characters[group.characters.front()];
-    if (!group.asset) group.asset = std::make_shared<GlAsset>(first.asset, first.shading.get(), first.evaluator.get());
+    if (!group.asset)
+        group.asset = std::make_shared<GlAsset>(first.asset, first.shown.shading.get(), first.posed.evaluator.get());
     std::optional<ModelPainter>& painter = group.painters[std::size_t(shown)];
     if (!painter) painter.emplace(group.asset, group.characters.size());
     posed_.clear();
     for (const std::size_t i : group.characters) {
         const Character& character = *scene_->characters[i];
-        PosedCharacter& posed =
-            posed_.emplace_back(PosedCharacter{character.evaluator.get(), character.to_scene, character.shading.get()});
+        PosedCharacter& posed = posed_.emplace_back(
+            PosedCharacter{character.posed.evaluator.get(), character.posed.to_scene, character.shown.shading.get()});
         if (shownOf(character, shown) == Shown::kTruth)
-            posed.numbers = character.truth_numbers;
-        else if (!casts && changesNumbers(*scene_, i, character.shadows))
-            posed.numbers = character.vertices.numbers;
+            posed.numbers = *character.posed.truth_numbers;
+        else if (!casts && changesNumbers(*scene_, i, state.show.shadows))
+            posed.numbers = character.posed.vertices.numbers;
         posed.caster = character.caster;
         if (suns) posed.lobes = suns->slotLobes(i);
     }
-    painter->evaluate(first.channel, posed_, eye, casts ? &*cast_ : nullptr);
+    painter->evaluate(first.shown.channel, posed_, eye, casts ? &*cast_ : nullptr);
 }
 
 ScenePainter::Key ScenePainter::keyOf(const ViewState& state, std::size_t index, Shown shown) const {
     const Character& character = *scene_->characters[index];
-    return {index, shownOf(character, shown), character.channel, showsSuns(*scene_, state)};
+    return {index, shownOf(character, shown), character.shown.channel, showsSuns(*scene_, state)};
 }
 
 void ScenePainter::uploadValues(const ViewState& state, const Key& key) {
     const Character& character = *scene_->characters[key.character];
-    std::span<const Vec3> values = character.values[std::size_t(key.shown)];
+    std::span<const Vec3> values = character.shown.of(key.shown);
     SunlitSurface surface;
     if (key.sunlit) {
         sunlit_values_.assign(values.begin(), values.end());
         values = sunlit_values_;
-        const Vec3 from = toFloat(cameraPosition(state.camera)) - character.to_scene.translation();
-        surface = suns_->surfaceOf(key.character, transposed(character.to_scene.linear()) * from, sunlit_values_);
+        const Vec3 from = toFloat(cameraPosition(state.camera)) - character.posed.to_scene.translation();
+        surface = suns_->surfaceOf(key.character, transposed(character.posed.to_scene.linear()) * from, sunlit_values_);
     }
     const auto at = value_painters_
-                        .try_emplace(key, character.asset.mesh, character.channel, Sides::kSeen,
+                        .try_emplace(key, character.asset.mesh, character.shown.channel, Sides::kSeen,
                                      key.sunlit ? kAllBrdfModels | kMembranes : 0)
                         .first;
-    at->second.upload(character.vertices.positions, values, surface);
+    at->second.upload(character.posed.vertices.positions, values, surface);
 }
 
 void ScenePainter::prepare(const ViewState& state, const std::vector<Pane>& panes, double radius) {
@@ -156,7 +161,7 @@ void ScenePainter::prepare(const ViewState& state, const std::vector<Pane>& pane
             continue;
         }
         const Vec3 eye = paneView(state, pane.area, radius, {}).eye;
-        for (Group& group : groups_) evaluate(group, pane.shown, eye, casts, sunsFor(state));
+        for (Group& group : groups_) evaluate(group, state, pane.shown, eye);
         if (field && showsGround(*scene_, state)) field->evaluate(state, eye, *cast_, sunsFor(state));
     }
     if (casts) cast_->release();
@@ -174,8 +179,8 @@ void ScenePainter::drawCharacters(const ViewState& state, const Pane& pane, doub
     }
     for (std::size_t i = 0; i < scene_->characters.size(); ++i) {
         const Character& character = *scene_->characters[i];
-        FrameView view = paneView(state, pane.area, radius, character.to_scene);
-        view.display = character.plain ? DisplayTransform() : display;
+        FrameView view = paneView(state, pane.area, radius, character.posed.to_scene);
+        view.display = state.show.component ? DisplayTransform() : display;
         value_painters_.at(keyOf(state, i, pane.shown)).draw(view, suns);
     }
 }
@@ -186,13 +191,13 @@ void ScenePainter::drawBoxes(const ViewState& state, const Pane& pane, double ra
     const bool one = factor && factor->choice.kind == FactorKind::kPart;
     for (std::size_t i = 0; i < scene_->characters.size(); ++i) {
         const Character& character = *scene_->characters[i];
-        if (one && state.picked->character != i) continue;
-        FrameView view = paneView(state, pane.area, radius, character.to_scene);
+        if (one && state.inspect.picked->character != i) continue;
+        FrameView view = paneView(state, pane.area, radius, character.posed.to_scene);
         view.display = DisplayTransform();
-        const std::span<const Affine> bones = character.evaluator->bones();
+        const std::span<const Affine> bones = character.posed.evaluator->bones();
         if (!one && character.casts == CasterKind::kSpheres)
             overlays_.drawBoxes(sphereEdges(character.asset.blockers, bones), view);
-        if (!character.evaluator->composed() || (!one && character.casts == CasterKind::kSpheres)) continue;
+        if (!character.posed.evaluator->composed() || (!one && character.casts == CasterKind::kSpheres)) continue;
         const CompositionView& composition = *character.asset.model.composition;
         std::vector<std::size_t> parts(one ? 1 : composition.parts.size(), one ? factor->choice.part : 0);
         if (!one) std::iota(parts.begin(), parts.end(), std::size_t(0));
@@ -202,7 +207,7 @@ void ScenePainter::drawBoxes(const ViewState& state, const Pane& pane, double ra
 
 // Draws the lobe over everything that is in the pane. The truth is known as a whole alone.
 void ScenePainter::drawLobe(const ViewState& state, const Pane& pane, double radius) {
-    const auto [index, vertex] = *state.picked;
+    const auto [index, vertex] = *state.inspect.picked;
     const Character& character = *scene_->characters[index];
     if (character.asset.transfer) return;  // transfer is no visibility
     const VertexFigures figures = figuresOf(character, vertex);
@@ -211,8 +216,8 @@ void ScenePainter::drawLobe(const ViewState& state, const Pane& pane, double rad
     VisibilityFactor drawn{{}, character.asset.model.convention, {numbers.begin(), numbers.end()}};
     const VisibilityFactor* factor = shownFactor(*scene_, state);
     if (factor && factor->choice.kind != FactorKind::kWhole) drawn = *factor;
-    const FrameVertices& at = character.vertices;
-    FrameView view = paneView(state, pane.area, radius, character.to_scene);
+    const FrameVertices& at = character.posed.vertices;
+    FrameView view = paneView(state, pane.area, radius, character.posed.to_scene);
     view.display = DisplayTransform();
     overlays_.drawLobe(drawn, {at.positions[vertex], at.normals[vertex], at.tangents[vertex]},
                        float(kLobeRadius * boundsOf(*scene_).radius()), view);
@@ -224,8 +229,8 @@ void ScenePainter::drawPane(const ViewState& state, const Pane& pane, double rad
     gl::Clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
     backdrop_.draw(*scene_, state, paneView(state, pane.area, radius, {}), sunsFor(state));
     drawCharacters(state, pane, radius, state.display);
-    if (state.boxes) drawBoxes(state, pane, radius);
-    if (state.picked) drawLobe(state, pane, radius);
+    if (state.show.boxes) drawBoxes(state, pane, radius);
+    if (state.inspect.picked) drawLobe(state, pane, radius);
 }
 
 namespace {

@@ -19,17 +19,11 @@ class ScenePainter {
 public:
     // `scene` outlives the painter.
     ScenePainter(const Scene& scene, EvaluationPath path);
-    EvaluationPath path() const { return path_; }
-    void usePath(EvaluationPath path) { path_ = path; }
-    // Tells whether this frame's values must be computed on the CPU.
-    bool needsValues(const ViewState& state) const;
-    // Tells whether the GPU casts the shadows of others on the characters.
-    bool castsOnGpu(const ViewState& state) const;
-    // Tells whether the GPU computes a ground with heights.
-    bool fieldOnGpu(const ViewState& state) const { return scene_->field && castsOnGpu(state); }
+    // Tells what updateScene() must compute for draw() and measureExposure().
+    UpdateNeeds needs(const ViewState& state, int threads) const;
     void draw(const ViewState& state, int window_height, const Rectangle& picture, PaintCost& cost);
     // Returns the automatic exposure of the characters and the ground in the first pane, without its grid. The picture
-    // must have shaded colours (view_exposure.h), and updateScene() must have been called. Leaves the window's
+    // must have shaded colours (view_look.h), and updateScene() must have been called. Leaves the window's
     // framebuffer bound.
     float measureExposure(const ViewState& state, const Rectangle& picture);
 
@@ -60,8 +54,11 @@ private:
     OverlayPainter overlays_;
     GpuTimer evaluate_timer_, draw_timer_;
 
+    bool needsValues(const ViewState& state) const;
+    bool castsOnGpu(const ViewState& state) const;
+    bool fieldOnGpu(const ViewState& state) const { return scene_->field && castsOnGpu(state); }
     void poseCasters();
-    void evaluate(Group& group, Shown shown, Vec3 eye, bool casts, const ViewSunlight* suns);
+    void evaluate(Group& group, const ViewState& state, Shown shown, Vec3 eye);
     Key keyOf(const ViewState& state, std::size_t index, Shown shown) const;
     void uploadValues(const ViewState& state, const Key& key);
     ViewSunlight* sunsFor(const ViewState& state);  // null where they do not shine

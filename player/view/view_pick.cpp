@@ -1,5 +1,6 @@
 #include "player/view/view_pick.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -41,26 +42,34 @@ std::optional<std::size_t> pickVertex(std::span<const Vec3> positions, const Mes
     return nearest;
 }
 
+namespace {
+
+// Returns the direction in which the camera sees (x, y), nothing beside all panes.
+std::optional<Vec3d> directionAt(const ViewState& state, const Rectangle& picture, double x, double y) {
+    for (const Pane& pane : panesOf(state, picture))
+        if (x >= pane.clip.x && x < pane.clip.x + pane.clip.width)
+            return pixelDirection(state.camera, x - pane.area.x, y - pane.area.y, pane.area.width, pane.area.height);
+    return std::nullopt;
+}
+
+}  // namespace
+
 std::optional<PickedVertex> pick(const Scene& scene, const ViewState& state, const Rectangle& picture, double x,
                                  double y) {
+    const std::optional<Vec3d> direction = directionAt(state, picture, x, y);
+    if (!direction || y < picture.y || y >= picture.y + picture.height) return std::nullopt;
     std::optional<PickedVertex> nearest;
     double nearest_distance = std::numeric_limits<double>::infinity();
-    for (const Pane& pane : panesOf(state, picture)) {
-        const Rectangle& clip = pane.clip;
-        if (x < clip.x || y < clip.y || x >= clip.x + clip.width || y >= clip.y + clip.height) continue;
-        const Vec3d direction =
-            pixelDirection(state.camera, x - pane.area.x, y - pane.area.y, pane.area.width, pane.area.height);
-        for (std::size_t i = 0; i < scene.characters.size(); ++i) {
-            const Character& character = *scene.characters[i];
-            double distance = 0;
-            const Mat3d to_model = transposed(toDouble(character.to_scene.linear()));
-            const Vec3d from = cameraPosition(state.camera) - toDouble(character.to_scene.translation());
-            const auto vertex = pickVertex(character.vertices.positions, character.asset.mesh, to_model * from,
-                                           to_model * direction, distance);
-            if (!vertex || distance >= nearest_distance) continue;
-            nearest_distance = distance;
-            nearest = PickedVertex{i, *vertex};
-        }
+    for (std::size_t i = 0; i < scene.characters.size(); ++i) {
+        const CharacterPose& posed = scene.characters[i]->posed;
+        double distance = 0;
+        const Mat3d to_model = transposed(toDouble(posed.to_scene.linear()));
+        const Vec3d from = cameraPosition(state.camera) - toDouble(posed.to_scene.translation());
+        const auto vertex = pickVertex(posed.vertices.positions, scene.characters[i]->asset.mesh, to_model * from,
+                                       to_model * *direction, distance);
+        if (!vertex || distance >= nearest_distance) continue;
+        nearest_distance = distance;
+        nearest = PickedVertex{i, *vertex};
     }
     return nearest;
 }
@@ -68,16 +77,82 @@ std::optional<PickedVertex> pick(const Scene& scene, const ViewState& state, con
 std::optional<Vec3d> pointAtHeight(const ViewState& state, double height, const Rectangle& picture, double x,
                                    double y) {
     constexpr double kFarthest = 20;  // times the camera's distance
-    for (const Pane& pane : panesOf(state, picture)) {
-        if (x < pane.clip.x || x >= pane.clip.x + pane.clip.width) continue;
-        const Vec3d eye = cameraPosition(state.camera),
-                    way = pixelDirection(state.camera, x - pane.area.x, y - pane.area.y, pane.area.width,
-                                         pane.area.height);
-        const double along = (height - eye.y) / way.y;
-        if (!(along > 0 && along < kFarthest * state.camera.distance)) return std::nullopt;
-        return eye + way * along;
+    const std::optional<Vec3d> way = directionAt(state, picture, x, y);
+    if (!way) return std::nullopt;
+    const Vec3d eye = cameraPosition(state.camera);
+    const double along = (height - eye.y) / way->y;
+    if (!(along > 0 && along < kFarthest * state.camera.distance)) return std::nullopt;
+    return eye + *way * along;
+}
+
+namespace {
+
+// The part of a ray over the field, from its first to its last distance; none: the first is beyond the last.
+struct OverField {
+    double first = 0, last = 1e9;
+};
+
+void clipTo(OverField& over, double origin, double way, double low, double high) {
+    if (way == 0) {
+        if (origin < low || origin > high) over.last = -1;
+        return;
+    }
+    const double a = (low - origin) / way, b = (high - origin) / way;
+    over.first = std::max(over.first, std::min(a, b));
+    over.last = std::min(over.last, std::max(a, b));
+}
+
+OverField overField(const GroundHeights& heights, Vec3d origin, Vec3d way) {
+    const HeightGrid& grid = heights.field().grid();
+    const Vec3d low = toDouble(heights.corner());
+    const auto [least, most] = std::ranges::minmax(heights.field().heights());
+    OverField over;
+    clipTo(over, origin.x, way.x, low.x, low.x + double(grid.cell_y) * (grid.columns - 1));
+    clipTo(over, origin.z, way.z, low.z, low.z + double(grid.cell_x) * (grid.rows - 1));
+    clipTo(over, origin.y, way.y, low.y + double(least) - 1e-3, low.y + double(most) + 1e-3);
+    return over;
+}
+
+}  // namespace
+
+std::optional<Vec3d> pointOnField(const GroundHeights& heights, Vec3d origin, Vec3d way) {
+    constexpr int kMaxStrokeSteps = 8192, kHalvings = 30;
+    const HeightGrid& grid = heights.field().grid();
+    const OverField over = overField(heights, origin, way);
+    if (!(over.first <= over.last)) return std::nullopt;
+    const auto above = [&](double t) {
+        const Vec3d p = origin + way * t;
+        return p.y - heights.heightAt(p.x, p.z);
+    };
+    // Half a point at a time, then halves of the step that goes below the field.
+    const double across = std::max(std::abs(way.x) / double(grid.cell_y), std::abs(way.z) / double(grid.cell_x));
+    const double step =
+        std::max(across > 0 ? 0.5 / across : over.last - over.first, (over.last - over.first) / kMaxStrokeSteps);
+    if (above(over.first) < 0) return std::nullopt;
+    for (double t = over.first; t <= over.last; t += step) {
+        double high = t, low = std::min(t + step, over.last);
+        if (above(low) > 0) {
+            if (step <= 0) break;
+            continue;
+        }
+        for (int i = 0; i < kHalvings; ++i) {
+            const double middle = 0.5 * (high + low);
+            (above(middle) > 0 ? high : low) = middle;
+        }
+        return origin + way * low;
     }
     return std::nullopt;
+}
+
+std::optional<GroundStroke> strokeUnder(const Scene& scene, const ViewState& state, const Rectangle& picture, double x,
+                                        double y, bool lowers, double seconds) {
+    constexpr double kLongest = 0.1;  // seconds: a frame that took long digs no deep pit
+    const std::optional<Vec3d> way = directionAt(state, picture, x, y);
+    if (!scene.field || !way) return std::nullopt;
+    const double rise = state.tool.brush.strength * std::min(seconds, kLongest);
+    const auto at = pointOnField(scene.field->heights(), cameraPosition(state.camera), *way);
+    if (!at) return std::nullopt;
+    return GroundStroke{toFloat(*at), float(state.tool.brush.radius), float(lowers ? -rise : rise)};
 }
 
 }  // namespace penumbra

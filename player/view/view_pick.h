@@ -1,4 +1,5 @@
 #pragma once
+// What is under the pointer, and what it does to a ground with heights.
 #include <optional>
 
 #include "player/view/view_layout.h"
@@ -16,5 +17,12 @@ std::optional<PickedVertex> pick(const Scene& scene, const ViewState& state, con
 
 // Returns where the pointer's ray meets the height, in the scene; nothing above the horizon or too far away to say.
 std::optional<Vec3d> pointAtHeight(const ViewState& state, double height, const Rectangle& picture, double x, double y);
+
+// Returns where a ray meets the field from above, nothing where it misses it. `way` need not be unit.
+std::optional<Vec3d> pointOnField(const GroundHeights& heights, Vec3d origin, Vec3d way);
+// Returns what the brush does in so many seconds under the pointer, in the coordinates of `picture`. Nothing where the
+// pointer is beside the field.
+std::optional<GroundStroke> strokeUnder(const Scene& scene, const ViewState& state, const Rectangle& picture, double x,
+                                        double y, bool lowers, double seconds);
 
 }  // namespace penumbra

@@ -4,71 +4,72 @@
 #include <cstdio>
 
 #include "player/view/vertex_figures.h"
-#include "player/view/view_cast_way.h"
-#include "player/view/view_material.h"
-#include "player/view/view_suns.h"
+#include "player/view/view_controls.h"
+#include "player/view/view_look.h"
 
 namespace penumbra {
 
-ViewContents contentsOf(const Scene& scene) {
-    ViewContents contents;
-    for (const auto& character : scene.characters) {
-        const bool known = character->error_strip.clip() == character->strip.clip();  // the errors come after the range
-        contents.characters.push_back(
-            {&character->asset.animation, std::max<std::size_t>(1, character->asset.mesh.slots.size()),
-             mostComponents(character->asset.model), character->truth != nullptr, character->strip.clip(),
-             character->strip.outOfRange(), known ? character->error_strip.errors() : std::span<const FrameError>(),
-             character->asset.model.composition.has_value(), character->casts == CasterKind::kSpheres,
-             character->factors, character->asset.model.indirect.has_value()});
-    }
-    contents.materials = scene.material_names.size();
-    contents.lights = scene.light_names.size();
-    contents.casters = scene.cast->casterCount();
-    contents.heights = scene.field != nullptr;
-    if (scene.sphere_cast) contents.sphere_casters = contents.casters;
-    return contents;
+namespace {
+
+bool anyOf(const Scene& scene, auto test) {
+    return std::ranges::any_of(scene.characters, [&](const auto& character) { return test(*character); });
+}
+
+}  // namespace
+
+bool Scene::hasTruth() const {
+    return anyOf(*this, [](const Character& character) { return character.truth != nullptr; });
+}
+bool Scene::composed() const {
+    return anyOf(*this, [](const Character& character) { return character.asset.model.composition.has_value(); });
+}
+bool Scene::bounces() const {
+    return anyOf(*this, [](const Character& character) { return character.asset.model.indirect.has_value(); });
+}
+bool Scene::hasOutlines() const {
+    return composed() ||
+           anyOf(*this, [](const Character& character) { return character.casts == CasterKind::kSpheres; });
+}
+
+std::size_t Scene::components() const {
+    std::size_t most = 0;
+    for (const auto& character : characters) most = std::max(most, mostComponents(character->asset.model));
+    return most;
 }
 
 ViewState stateFor(const Scene& scene, const ViewState& old) {
     ViewState state = old;
-    const ViewContents contents = contentsOf(scene);
     state.characters.resize(scene.characters.size());
     for (std::size_t i = 0; i < scene.characters.size(); ++i) {
         const AssetView& asset = scene.characters[i]->asset;
         CharacterChoice& choice = state.characters[i];
         if (choice.clip >= asset.animation.clips.size()) choice.clip = 0;
-        if (choice.material_of_slot.size() != contents.characters[i].slots) {
-            choice.material_of_slot.assign(asset.slot_material.begin(), asset.slot_material.end());
-            choice.material_of_slot.resize(contents.characters[i].slots);
-        }
+        if (choice.material_of_slot.size() == asset.slot_material.size()) continue;
+        choice.material_of_slot.assign(asset.slot_material.begin(), asset.slot_material.end());
     }
     if (state.selected >= scene.characters.size()) state.selected = 0;
-    state.slot = std::min(state.slot, contents.characters[state.selected].slots);
-    if (state.light >= contents.lights) state.light = 0;
-    std::erase_if(state.parameters, [&](const auto& of) {
-        if (of.first >= contents.materials) return true;
+    state.slot = std::min(state.slot, state.characters[state.selected].material_of_slot.size());
+    if (state.lighting.light >= scene.light_names.size()) state.lighting.light = 0;
+    std::erase_if(state.lighting.parameters, [&](const auto& of) {
+        if (of.first >= scene.material_names.size()) return true;
         const std::optional<ChangingParameter> range = shownRange(scene, of.first);
         return !range || of.second < range->least || of.second > range->most;
     });
-    if (!contents.shaded() && state.channel == Channel::kShaded) state.channel = Channel::kAmbient;
-    if (!contents.composed() && state.channel == Channel::kParts) state.channel = Channel::kAmbient;
-    if (!contents.bounces() && state.channel == Channel::kBouncedAmbient) state.channel = Channel::kAmbient;
-    if (!contents.hasTruth()) state.compare = Compare::kModel;
-    if (!hasCastMode(contents, state.cast_mode)) state.cast_mode = CastMode::kProduct;
+    if (!hasChannel(scene, state.show.channel)) state.show.channel = Channel::kAmbient;
+    if (!scene.hasTruth()) state.show.compare = Compare::kModel;
+    if (!hasCastMode(scene, state.show.cast_mode)) state.show.cast_mode = CastMode::kProduct;
+    if (state.show.component && *state.show.component >= scene.components()) state.show.component.reset();
     state.frame_all = true;
-    state.picked.reset();
-    state.factor = {};
-    state.score_edit.reset();
-    state.stroke.reset();
-    state.brush.on &= contents.heights;
-    if (state.component && *state.component >= contents.components()) state.component.reset();
+    state.inspect = {};
+    state.tool.stroke.reset();
+    state.tool.brush.on &= scene.field != nullptr;
     return state;
 }
 
 const VisibilityFactor* shownFactor(const Scene& scene, const ViewState& state) {
-    if (!state.picked) return nullptr;
-    const std::vector<VisibilityFactor>& factors = scene.characters[state.picked->character]->factors;
-    const auto found = std::ranges::find(factors, state.factor, &VisibilityFactor::choice);
+    if (!state.inspect.picked) return nullptr;
+    const std::vector<VisibilityFactor>& factors = *scene.characters[state.inspect.picked->character]->posed.factors;
+    const auto found = std::ranges::find(factors, state.inspect.factor, &VisibilityFactor::choice);
     return found != factors.end() ? &*found : factors.empty() ? nullptr : &factors.front();
 }
 
@@ -106,17 +107,16 @@ std::string parameterText(const Scene& scene, const ViewState& state) {
 }  // namespace
 
 std::string describe(const Scene& scene, const ViewState& state) {
-    const ViewContents contents = contentsOf(scene);
-    const ClipView& clip = selectedClip(state, contents);
-    std::string text =
-        "clip " + std::string(clip.name) + ", frame " + frameText(shownPosition(state, contents, state.selected)) +
-        ", " +
-        (state.component ? "component " + std::to_string(*state.component) : std::string(nameOf(state.channel))) +
-        ", " + std::string(nameOf(shownCompare(state)));
-    const bool shaded = state.channel == Channel::kShaded && !state.component;
+    const ClipView& clip = selectedClip(state, scene);
+    std::string text = "clip " + std::string(clip.name) + ", frame " +
+                       frameText(shownPosition(state, scene, state.selected)) + ", " +
+                       (state.show.component ? "component " + std::to_string(*state.show.component)
+                                             : std::string(nameOf(state.show.channel))) +
+                       ", " + std::string(nameOf(shownCompare(state)));
+    const bool shaded = state.show.channel == Channel::kShaded && !state.show.component;
     if (shaded)
         text += ", material " + std::string(scene.material_names[chosenMaterial(state)]) + parameterText(scene, state) +
-                ", light " + std::string(scene.light_names[state.light]);
+                ", light " + std::string(scene.light_names[state.lighting.light]);
     if (shaded && scene.blend.part() < 1) {
         char percent[8];
         std::snprintf(percent, sizeof percent, "%.0f%%", 100 * scene.blend.part());
@@ -128,16 +128,17 @@ std::string describe(const Scene& scene, const ViewState& state) {
         text += std::string(", reflectance ") + std::string(nameOf(shading.reflectance)) + ", light form " +
                 std::string(nameOf(shading.light_form));
     if (showsSuns(scene, state)) text += ", suns with shadow maps";
-    if (shaded && state.bounces != Bounces::kBoth && contents.bounces())
-        text += state.bounces == Bounces::kDirect ? ", direct light" : ", bounced light";
-    if (state.shadows != Shadows::kBoth) text += ", " + std::string(nameOf(state.shadows));
+    if (shaded && state.lighting.bounces != Bounces::kBoth && scene.bounces())
+        text += state.lighting.bounces == Bounces::kDirect ? ", direct light" : ", bounced light";
+    if (state.show.shadows != Shadows::kBoth) text += ", " + std::string(nameOf(state.show.shadows));
     if (const CastMode mode = shownCastMode(state); mode != CastMode::kProduct)
         text += ", shadows of others by " + std::string(nameOf(mode));
     if (const VisibilityFactor* factor = shownFactor(scene, state))
-        text += ", lobe of vertex " + std::to_string(state.picked->vertex) + " (" +
-                nameOf(scene.characters[state.picked->character]->asset, factor->choice) + ")";
-    if (state.boxes && contents.hasOutlines()) text += ", boxes of fields";
-    if (state.score_edit) text += ", scores of cluster " + std::to_string(state.score_edit->cluster) + " changed";
+        text += ", lobe of vertex " + std::to_string(state.inspect.picked->vertex) + " (" +
+                nameOf(scene.characters[state.inspect.picked->character]->asset, factor->choice) + ")";
+    if (state.show.boxes && scene.hasOutlines()) text += ", boxes of fields";
+    if (state.inspect.score_edit)
+        text += ", scores of cluster " + std::to_string(state.inspect.score_edit->cluster) + " changed";
     return text;
 }
 
@@ -147,12 +148,12 @@ BoundingBox boundsOf(const Scene& scene, bool rest) {
     BoundingBox all;
     for (std::size_t i = 0; i < scene.characters.size(); ++i) {
         const Character& character = *scene.characters[i];
-        const bool posed = character.posed && !rest;
-        const BoundingBox box =
-            boundsOf(posed ? std::span<const Vec3>(character.vertices.positions) : character.asset.mesh.positions);
+        const bool posed = character.posed.truth_frame.key() && !rest;
+        const BoundingBox box = boundsOf(posed ? std::span<const Vec3>(character.posed.vertices.positions)
+                                               : character.asset.mesh.positions);
         std::array<Vec3, 8> corners;
         for (std::size_t c = 0; c < corners.size(); ++c)
-            corners[c] = (posed ? character.to_scene : character.placement)
+            corners[c] = (posed ? character.posed.to_scene : character.placement)
                              .point({(c & 1 ? box.high : box.low).x, (c & 2 ? box.high : box.low).y,
                                      (c & 4 ? box.high : box.low).z});
         all = i == 0 ? boundsOf(corners) : merged(all, boundsOf(corners));

@@ -7,16 +7,16 @@
 #include "player/frame/frame_values.h"
 #include "player/frame/open_asset.h"
 #include "player/frame/orbit_camera.h"
-#include "player/scene/cast_shader.h"
+#include "player/papers/joined_cast.h"
 #include "player/scene/scene_field.h"
 #include "player/scene/scene_ground.h"
+#include "player/view/cached.h"
 #include "player/view/light_blend.h"
-#include "player/view/playback/clip_strip.h"
-#include "player/view/playback/error_strip.h"
+#include "player/view/playback/clip_figures.h"
 #include "player/view/playback/pose_interpolation.h"
 #include "player/view/playback/position_interpolation.h"
 #include "player/view/playback/score_ranges.h"
-#include "player/view/view_state.h"
+#include "player/view/view_keys.h"
 #include "runtime/cast/cast_shadow.h"
 
 namespace penumbra {
@@ -32,66 +32,73 @@ struct UpdateCost {
     double shade = 0;     // computing what every vertex shows
 };
 
-// What the shading of another way than the product was made for.
-struct JoinedLook {
-    CastMode mode = CastMode::kProduct;
-    std::vector<std::size_t> material_of_slot;
-    std::size_t light = 0;
-    Mat3 light_rotation;
-    ShadingChoice shading;
-    bool operator==(const JoinedLook&) const = default;
-};
-
-struct Character {
+// What the files say of a character. It stays as openScene() has made it.
+struct OpenedCharacter {
     // With the materials and lights of every file, and a last light whose place Scene::blend takes.
     AssetView asset;
     const AssetView* truth = nullptr;
     Affine placement;              // from its model frame to the scene: a rotation about y and a translation
-    Affine to_scene;               // the same, with what the user has moved it
     std::size_t caster = kNobody;  // of Scene::cast
     std::optional<CasterKind> casts = {};
-    std::unique_ptr<Evaluator> evaluator;
-    std::unique_ptr<ShadingSet> shading;  // null without materials or lights
-    std::uint64_t light_version = 0;      // of Scene::blend, where the set has its light
+    const BonePose* file_pose = nullptr;  // of the scene's file; shown where CharacterChoice::still
+    std::size_t file_bytes = 0;
+};
 
+// What follows from its pose.
+struct CharacterPose {
+    std::unique_ptr<Evaluator> evaluator;                           // has the pose
     std::unique_ptr<PoseInterpolation> interpolation;               // null of a deforming mesh
     std::unique_ptr<PositionInterpolation> position_interpolation;  // null for a skinned mesh
-    const BonePose* file_pose = nullptr;   // of the scene's file; shown where CharacterChoice::still
-    const BonePose* shown_pose = nullptr;  // what the evaluator has of it; null: a frame
-    std::size_t frame = 0;                 // in the animation; the pose is `part` of the way from it to the next
-    double part = 0;
-    std::optional<std::size_t> truth_frame;  // only for sampled frames
-    std::optional<ScoreEdit> edited;         // that the evaluator has
-    bool posed = false, has_model_numbers = false, has_truth_numbers = false;
-    // What the numbers were made for.
-    Shadows shadows = Shadows::kBoth;
-    std::uint64_t cast_version = 0;
-    FrameVertices vertices;            // numbers: of the model
-    std::vector<float> truth_numbers;  // in the local frames of `vertices`
-    // Of other ways than the product (view_cast_way.h):
-    std::vector<float> others;            // V_c over the sphere, of every vertex, in the scene
-    std::optional<CastMode> others_mode;  // that it was made for
-    std::uint64_t others_version = 0;     // Scene::pose_version of then
-    std::unique_ptr<CastShader> joined;   // for joined_look
-    JoinedLook joined_look;
+    Cached<PoseKey, std::optional<std::size_t>> truth_frame;        // none between sampled frames, and without truth
+    Affine to_scene;                                                // the placement, with what the user has moved it
+    FrameVertices vertices;                                         // numbers: of the model
+    Cached<NumbersKey> numbers;                                     // those of `vertices`
+    Cached<NumbersKey, std::vector<float>> truth_numbers;           // in the local frames of `vertices`
+    // Of the picked vertex of a composed asset.
+    Cached<std::pair<PoseKey, std::optional<std::size_t>>, std::vector<VisibilityFactor>> factors;
+    const PoseKey& pose() const { return *truth_frame.key(); }
+};
 
-    std::array<std::vector<Vec3>, kShownCount> values;
+// What a unit of a component's score changes of E.
+struct ComponentEffect {
+    std::vector<float> ambient;  // componentAmbient()
+    float most = 0;              // the largest of them, without its sign
+};
+
+// What is drawn of it.
+struct CharacterLook {
+    std::unique_ptr<ShadingSet> shading;    // null without materials or lights
+    Cached<LookKey> look;                   // that the shading has
+    Cached<NumbersKey, JoinedCast> joined;  // for CastMode beside kProduct
+    Cached<LookKey> joined_look;            // that it has
     // The channel of the values. Without truth, error is shown as ambient visibility, and so are parts without any.
     Channel channel = Channel::kShaded;
-    bool plain = false;                    // the values are colours, neither exposed nor tone mapped
-    std::vector<float> component_ambient;  // componentAmbient() of ViewState::component
-    std::optional<std::size_t> component;  // the component that these belong to
-    float component_most = 0;              // the largest of them, without its sign
-    ClipStrip strip;
-    ErrorStrip error_strip;  // only with truth
+    Cached<CharacterKey, std::array<std::vector<Vec3>, kShownCount>> values;
+    Cached<std::size_t, ComponentEffect> component;
+    double mean_error = 0, max_error = 0;  // |E(model) - E(truth)| of the frame, Channel::kError
+    std::span<const Vec3> of(Shown shown) const { return (*values)[std::size_t(shown)]; }
+};
+
+// Figures of a clip's frames, from the first on, as far as they are known.
+struct ClipFigures {
+    std::size_t clip = 0;
+    std::vector<float> out_of_range;  // Evaluator::outOfRange()
+    std::vector<FrameError> errors;   // only with truth
+};
+
+// What the panels show beside the picture. It is computed a little at a time.
+struct CharacterTimeline {
+    std::unique_ptr<Evaluator> evaluator;  // for poses that are not drawn
+    ClipFigures figures;
+    ErrorStrip error_strip;
     ScoreRanges score_ranges;
-    std::optional<std::size_t> components_of;  // the cluster; known when the ranges are
-    std::vector<ComponentFigures> components;
-    std::optional<std::size_t> factors_of;  // the vertex that these belong to, in the pose of now
-    std::vector<VisibilityFactor> factors;  // only of a composed asset
-    std::size_t file_bytes = 0;
-    std::unique_ptr<Evaluator> strip_evaluator;  // for poses that are not drawn
-    double mean_error = 0, max_error = 0;        // |E(model) - E(truth)| of the frame, Channel::kError
+    Cached<std::size_t, std::vector<ComponentFigures>> components;  // of a cluster; known when the ranges are
+};
+
+struct Character : OpenedCharacter {
+    CharacterPose posed;
+    CharacterLook shown;
+    CharacterTimeline timeline;
 };
 
 // A file of any kind that a scene is made of.
@@ -105,31 +112,15 @@ struct SceneFile {
 };
 constexpr int kPictureLightOrder = 5;
 
-// Tells the lights of different moments apart.
-struct LightKey {
-    std::size_t light = 0;
-    std::uint64_t version = 0;  // of Scene::blend
-    bool operator==(const LightKey&) const = default;
-};
-
 // What the ground shows at its vertices.
 struct ShownGround {
-    struct Made {
-        bool shadows = false, lit = false, suns = false, on_cpu = true;
-        CastMode mode = CastMode::kProduct;
-        std::uint64_t caster_version = 0, field_version = 0;
-        LightKey light;
-        Mat3 rotation;
-        Vec3 eye;  // of a ground with a material
-        bool operator==(const Made&) const = default;
-    };
-    std::optional<Made> made;  // what the values were made for
-    std::uint64_t version = 0;
-    std::size_t updated = 0;  // points of a ground with heights that the last change has reached
-    GroundVertices vertices;  // of a ground with heights: without numbers of its own
-    FrameVertices points;     // of a ground with heights
-    std::vector<Vec3> values;
-    bool lit() const { return made && made->lit; }  // the values are radiance; otherwise colours
+    Cached<GroundKey, std::vector<Vec3>> values;
+    Cached<std::pair<NumbersKey, bool>> seen;  // what the vertices have, and whether the CPU has computed it
+    Cached<std::uint64_t> heights;             // SceneField::version() that they have
+    std::size_t updated = 0;                   // points of a ground with heights that the last change has reached
+    GroundVertices vertices;                   // of a ground with heights: without numbers of its own
+    FrameVertices points;                      // of a ground with heights
+    bool lit() const { return values.key() && values.key()->lit; }  // the values are radiance; otherwise colours
 };
 
 struct Scene {
@@ -140,15 +131,19 @@ struct Scene {
     std::vector<std::string_view> material_names, light_names;
     std::unique_ptr<CastShadow> cast;
     std::unique_ptr<CastShadow> sphere_cast;  // all of them by their spheres; null where one has none
-    std::uint64_t cast_version = 0;           // grows with every caster that takes another pose or place, and heights
-    std::uint64_t caster_version = 0;         // without heights
-    std::uint64_t field_version = 0;          // SceneField::version() that the others were grown for
-    std::uint64_t pose_version = 0;           // grows with everyone who does, caster or not
     std::optional<SceneGround> ground_file;   // none where a scene's file has none
     std::unique_ptr<SceneField> field;        // the heights of the ground; null where it is level
     ShownGround ground;
     LightBlend blend;               // of the light that is switched
     std::vector<float> dark_light;  // SH of the last light of all characters, 0
+
+    bool shaded() const { return !material_names.empty() && !light_names.empty(); }
+    bool hasTruth() const;
+    bool composed() const;           // some character is
+    bool bounces() const;            // some character has light that bounces
+    bool hasOutlines() const;        // some character has boxes of fields, or spheres
+    std::size_t components() const;  // the most of the model's PCA that any character has
+    std::uint64_t fieldVersion() const { return field ? field->version() : 0; }
 };
 
 // Opens a scene. A .json says who stands where (docs/scene.md); its characters and props come first. Without one the
@@ -156,7 +151,6 @@ struct Scene {
 // or lights. An .exr or .hdr is a light's picture (lat-long or a cube's cross). Throws InvalidInput when none is a
 // character, and when a truth fits no character.
 Scene openScene(std::span<const std::filesystem::path> paths, int threads);
-ViewContents contentsOf(const Scene& scene);
 // Returns what the scene's file says of a character; null without a file, and for one that was added to it.
 const SceneCharacter* memberOf(const Scene& scene, std::size_t character);
 // Returns characters, clips and materials as the files have them. What `old` has chosen stays where it still exists.
@@ -172,21 +166,16 @@ struct UpdateNeeds {
     bool field = true;   // what a ground with heights shows, unless the GPU computes it
     int threads = 0;
 };
-// Brings the characters to what `state` says. Computes only what changed.
-void updateScene(Scene& scene, const ViewState& state, const UpdateNeeds& needs, UpdateCost& cost);
-
-// Returns the shading forms that every chosen material and the chosen light support (operators, fitted lobes).
-ShadingChoice shownShading(const Scene& scene, const ViewState& state);
-// Makes a character's ShadingSet anew where its choice has changed. Returns true then, because painters keep
-// references to it.
-bool useShading(Scene& scene, const ViewState& state);
+// Brings the characters to what `state` says. Computes only what is missing or changed, and returns whether anything
+// was.
+bool updateScene(Scene& scene, const ViewState& state, const UpdateNeeds& needs, UpdateCost& cost);
 
 // Goes on computing, for some milliseconds, what the timeline shows of the selected character's clip.
 void computeStrips(Scene& scene, const ViewState& state, double milliseconds);
 bool stripsAreComplete(const Scene& scene, const ViewState& state);
 
-// Returns what of the picked vertex' visibility is drawn: state.factor, or the whole where the vertex has no such
-// factor. Null where nothing is picked, or the character is not composed.
+// Returns what of the picked vertex' visibility is drawn: state.inspect.factor, or the whole where the vertex has no
+// such factor. Null where nothing is picked, or the character is not composed.
 const VisibilityFactor* shownFactor(const Scene& scene, const ViewState& state);
 
 // Returns, for instance, "clip walk, frame 3, shaded, model, material lambert, light sky".

@@ -67,11 +67,11 @@ void applySceneFile(const Scene& scene, ViewState& state) {
         choice.material_of_slot = lookOf(scene, one, character);
     }
     state.playhead.time = 0;
-    state.light = lightOfFile(scene);
+    state.lighting.light = lightOfFile(scene);
     const Mat3d rotation = rotationOf(scene.file->light);
-    for (std::size_t i = 0; i < 9; ++i) state.light_base.m[i] = float(rotation.m[i]);
-    state.light_yaw = state.light_pitch = 0;
-    state.ground = scene.file->ground.has_value();
+    for (std::size_t i = 0; i < 9; ++i) state.lighting.base.m[i] = float(rotation.m[i]);
+    state.lighting.yaw = state.lighting.pitch = 0;
+    state.show.ground = scene.file->ground.has_value();
     const BoundingBox box = restBounds(scene);
     const std::array points = {box.low, box.high};
     state.camera = cameraOf(*scene.file, "", points);

@@ -10,7 +10,7 @@
 #include "player/frame/truth_frames.h"
 #include "player/scene/side_by_side.h"
 #include "player/view/view_cast.h"
-#include "player/view/view_light.h"
+#include "player/view/view_look.h"
 #include "player/view/view_shapes.h"
 #include "sh/sh_basis.h"
 
@@ -105,15 +105,15 @@ std::unique_ptr<Character> makeCharacter(const Scene& scene, const SceneFile& fi
     if (character->asset.animation.clips.empty()) throw InvalidInput(character->asset.name + ": holds no clip");
     requireFrames(character->asset);
     gatherLibrary(scene, file, character->asset);
-    character->evaluator =
-        like ? std::make_unique<Evaluator>(*like->evaluator) : std::make_unique<Evaluator>(character->asset);
-    character->strip_evaluator = std::make_unique<Evaluator>(*character->evaluator);
+    character->posed.evaluator =
+        like ? std::make_unique<Evaluator>(*like->posed.evaluator) : std::make_unique<Evaluator>(character->asset);
+    character->timeline.evaluator = std::make_unique<Evaluator>(*character->posed.evaluator);
     if (character->asset.model.deforming)
-        character->position_interpolation = std::make_unique<PositionInterpolation>(character->asset);
+        character->posed.position_interpolation = std::make_unique<PositionInterpolation>(character->asset);
     else
-        character->interpolation = std::make_unique<PoseInterpolation>(character->asset);
+        character->posed.interpolation = std::make_unique<PoseInterpolation>(character->asset);
     if (!character->asset.materials.empty() && !character->asset.lights.empty())
-        character->shading = std::make_unique<ShadingSet>(character->asset);
+        character->shown.shading = std::make_unique<ShadingSet>(character->asset);
     return character;
 }
 

@@ -65,6 +65,7 @@ private:
 ViewSettings parseSettings(const Json& json, std::string& problem) {
     if (!json.is_object()) throw std::runtime_error("not a JSON object");
     ViewSettings settings;
+    ViewState& state = settings.state;
     FieldReader read(problem);
     if (const Json* window = read.object(json, "window")) {
         read.number(*window, "width", kMinWidth, kMaxWidth, settings.window.width);
@@ -74,14 +75,14 @@ ViewSettings parseSettings(const Json& json, std::string& problem) {
     }
     std::optional<float> exposure;
     read.number(json, "exposure", double(kMinExposure), double(kMaxExposure), exposure);
-    settings.automatic_exposure = !exposure;
-    if (exposure) settings.display.exposure = *exposure;
-    read.number(json, "tone_map", 0, 2, settings.display.tone_map);
-    read.number(json, "speed", 0.125, 8, settings.speed);
-    read.number(json, "error_max", 1e-3, 1, settings.error_max);
-    read.flag(json, "background", settings.background);
-    read.flag(json, "ground", settings.ground);
-    read.flag(json, "panels", settings.panels);
+    state.automatic_exposure = !exposure;
+    if (exposure) state.display.exposure = *exposure;
+    read.number(json, "tone_map", 0, 2, state.display.tone_map);
+    read.number(json, "speed", 0.125, 8, state.playhead.speed);
+    read.number(json, "error_max", 1e-3, 1, state.show.error_max);
+    read.flag(json, "background", state.show.background);
+    read.flag(json, "ground", state.show.ground);
+    read.flag(json, "panels", state.window.panels);
     return settings;
 }
 
@@ -102,38 +103,23 @@ ViewSettings readSettings(const std::filesystem::path& path, std::string& proble
 }
 
 void writeSettings(const std::filesystem::path& path, const ViewSettings& settings) {
+    const ViewState& state = settings.state;
     Json json;
     json["schema"] = "penumbra.view";
     json["schema_version"] = 1;
     json["window"] = {{"width", settings.window.width}, {"height", settings.window.height}};
     if (settings.window.x) json["window"]["x"] = *settings.window.x;
     if (settings.window.y) json["window"]["y"] = *settings.window.y;
-    if (!settings.automatic_exposure) json["exposure"] = settings.display.exposure;
-    json["tone_map"] = int(settings.display.tone_map);
-    json["speed"] = settings.speed;
-    json["error_max"] = settings.error_max;
-    json["background"] = settings.background;
-    json["ground"] = settings.ground;
-    json["panels"] = settings.panels;
+    if (!state.automatic_exposure) json["exposure"] = state.display.exposure;
+    json["tone_map"] = int(state.display.tone_map);
+    json["speed"] = state.playhead.speed;
+    json["error_max"] = state.show.error_max;
+    json["background"] = state.show.background;
+    json["ground"] = state.show.ground;
+    json["panels"] = state.window.panels;
     std::error_code failed;  // writeWholeFile() says what cannot be written
     std::filesystem::create_directories(path.parent_path(), failed);
     writeWholeFile(path, json.dump(2) + "\n");
-}
-
-void applySettings(const ViewSettings& settings, ViewState& state) {
-    state.display = settings.display;
-    state.automatic_exposure = settings.automatic_exposure;
-    state.playhead.speed = settings.speed;
-    state.error_max = settings.error_max;
-    state.background = settings.background;
-    state.ground = settings.ground;
-    state.panels = settings.panels;
-}
-
-ViewSettings settingsOf(const ViewState& state, const WindowPlace& window) {
-    return {
-        window,       state.display, state.automatic_exposure, state.playhead.speed, state.error_max, state.background,
-        state.ground, state.panels};
 }
 
 }  // namespace penumbra

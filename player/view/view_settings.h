@@ -11,11 +11,9 @@ namespace penumbra {
 
 struct ViewSettings {
     WindowPlace window;
-    DisplayTransform display;
-    bool automatic_exposure = true;  // then a file has no exposure
-    double speed = 1;
-    float error_max = 0.25f;
-    bool background = true, ground = false, panels = true;
+    // Of it are kept: the display (no exposure where that is automatic), the speed, the scale of errors, and whether
+    // background, ground and panels are on.
+    ViewState state;
 };
 
 // Returns an empty path when the environment names no home.
@@ -24,8 +22,5 @@ std::filesystem::path settingsPath();
 // range. `problem` names what the file has but cannot be used.
 ViewSettings readSettings(const std::filesystem::path& path, std::string& problem);
 void writeSettings(const std::filesystem::path& path, const ViewSettings& settings);  // throws IoError
-
-void applySettings(const ViewSettings& settings, ViewState& state);
-ViewSettings settingsOf(const ViewState& state, const WindowPlace& window);
 
 }  // namespace penumbra

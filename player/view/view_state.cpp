@@ -4,106 +4,86 @@
 #include <cmath>
 #include <functional>
 
+#include "player/view/view_scene.h"
 #include "sh/angles.h"
 
 namespace penumbra {
 
-bool ViewContents::hasTruth() const {
-    return std::any_of(characters.begin(), characters.end(), [](const CharacterContents& c) { return c.has_truth; });
-}
-
-bool ViewContents::bounces() const {
-    return std::any_of(characters.begin(), characters.end(), [](const CharacterContents& c) { return c.bounces; });
-}
-
-bool ViewContents::composed() const {
-    return std::any_of(characters.begin(), characters.end(), [](const CharacterContents& c) { return c.composed; });
-}
-
-bool ViewContents::hasOutlines() const {
-    return composed() || std::ranges::any_of(characters, &CharacterContents::spheres);
-}
-
-std::size_t ViewContents::components() const {
-    std::size_t most = 0;
-    for (const CharacterContents& character : characters) most = std::max(most, character.components);
-    return most;
-}
-
 namespace {
 
-const ClipView& clipOf(const ViewState& state, const ViewContents& contents, std::size_t character) {
-    return contents.characters[character].animation->clips[state.characters[character].clip];
+const ClipView& clipOf(const ViewState& state, const Scene& scene, std::size_t character) {
+    return scene.characters[character]->asset.animation.clips[state.characters[character].clip];
 }
 
 }  // namespace
 
-const ClipView& selectedClip(const ViewState& state, const ViewContents& contents) {
-    return clipOf(state, contents, state.selected);
+const ClipView& selectedClip(const ViewState& state, const Scene& scene) {
+    return clipOf(state, scene, state.selected);
 }
 
 bool snapsToFrames(const ViewState& state) {
-    const bool error = state.channel == Channel::kError && !state.component;
+    const bool error = state.show.channel == Channel::kError && !state.show.component;
     return !state.smooth || error || shownCompare(state) != Compare::kModel;
 }
 
 namespace {
 
-void showFrame(ViewState& state, const ViewContents& contents, std::size_t number) {
+void showFrame(ViewState& state, const Scene& scene, std::size_t number) {
     state.playhead.playing = false;
     showClipTime(state,
-                 frameSeconds(*contents.characters[state.selected].animation, selectedClip(state, contents), number));
+                 frameSeconds(scene.characters[state.selected]->asset.animation, selectedClip(state, scene), number));
 }
 
-// Goes to the frame with the largest figure. Where the figures are still those of a clip that was on before, it does
-// nothing. Returns how many figures are known.
-template <class Figures, class Projection>
-std::size_t showLargest(ViewState& state, const ViewContents& contents, const Figures& figures, Projection projection) {
-    if (figures.empty() || contents.characters[state.selected].strip_clip != state.characters[state.selected].clip)
-        return 0;
-    showFrame(state, contents, std::size_t(std::ranges::max_element(figures, {}, projection) - figures.begin()));
+// Goes to the frame with the largest figure. Returns how many figures are known.
+std::size_t showLargest(ViewState& state, const Scene& scene, const auto& figures, auto projection) {
+    if (!figures.empty())
+        showFrame(state, scene, std::size_t(std::ranges::max_element(figures, {}, projection) - figures.begin()));
     return figures.size();
 }
 
-void showWorst(ViewState& state, const ViewContents& contents, bool out_of_range) {
-    const CharacterContents& character = contents.characters[state.selected];
+// Returns the selected character's figures: none where they are still those of a clip that was on before.
+const ClipFigures& knownFigures(const ViewState& state, const Scene& scene) {
+    static const ClipFigures kNone;
+    const ClipFigures& figures = scene.characters[state.selected]->timeline.figures;
+    return figures.clip == state.characters[state.selected].clip ? figures : kNone;
+}
+
+}  // namespace
+
+void showWorst(ViewState& state, const Scene& scene, bool out_of_range) {
+    const ClipFigures& figures = knownFigures(state, scene);
     state.awaited.reset();
-    if (!out_of_range && !character.has_truth) return;
+    if (!out_of_range && !scene.characters[state.selected]->truth) return;
     state.playhead.playing = false;
-    const std::size_t known = out_of_range ? showLargest(state, contents, character.out_of_range, std::identity())
-                                           : showLargest(state, contents, character.errors, &FrameError::mean);
-    if (known < selectedClip(state, contents).frame_count)
+    const std::size_t known = out_of_range ? showLargest(state, scene, figures.out_of_range, std::identity())
+                                           : showLargest(state, scene, figures.errors, &FrameError::mean);
+    if (known < selectedClip(state, scene).frame_count)
         state.awaited =
             AwaitedWorst{out_of_range, state.selected, state.characters[state.selected].clip, state.playhead.time};
 }
 
-}  // namespace
-
-void showWorstError(ViewState& state, const ViewContents& contents) { showWorst(state, contents, false); }
-void showWorstRange(ViewState& state, const ViewContents& contents) { showWorst(state, contents, true); }
-
 namespace {
 
-void showAwaited(ViewState& state, const ViewContents& contents) {
+void showAwaited(ViewState& state, const Scene& scene) {
     if (!state.awaited) return;
     const bool out_of_range = state.awaited->out_of_range;
     const AwaitedWorst here{out_of_range, state.selected, state.characters[state.selected].clip, state.playhead.time};
-    const CharacterContents& character = contents.characters[state.selected];
-    const std::size_t known = out_of_range ? character.out_of_range.size() : character.errors.size();
+    const ClipFigures& figures = knownFigures(state, scene);
+    const std::size_t known = out_of_range ? figures.out_of_range.size() : figures.errors.size();
     if (state.playhead.playing || *state.awaited != here)
         state.awaited.reset();
-    else if (known >= selectedClip(state, contents).frame_count)
-        showWorst(state, contents, out_of_range);
+    else if (known >= selectedClip(state, scene).frame_count)
+        showWorst(state, scene, out_of_range);
 }
 
 }  // namespace
 
-ClipPosition shownPosition(const ViewState& state, const ViewContents& contents, std::size_t character) {
+ClipPosition shownPosition(const ViewState& state, const Scene& scene, std::size_t character) {
     const CharacterChoice& choice = state.characters[character];
     if (choice.still) return {};
-    const ClipView& clip = clipOf(state, contents, character);
+    const ClipView& clip = clipOf(state, scene, character);
     const ClipPosition position =
-        clipPosition(*contents.characters[character].animation, clip, state.playhead.time + choice.start);
+        clipPosition(scene.characters[character]->asset.animation, clip, state.playhead.time + choice.start);
     if (!snapsToFrames(state)) return position;
     return {position.frame, position.frame, 0};
 }
@@ -134,57 +114,54 @@ std::size_t chosenMaterial(const ViewState& state) {
     return slots[state.slot < slots.size() ? state.slot : 0];
 }
 
-void chooseChannel(ViewState& state, const ViewContents& contents, Channel channel) {
-    if (channel == Channel::kShaded && !contents.shaded()) return;
-    if (channel == Channel::kError && !contents.hasTruth()) return;
-    if (channel == Channel::kParts && !contents.composed()) return;
-    if (channel == Channel::kBouncedAmbient && !contents.bounces()) return;
-    state.channel = channel;
-    state.component.reset();
+bool hasChannel(const Scene& scene, Channel channel) {
+    if (channel == Channel::kShaded) return scene.shaded();
+    if (channel == Channel::kParts) return scene.composed();
+    if (channel == Channel::kBouncedAmbient) return scene.bounces();
+    return channel != Channel::kError || scene.hasTruth();
 }
 
-void chooseComponent(ViewState& state, const ViewContents& contents, std::size_t component) {
-    if (component < contents.components()) state.component = component;
+void chooseChannel(ViewState& state, const Scene& scene, Channel channel) {
+    if (!hasChannel(scene, channel)) return;
+    state.show.channel = channel;
+    state.show.component.reset();
 }
 
-void chooseCompare(ViewState& state, const ViewContents& contents, Compare compare) {
-    if (compare == Compare::kModel || contents.hasTruth()) state.compare = compare;
-}
-
-void chooseNextFactor(ViewState& state, const ViewContents& contents, bool back) {
-    if (!state.picked) return;
-    const std::span<const VisibilityFactor> factors = contents.characters[state.picked->character].factors;
+void chooseNextFactor(ViewState& state, const Scene& scene, bool back) {
+    if (!state.inspect.picked) return;
+    const std::vector<VisibilityFactor>& factors = *scene.characters[state.inspect.picked->character]->posed.factors;
     if (factors.empty()) return;
-    const auto found = std::ranges::find(factors, state.factor, &VisibilityFactor::choice);
+    const auto found = std::ranges::find(factors, state.inspect.factor, &VisibilityFactor::choice);
     const std::size_t at = found == factors.end() ? 0 : std::size_t(found - factors.begin());
-    state.factor = factors[(at + (back ? factors.size() - 1 : 1)) % factors.size()].choice;
+    state.inspect.factor = factors[(at + (back ? factors.size() - 1 : 1)) % factors.size()].choice;
 }
 
 Compare shownCompare(const ViewState& state) {
-    const bool compares = !state.component && (state.channel == Channel::kShaded || state.channel == Channel::kAmbient);
-    return compares ? state.compare : Compare::kModel;
+    const bool compares =
+        !state.show.component && (state.show.channel == Channel::kShaded || state.show.channel == Channel::kAmbient);
+    return compares ? state.show.compare : Compare::kModel;
 }
 
 void dragLight(ViewState& state, double right, double down, double height) {
-    state.light_yaw = std::remainder(state.light_yaw + 180 * right / height, 360);
-    state.light_pitch = std::remainder(state.light_pitch - 180 * down / height, 360);
+    state.lighting.yaw = std::remainder(state.lighting.yaw + 180 * right / height, 360);
+    state.lighting.pitch = std::remainder(state.lighting.pitch - 180 * down / height, 360);
 }
 
 // R = R_y(yaw) R_x(-pitch): +z rises towards +y, then moves towards +x.
 Mat3 lightRotation(const ViewState& state) {
-    const double yaw = radians(state.light_yaw), pitch = radians(state.light_pitch);
+    const double yaw = radians(state.lighting.yaw), pitch = radians(state.lighting.pitch);
     const double sy = std::sin(yaw), cy = std::cos(yaw), sp = std::sin(pitch), cp = std::cos(pitch);
     const Mat3d about_y{{cy, 0, sy, 0, 1, 0, -sy, 0, cy}}, about_x{{1, 0, 0, 0, cp, sp, 0, -sp, cp}};
-    const Mat3d r = about_y * about_x * toDouble(state.light_base);
+    const Mat3d r = about_y * about_x * toDouble(state.lighting.base);
     Mat3 out;
     for (std::size_t i = 0; i < 9; ++i) out.m[i] = float(r.m[i]);
     return out;
 }
 
-void advanceView(ViewState& state, const ViewContents& contents, double seconds) {
-    showAwaited(state, contents);
+void advanceView(ViewState& state, const Scene& scene, double seconds) {
+    showAwaited(state, scene);
     state.playhead.smooth = !snapsToFrames(state);
-    advance(state.playhead, *contents.characters[state.selected].animation, selectedClip(state, contents), seconds);
+    advance(state.playhead, scene.characters[state.selected]->asset.animation, selectedClip(state, scene), seconds);
 }
 
 }  // namespace penumbra

@@ -10,8 +10,7 @@
 #include "player/draw/view_display.h"
 #include "player/frame/channel.h"
 #include "player/frame/visibility_factors.h"
-#include "player/scene/cast_way.h"
-#include "player/view/playback/error_strip.h"
+#include "player/papers/cast_way.h"
 #include "player/view/playback/playhead.h"
 #include "runtime/shade/indirect_light.h"
 #include "runtime/shade/shading.h"
@@ -19,11 +18,13 @@
 
 namespace penumbra {
 
+struct Scene;
+
 enum class Compare {
     kModel,
     kTruth,
     kSideBySide,  // with the model at the left
-    kWipe,        // the model at the left of ViewState::wipe
+    kWipe,        // the model at the left of ShowChoice::wipe
     kDifference,  // |model - truth| of what each vertex shows
 };
 
@@ -41,6 +42,7 @@ struct CharacterChoice {
     double start = 0;                           // seconds that its clip is ahead of the playhead
     bool still = false;                         // it stays in the first frame of its animation, or its file's pose
     Vec3 moved = {};                            // from its place in the scene
+    bool operator==(const CharacterChoice&) const = default;
 };
 
 struct PickedVertex {
@@ -52,18 +54,21 @@ struct PickedVertex {
 struct DraggedCharacter {
     std::size_t character = 0;
     double height = 0;
+    bool operator==(const DraggedCharacter&) const = default;
 };
 
 // Shapes a ground with heights under the pointer.
 struct GroundBrush {
     bool on = false;
     double radius = 0.5, strength = 0.5;  // metres; metres a second in its middle
+    bool operator==(const GroundBrush&) const = default;
 };
 constexpr double kMinBrush = 0.01, kMaxBrush = 1e4;  // of both
 // What it does in a frame, in the scene: strokeHeights() has the shape.
 struct GroundStroke {
     Vec3 at;
     float radius = 0, rise = 0;
+    bool operator==(const GroundStroke&) const = default;
 };
 
 // Scores of a cluster that the user has changed.
@@ -82,6 +87,56 @@ struct AwaitedWorst {
     bool operator==(const AwaitedWorst&) const = default;
 };
 
+// What vertices are lit by.
+struct Lighting {
+    std::size_t light = 0;
+    double yaw = 0, pitch = 0;                 // degrees, sh/light/light_rotation.h
+    Mat3 base;                                 // as the scene's file turns the light, before yaw and pitch
+    bool suns = true;                          // as such, where they can shine (view_look.h); otherwise all light is SH
+    Bounces bounces = Bounces::kBoth;          // of characters that have light that bounces
+    ShadingChoice shading;                     // as wished; what a chosen material or light has none of is not used
+    std::map<std::size_t, double> parameters;  // of live materials, where they are not those of their files
+    bool operator==(const Lighting&) const = default;
+};
+
+// What is drawn of it.
+struct ShowChoice {
+    Channel channel = Channel::kShaded;
+    std::optional<std::size_t> component;  // component of the model's PCA, shown instead of the channel
+    Compare compare = Compare::kModel;
+    float wipe = 0.5f;  // of the picture's width
+    float error_max = 0.25f;
+    Shadows shadows = Shadows::kBoth;
+    CastMode cast_mode = CastMode::kProduct;  // as wished; shownCastMode() tells what is shown
+    bool background = true, ground = false;
+    bool frames = false;  // draw normals and tangents
+    bool boxes = false;   // draw the boxes of the fields of composed characters
+    bool operator==(const ShowChoice&) const = default;
+};
+
+// What the user looks at closely.
+struct Inspection {
+    std::optional<PickedVertex> picked;  // its visibility is drawn
+    FactorChoice factor;                 // what of it; the whole where the vertex has no such factor
+    std::optional<ScoreEdit> score_edit;
+    bool operator==(const Inspection&) const = default;
+};
+
+// What the pointer does beside turning the camera.
+struct PointerTool {
+    GroundBrush brush;
+    std::optional<GroundStroke> stroke;  // of the next frame
+    std::optional<DraggedCharacter> dragged;
+    bool operator==(const PointerTool&) const = default;
+};
+
+struct WindowChoice {
+    bool panels = true, help = false, quit = false;
+    bool screenshot = false, screenshot_panels = true;  // taken at the next frame
+    std::optional<std::size_t> sequence;                // number in the clip of the next picture of a sequence
+    bool operator==(const WindowChoice&) const = default;
+};
+
 struct ViewState {
     std::vector<CharacterChoice> characters;
     std::size_t selected = 0;  // the character that clips and materials are chosen for
@@ -90,87 +145,39 @@ struct ViewState {
     std::optional<AwaitedWorst> awaited;
     bool smooth = true;  // show poses between sampled frames, where no truth is shown
     Camera camera;
-    bool turntable = false;
-    Channel channel = Channel::kShaded;
-    Compare compare = Compare::kModel;
-    float wipe = 0.5f;                     // of the picture's width
-    std::optional<std::size_t> component;  // component of the model's PCA, shown instead of the channel
-    std::optional<PickedVertex> picked;    // its visibility is drawn
-    FactorChoice factor;                   // what of it; the whole where the vertex has no such factor
-    std::optional<ScoreEdit> score_edit;
-    bool frames = false;                       // draw normals and tangents
-    bool boxes = false;                        // draw the boxes of the fields of composed characters
-    std::map<std::size_t, double> parameters;  // of live materials, where they are not those of their files
-    std::size_t light = 0;
-    bool suns = true;                  // as such, where they can shine (view_suns.h); otherwise all light is SH
-    Bounces bounces = Bounces::kBoth;  // of characters that have light that bounces
-    Shadows shadows = Shadows::kBoth;
-    CastMode cast_mode = CastMode::kProduct;  // as wished; view_cast_way.h tells what is shown
-    std::optional<DraggedCharacter> dragged;
-    GroundBrush brush;
-    std::optional<GroundStroke> stroke;     // of the next frame
-    ShadingChoice shading;                  // as wished; what a chosen material or light has none of is not used
-    double light_yaw = 0, light_pitch = 0;  // degrees, sh/light/light_rotation.h
-    Mat3 light_base;                        // as the scene's file turns the light, before yaw and pitch
+    bool turntable = false, frame_all = true;
+    Lighting lighting;
+    ShowChoice show;
     DisplayTransform display;
-    bool automatic_exposure = true;  // display.exposure is measured (view_exposure.h)
-    float error_max = 0.25f;
-    bool background = true, ground = false;
-    bool panels = true, help = false, frame_all = true, quit = false;
-    bool screenshot = false, screenshot_panels = true;  // taken at the next frame
-    std::optional<std::size_t> sequence;                // number in the clip of the next picture of a sequence
+    bool automatic_exposure = true;  // display.exposure is measured (view_look.h)
+    Inspection inspect;
+    PointerTool tool;
+    WindowChoice window;
+    bool operator==(const ViewState&) const = default;
 };
 
-// The files of a scene give these choices.
-struct CharacterContents {
-    const AnimationView* animation = nullptr;
-    std::size_t slots = 1, components = 0;
-    bool has_truth = false;
-    std::size_t strip_clip = 0;  // the clip that these figures belong to; its first frames, as far as known
-    std::span<const float> out_of_range = {};
-    std::span<const FrameError> errors = {};
-    bool composed = false;
-    bool spheres = false;                            // it casts by them
-    std::span<const VisibilityFactor> factors = {};  // of the picked vertex, if it belongs to this character
-    bool bounces = false;                            // it has light that bounces
-};
-struct ViewContents {
-    std::vector<CharacterContents> characters;
-    std::size_t materials = 0, lights = 0;
-    bool heights = false;                         // the ground has them
-    std::size_t casters = 0, sphere_casters = 0;  // the second: as many where all of them have spheres, else 0
-    bool shaded() const { return materials > 0 && lights > 0; }
-    bool hasTruth() const;
-    bool composed() const;           // some character is
-    bool bounces() const;            // some character has light that bounces
-    bool hasOutlines() const;        // some character has boxes of fields, or spheres
-    std::size_t components() const;  // the most that any character has
-};
-
-const ClipView& selectedClip(const ViewState& state, const ViewContents& contents);
+const ClipView& selectedClip(const ViewState& state, const Scene& scene);
 // Goes to the clip's frame of the largest mean error against the truth, or of the pose that is farthest out of range,
 // as far as these are known. advanceView() does it again when all of them are.
-void showWorstError(ViewState& state, const ViewContents& contents);
-void showWorstRange(ViewState& state, const ViewContents& contents);
+void showWorst(ViewState& state, const Scene& scene, bool out_of_range);
 // Tells whether only sampled frames are shown: because the user chose so, or because truth is shown, which other
 // poses lack.
 bool snapsToFrames(const ViewState& state);
 // Returns what is shown of the character's clip. All characters share the playhead's time. `part` is 0 on sampled
 // frames.
-ClipPosition shownPosition(const ViewState& state, const ViewContents& contents, std::size_t character);
+ClipPosition shownPosition(const ViewState& state, const Scene& scene, std::size_t character);
 // Seconds into the selected character's clip, and back.
 double clipTime(const ViewState& state);
 void showClipTime(ViewState& state, double seconds);
 
-// Each of these takes only what exists: a channel without what it needs, or a comparison without truth, stays off.
 void chooseClip(ViewState& state, std::size_t clip);
 void chooseMaterial(ViewState& state, std::size_t material);  // for the selected character's slot or slots
 std::size_t chosenMaterial(const ViewState& state);
-void chooseChannel(ViewState& state, const ViewContents& contents, Channel channel);
-void chooseComponent(ViewState& state, const ViewContents& contents, std::size_t component);
-void chooseCompare(ViewState& state, const ViewContents& contents, Compare compare);
+// A channel needs light, truth, parts or light that bounces; without, choosing it does nothing.
+bool hasChannel(const Scene& scene, Channel channel);
+void chooseChannel(ViewState& state, const Scene& scene, Channel channel);
 // Goes to the next factor of the picked vertex, or to the one before, round the ends.
-void chooseNextFactor(ViewState& state, const ViewContents& contents, bool back);
+void chooseNextFactor(ViewState& state, const Scene& scene, bool back);
 // Returns what is compared: only what truth has too, which is shaded pictures and ambient visibility.
 Compare shownCompare(const ViewState& state);
 // Lets the lamp follow the pointer: a drag over the whole height turns the light by half a turn.
@@ -178,6 +185,6 @@ void dragLight(ViewState& state, double right, double down, double height);
 Mat3 lightRotation(const ViewState& state);
 
 // Advances by `seconds` of wall clock.
-void advanceView(ViewState& state, const ViewContents& contents, double seconds);
+void advanceView(ViewState& state, const Scene& scene, double seconds);
 
 }  // namespace penumbra

@@ -4,7 +4,7 @@
 
 #include "player/frame/mirror_sight.h"
 #include "player/scene/scene_suns.h"
-#include "player/view/view_light.h"
+#include "player/view/view_look.h"
 #include "player/view/view_shapes.h"
 
 namespace penumbra {
@@ -34,7 +34,7 @@ LobeRange ViewSunlight::groundLobes(float shade) const {
 // Makes the table anew where a material has changed. It would grow with every step of a slider otherwise.
 void ViewSunlight::updateLobes() {
     const auto is_current = [&](std::size_t i) {
-        return casters_[i].material_version == scene_->characters[i]->shading->materialVersion();
+        return casters_[i].material_version == scene_->characters[i]->shown.shading->materialVersion();
     };
     std::size_t current = 0;
     while (current < casters_.size() && is_current(current)) ++current;
@@ -42,7 +42,7 @@ void ViewSunlight::updateLobes() {
     table_.clear();
     addGround();
     for (std::size_t i = 0; i < casters_.size(); ++i) {
-        const ShadingSet& shading = *scene_->characters[i]->shading;
+        const ShadingSet& shading = *scene_->characters[i]->shown.shading;
         Caster& caster = casters_[i];
         const std::vector<SlotLobes> of_slots = table_.addSlots(shading);
         // Where other numbers are at the same place, the vertices need not be told.
@@ -61,35 +61,37 @@ void ViewSunlight::placeCasters() {
     for (std::size_t i = 0; i < casters_.size(); ++i) {
         const Character& character = *scene_->characters[i];
         casters_[i].positions.clear();
-        for (const Vec3 p : character.vertices.positions) casters_[i].positions.push_back(character.to_scene.point(p));
+        for (const Vec3 p : character.posed.vertices.positions)
+            casters_[i].positions.push_back(character.posed.to_scene.point(p));
     }
 }
 
 void ViewSunlight::shine(const ViewState& state) {
-    const Shone now{scene_->pose_version, shownLightKey(*scene_, state), lightRotation(state)};
+    const SunsKey key = keysOf(*scene_, state).suns;
     updateLobes();
-    if (shone_ == now) return;
-    if (!shone_ || shone_->pose_version != now.pose_version) placeCasters();
+    shone_.update(key, [&](auto&) { draw(state, key); });
+}
+
+void ViewSunlight::draw(const ViewState& state, const SunsKey& key) {
+    placed_.update({key.everyone, key.field, {}, {}}, [&](auto&) { placeCasters(); });
     SunCasters casters;
     for (std::size_t i = 0; i < casters_.size(); ++i)
         casters.members.push_back({casters_[i].positions, scene_->characters[i]->asset.mesh.triangles});
     if (scene_->field) {
         casters.ground = {field_points_, field_triangles_};
-        casters.ground_version = scene_->field->version();
+        casters.ground_version = key.field;
     }
-    if (reflected_ != now.light) sunlight_.reflect(shownSky(*scene_, state));
-    reflected_ = now.light;
-    sunlight_.turnSky(now.rotation);
+    reflected_.update(key.light, [&](auto&) { sunlight_.reflect(shownSky(*scene_, state)); });
+    sunlight_.turnSky(key.rotation);
     gl::Disable(GL_SCISSOR_TEST);
-    sunlight_.shine(sunsOf(shownLight(*scene_, state), now.rotation), casters);
+    sunlight_.shine(sunsOf(shownLight(*scene_, state), key.rotation), casters);
     gl::BindFramebuffer(GL_FRAMEBUFFER, 0);
-    shone_ = now;
 }
 
 SunlitSurface ViewSunlight::surfaceOf(std::size_t index, Vec3 eye, std::span<Vec3> values) {
     const Character& character = *scene_->characters[index];
     Caster& caster = casters_[index];
-    const FrameVertices& vertices = character.vertices;
+    const FrameVertices& vertices = character.posed.vertices;
     const ModelView& model = character.asset.model;
     caster.sight = takeMirrorsOut(model.convention, model.stride, vertices, eye, 0, table_, caster.lobes, values);
     return {vertices.normals, vertices.tangents, caster.lobes, caster.sight};

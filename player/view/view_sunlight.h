@@ -39,12 +39,6 @@ private:
         std::vector<SlotLobes> slot_lobes;  // of every slot
         std::vector<float> sight;           // of its mirrors
     };
-    struct Shone {
-        std::uint64_t pose_version = 0;
-        LightKey light;
-        Mat3 rotation;
-        bool operator==(const Shone&) const = default;
-    };
     const Scene* scene_;
     LobeTable table_;
     Sunlight sunlight_;
@@ -53,10 +47,12 @@ private:
     std::vector<std::uint32_t> field_triangles_;
     std::vector<LobeRange> field_lobes_;
     std::vector<float> field_sight_;
-    std::vector<LobeRange> ground_;      // one for each of kTileShades
-    std::optional<Shone> shone_;         // what the maps were drawn for
-    std::optional<LightKey> reflected_;  // the light that mirrors reflect
+    std::vector<LobeRange> ground_;  // one for each of kTileShades
+    Cached<SunsKey> shone_;          // what the maps were drawn for
+    Cached<SunsKey> placed_;         // where casters_ and field_points_ stand, whatever the light
+    Cached<LightKey> reflected_;     // the light that mirrors reflect
 
+    void draw(const ViewState& state, const SunsKey& key);
     void addGround();
     void updateLobes();
     void placeCasters();

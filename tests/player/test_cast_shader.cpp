@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "formats/common/errors.h"
-#include "player/scene/cast_shader.h"
+#include "player/papers/cast_shader.h"
 #include "player/scene/scene_receivers.h"
 #include "tests/sh/caster_scenes.h"
 

@@ -6,11 +6,11 @@
 
 #include "formats/common/errors.h"
 #include "pack/pack_asset.h"
+#include "player/papers/cast_shader.h"
+#include "player/papers/sphere_cast.h"
 #include "player/scene/cast_on.h"
-#include "player/scene/cast_shader.h"
 #include "player/scene/scene_ground.h"
 #include "player/scene/scene_receivers.h"
-#include "player/scene/sphere_cast.h"
 #include "sh/visibility_convention.h"
 #include "tests/difference.h"
 #include "tests/synthetic_composition.h"

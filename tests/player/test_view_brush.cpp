@@ -6,8 +6,8 @@
 #include "pack/pack_asset.h"
 #include "player/gl/gl_context.h"
 #include "player/view/view_actions.h"
-#include "player/view/view_brush.h"
 #include "player/view/view_painter.h"
+#include "player/view/view_pick.h"
 #include "tests/synthetic_composition.h"
 
 namespace penumbra {
@@ -74,12 +74,12 @@ TEST_F(ViewBrush, FindsWhereARayMeetsTheField) {
 TEST_F(ViewBrush, RaisesAndLowersUnderThePointerAndOnlyWhatSeesItIsComputed) {
     Scene scene = open(kDunes);
     ViewState state = stateOf(scene);
-    applyKey(state, contentsOf(scene), {'0', false});
-    EXPECT_TRUE(state.brush.on);
-    applyKey(state, contentsOf(scene), {',', false});
-    EXPECT_DOUBLE_EQ(state.brush.radius, 0.4);
-    applyKey(state, contentsOf(scene), {'.', true});
-    EXPECT_DOUBLE_EQ(state.brush.strength, 0.625);
+    applyKey(state, scene, {'0', false});
+    EXPECT_TRUE(state.tool.brush.on);
+    applyKey(state, scene, {',', false});
+    EXPECT_DOUBLE_EQ(state.tool.brush.radius, 0.4);
+    applyKey(state, scene, {'.', true});
+    EXPECT_DOUBLE_EQ(state.tool.brush.strength, 0.625);
     updateScene(scene, state, {.threads = 1}, cost);
     EXPECT_EQ(scene.ground.updated, 96u * 128u);
     const Rectangle picture{0, 0, 200, 100};
@@ -89,18 +89,18 @@ TEST_F(ViewBrush, RaisesAndLowersUnderThePointerAndOnlyWhatSeesItIsComputed) {
     EXPECT_FLOAT_EQ(strokeUnder(scene, state, picture, 90, 60, true, 7)->rise, -0.0625f);  // a slow frame
     EXPECT_FALSE(strokeUnder(scene, state, picture, 90, -500, false, 0.05));
     const float before = scene.field->heights().heightAt(stroke->at.x, stroke->at.z);
-    const std::vector<Vec3> values = scene.ground.values;
+    const std::vector<Vec3> values = *scene.ground.values;
     scene.field->brush(stroke->at, stroke->radius, 0.3f);
     updateScene(scene, state, {.threads = 1}, cost);
     EXPECT_NEAR(scene.field->heights().heightAt(stroke->at.x, stroke->at.z), before + 0.3f, 0.03f);
     EXPECT_LT(scene.ground.updated, 96u * 128u / 2);
     EXPECT_GT(scene.ground.updated, 50u);
-    EXPECT_NE(scene.ground.values, values);
+    EXPECT_NE(*scene.ground.values, values);
     // A camera that moves computes no point anew.
-    const std::uint64_t version = scene.ground.version;
+    const std::optional<GroundKey> key = scene.ground.values.key();
     state.camera.yaw += 0.2;
     updateScene(scene, state, {.threads = 1}, cost);
-    EXPECT_EQ(scene.ground.version, version);
+    EXPECT_EQ(scene.ground.values.key(), key);
 }
 
 // The automatic exposure is measured on what is drawn of characters and ground.
@@ -111,26 +111,25 @@ TEST_F(ViewBrush, BothPathsDrawTheSameGround) {
     ViewState state = stateOf(of_cpu);
     ScenePainter cpu(of_cpu, EvaluationPath::kCpu), gpu(of_gpu, EvaluationPath::kGlsl);
     const auto exposure = [&](Scene& scene, ScenePainter& painter) {
-        updateScene(scene, state,
-                    {painter.needsValues(state), !painter.castsOnGpu(state), !painter.fieldOnGpu(state), 1}, cost);
+        updateScene(scene, state, painter.needs(state, 1), cost);
         return double(painter.measureExposure(state, picture));
     };
-    EXPECT_TRUE(gpu.fieldOnGpu(state));
-    EXPECT_FALSE(cpu.fieldOnGpu(state));
+    EXPECT_FALSE(gpu.needs(state, 1).field);
+    EXPECT_TRUE(cpu.needs(state, 1).field);
     const double first = exposure(of_cpu, cpu);
     EXPECT_NEAR(exposure(of_gpu, gpu), first, 1e-4 * first);
-    state.brush.radius = 2;
+    state.tool.brush.radius = 2;
     const auto stroke = strokeUnder(of_cpu, state, picture, 100, 60, false, 0.05);
     ASSERT_TRUE(stroke);
     for (const Scene* scene : {&of_cpu, &of_gpu}) scene->field->brush(stroke->at, 2, 1.5f);
-    state.light_yaw = 50;
+    state.lighting.yaw = 50;
     const double edited = exposure(of_cpu, cpu);
     EXPECT_GT(std::abs(edited - first), 0.01 * first);
     EXPECT_NEAR(exposure(of_gpu, gpu), edited, 1e-4 * edited);
     EXPECT_TRUE(of_gpu.ground.points.numbers.empty()) << "the CPU has computed them";
     // Only some of the shadows: the CPU computes, and so it does beside the truth.
-    state.shadows = Shadows::kCast;
-    EXPECT_FALSE(gpu.fieldOnGpu(state));
+    state.show.shadows = Shadows::kCast;
+    EXPECT_TRUE(gpu.needs(state, 1).field);
     const double some = exposure(of_cpu, cpu);
     EXPECT_NEAR(exposure(of_gpu, gpu), some, 1e-4 * some);
 }

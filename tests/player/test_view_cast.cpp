@@ -8,7 +8,7 @@
 #include "pack/pack_asset.h"
 #include "player/scene/scene_receivers.h"
 #include "player/scene/side_by_side.h"
-#include "player/view/view_cast_way.h"
+#include "player/view/view_controls.h"
 #include "player/view/view_pick.h"
 #include "tests/difference.h"
 #include "tests/synthetic_composition.h"
@@ -66,9 +66,9 @@ TEST_F(ViewCast, ShowsTheNumbersOfTheScene) {
     for (std::size_t i = 0; i < 2; ++i) {
         const FrameVertices expected = memberVertices(posed, i, 1);
         const Character& character = *scene.characters[i];
-        EXPECT_EQ(character.frame, posed.members()[i]->frame);
-        EXPECT_EQ(character.to_scene, posed.members()[i]->to_scene);
-        EXPECT_LT(largestDifference(character.vertices.numbers, expected.numbers), 1e-5);
+        EXPECT_EQ(character.posed.pose().frame, posed.members()[i]->frame);
+        EXPECT_EQ(character.posed.to_scene, posed.members()[i]->to_scene);
+        EXPECT_LT(largestDifference(character.posed.vertices.numbers, expected.numbers), 1e-5);
     }
 }
 
@@ -97,21 +97,21 @@ TEST_F(ViewCast, ShadowsGoOnAndOff) {
     ViewState state = stateOf(scene), one = stateOf(single);
     update(scene, state);
     update(single, one);
-    const std::vector<float>& numbers = scene.characters[0]->vertices.numbers;
-    const std::vector<float> both = numbers, alone = single.characters[0]->vertices.numbers;
+    const std::vector<float>& numbers = scene.characters[0]->posed.vertices.numbers;
+    const std::vector<float> both = numbers, alone = single.characters[0]->posed.vertices.numbers;
     EXPECT_GT(largestDifference(both, alone), 0.3);
-    state.shadows = Shadows::kSelf;
+    state.show.shadows = Shadows::kSelf;
     update(scene, state);
     EXPECT_EQ(numbers, alone);
-    state.shadows = Shadows::kNone;
+    state.show.shadows = Shadows::kNone;
     update(scene, state);
     const auto stride = std::size_t(scene.characters[0]->asset.model.stride);
     for (std::size_t i = 0; i < numbers.size(); ++i)
         EXPECT_NEAR(numbers[i], i % stride == 0 ? 2 * std::sqrt(std::numbers::pi) : 0, 1e-5);
-    state.shadows = Shadows::kCast;
+    state.show.shadows = Shadows::kCast;
     update(scene, state);
     EXPECT_GT(largestDifference(numbers, both), 0.3) << "without its own";
-    state.shadows = Shadows::kBoth;
+    state.show.shadows = Shadows::kBoth;
     update(scene, state);
     EXPECT_EQ(numbers, both);
 }
@@ -119,7 +119,7 @@ TEST_F(ViewCast, ShadowsGoOnAndOff) {
 // E of the first character, as it is shown.
 std::vector<float> shownAmbient(const Scene& scene) {
     std::vector<float> e;
-    for (const Vec3 value : scene.characters[0]->values[0]) e.push_back(value.x);
+    for (const Vec3 value : scene.characters[0]->shown.of(Shown::kModel)) e.push_back(value.x);
     return e;
 }
 
@@ -127,15 +127,15 @@ std::vector<float> shownAmbient(const Scene& scene) {
 TEST_F(ViewCast, ShadowsOfOthersJoinInOtherWays) {
     Scene scene = open(kPair);
     ViewState state = stateOf(scene);
-    state.channel = Channel::kAmbient;
+    state.show.channel = Channel::kAmbient;
     update(scene, state);
     const std::vector<float> product = shownAmbient(scene);
-    state.shadows = Shadows::kSelf;
+    state.show.shadows = Shadows::kSelf;
     update(scene, state);
     const std::vector<float> alone = shownAmbient(scene);
-    state.shadows = Shadows::kBoth;
-    chooseNextCastMode(state, contentsOf(scene), false);
-    EXPECT_EQ(state.cast_mode, CastMode::kFolded);
+    state.show.shadows = Shadows::kBoth;
+    chooseNext(kCastModeMenu, state, scene, false);
+    EXPECT_EQ(state.show.cast_mode, CastMode::kFolded);
     EXPECT_EQ(shownCastMode(state), CastMode::kFolded);
     update(scene, state);
     const std::vector<float> folded = shownAmbient(scene);
@@ -148,17 +148,15 @@ TEST_F(ViewCast, ShadowsOfOthersJoinInOtherWays) {
     update(scene, state);
     EXPECT_LT(largestDifference(shownAmbient(scene), alone), 0.01);
     state.characters[0].moved = {};
-    state.shadows = Shadows::kSelf;
+    state.show.shadows = Shadows::kSelf;
     EXPECT_EQ(shownCastMode(state), CastMode::kProduct) << "no shadow joins";
-    state.shadows = Shadows::kBoth;
-    chooseNextCastMode(state, contentsOf(scene), false);
-    EXPECT_EQ(state.cast_mode, CastMode::kProduct);
+    state.show.shadows = Shadows::kBoth;
+    chooseNext(kCastModeMenu, state, scene, false);
+    EXPECT_EQ(state.show.cast_mode, CastMode::kProduct);
     update(scene, state);
     EXPECT_EQ(shownAmbient(scene), product);
-    chooseNextCastMode(state, contentsOf(scene), true);
-    EXPECT_EQ(state.cast_mode, CastMode::kFolded);
-    EXPECT_EQ(shadowsOfNumbers(Shadows::kBoth, CastMode::kFolded), Shadows::kSelf);
-    EXPECT_EQ(shadowsOfNumbers(Shadows::kCast, CastMode::kHemisphereShare), Shadows::kNone);
+    chooseNext(kCastModeMenu, state, scene, true);
+    EXPECT_EQ(state.show.cast_mode, CastMode::kFolded);
 }
 
 // Who casts nothing still receives: where it is moved, others cast on it anew.
@@ -166,7 +164,7 @@ TEST_F(ViewCast, ReceiversThatCastNothingMoveToo) {
     Scene scene = open(R"({"asset": "tube.pnb", "casts": "nothing"}, {"asset": "tube.pnb", "position": [0.6, 0, 0]})");
     ViewState state = stateOf(scene);
     update(scene, state);
-    const std::vector<float>& numbers = scene.characters[0]->vertices.numbers;
+    const std::vector<float>& numbers = scene.characters[0]->posed.vertices.numbers;
     const std::vector<float> near = numbers;
     state.characters[0].moved = {-900, 0, 0};
     update(scene, state);
@@ -194,16 +192,16 @@ TEST_F(ViewCast, MovesWithThePointer) {
     Scene scene = open(kPair, R"(, "ground": {"size": 6, "resolution": 33})");
     ViewState state = stateOf(scene);
     update(scene, state);
-    const std::vector<float>& numbers = scene.characters[0]->vertices.numbers;
+    const std::vector<float>& numbers = scene.characters[0]->posed.vertices.numbers;
     const std::vector<float> near = numbers;
-    const std::vector<Vec3> shadow = scene.ground.values;
+    const std::vector<Vec3> shadow = *scene.ground.values;
     state.characters[1].moved = {900, 0, 0};
     update(scene, state);
     EXPECT_GT(largestDifference(near, numbers), 0.3);
     state.characters[1].moved = {};
     update(scene, state);
     EXPECT_EQ(numbers, near);
-    EXPECT_EQ(scene.ground.values, shadow);
+    EXPECT_EQ(*scene.ground.values, shadow);
 }
 
 // The window and a picture show the same: numbers past the field, and a ground that moves with who stands on it.
@@ -218,43 +216,45 @@ TEST_F(ViewCast, AGroundWithHeightsMovesAndShadowsAsInPictures) {
     state.smooth = false;
     update(scene, state);
     PosedScene posed(readScene(files[0]));
-    EXPECT_EQ(scene.characters[0]->to_scene, posed.members()[0]->to_scene);
-    EXPECT_LT(largestDifference(scene.characters[0]->vertices.numbers, memberVertices(posed, 0, 1).numbers), 1e-5);
+    EXPECT_EQ(scene.characters[0]->posed.to_scene, posed.members()[0]->to_scene);
+    EXPECT_LT(largestDifference(scene.characters[0]->posed.vertices.numbers, memberVertices(posed, 0, 1).numbers),
+              1e-5);
     FrameVertices points;
     posed.field()->evaluate(1, points);
     posed.field()->castOn(posed.cast(), 1, points);
     EXPECT_LT(largestDifference(scene.ground.points.numbers, points.numbers), 1e-5);
-    EXPECT_EQ(scene.ground.values.size(), 40u * 33u);
-    const std::vector<Vec3> before = scene.ground.values;
+    EXPECT_EQ(scene.ground.values->size(), 40u * 33u);
+    const std::vector<Vec3> before = *scene.ground.values;
     state.playhead.time = 0.7;
     update(scene, state);
-    EXPECT_NE(scene.ground.values, before);
+    EXPECT_NE(*scene.ground.values, before);
     const Character& tube = *scene.characters[0];
-    EXPECT_FLOAT_EQ(tube.to_scene.m[7],
-                    float(scene.field->heights().heightUnder(tube.vertices.positions, tube.to_scene)));
+    EXPECT_FLOAT_EQ(tube.posed.to_scene.m[7],
+                    float(scene.field->heights().heightUnder(tube.posed.vertices.positions, tube.posed.to_scene)));
     state.characters[0].moved = {0.3f, 0.1f, -0.2f};  // by the user: the ground of the new place
     update(scene, state);
-    EXPECT_FLOAT_EQ(tube.to_scene.m[3], 0.3f);
-    EXPECT_FLOAT_EQ(tube.to_scene.m[7],
-                    float(scene.field->heights().heightUnder(tube.vertices.positions, tube.to_scene)) + 0.1f);
+    EXPECT_FLOAT_EQ(tube.posed.to_scene.m[3], 0.3f);
+    EXPECT_FLOAT_EQ(
+        tube.posed.to_scene.m[7],
+        float(scene.field->heights().heightUnder(tube.posed.vertices.positions, tube.posed.to_scene)) + 0.1f);
 }
 
 TEST_F(ViewCast, TheGroundIsDarkUnderThem) {
     Scene scene = open(kPair, R"(, "ground": {"size": 8, "resolution": 65})");
     ViewState state = stateOf(scene);
-    ASSERT_TRUE(state.ground);
+    ASSERT_TRUE(state.show.ground);
     update(scene, state);
     const auto at = [&](float x, float z) {
         const std::vector<Vec3>& positions = scene.ground.vertices.positions;
         const auto nearest = std::ranges::min_element(positions, {}, [&](Vec3 p) { return length(p - Vec3{x, 0, z}); });
-        return scene.ground.values[std::size_t(nearest - positions.begin())].y;
+        return (*scene.ground.values)[std::size_t(nearest - positions.begin())].y;
     };
     EXPECT_LT(at(0.3f, 0), 0.7f * at(3.9f, 3.9f));
     const float dark = at(0.3f, 0);
-    state.shadows = Shadows::kSelf;
+    state.show.shadows = Shadows::kSelf;
     update(scene, state);
     EXPECT_GT(at(0.3f, 0), 1.3f * dark);
-    EXPECT_FALSE(stateOf(scene = open(kPair)).ground);
+    EXPECT_FALSE(stateOf(scene = open(kPair)).show.ground);
 }
 
 // A prop stays, and a character that starts later in its clip is shown in the frame that is nearest.
@@ -263,13 +263,13 @@ TEST_F(ViewCast, EveryoneHasTheirOwnTime) {
                        R"(, "props": [{"asset": "tube.pnb", "position": [4, 0, 0]}])");
     ViewState state = stateOf(scene);
     update(scene, state);
-    EXPECT_EQ(scene.characters[0]->frame, 0u);
-    EXPECT_EQ(scene.characters[1]->frame, 1u);
+    EXPECT_EQ(scene.characters[0]->posed.pose().frame, 0u);
+    EXPECT_EQ(scene.characters[1]->posed.pose().frame, 1u);
     state.playhead.time = 0.2;
     update(scene, state);
-    EXPECT_GT(scene.characters[0]->part, 0.5);
-    EXPECT_EQ(scene.characters[2]->frame, 0u);
-    EXPECT_EQ(scene.characters[2]->part, 0);
+    EXPECT_GT(scene.characters[0]->posed.pose().part, 0.5);
+    EXPECT_EQ(scene.characters[2]->posed.pose().frame, 0u);
+    EXPECT_EQ(scene.characters[2]->posed.pose().part, 0);
     state.selected = 1;
     const std::span<const double> times = scene.characters[1]->asset.animation.times;
     EXPECT_NEAR(clipTime(state), 0.2 + times[1] - times[0], 1e-12);
@@ -283,24 +283,24 @@ TEST_F(ViewCast, PastTheEndIsTheLastFrame) {
     const ViewState state = stateOf(scene);
     update(scene, state);
     const Character& character = *scene.characters[0];
-    EXPECT_EQ(character.frame + 1, character.asset.animation.clips[0].frame_count);
-    EXPECT_EQ(character.part, 0);
+    EXPECT_EQ(character.posed.pose().frame + 1, character.asset.animation.clips[0].frame_count);
+    EXPECT_EQ(character.posed.pose().part, 0);
 }
 
 TEST_F(ViewCast, APoseOfAFileIsShownUntilAClipIsChosen) {
     Scene scene = open(R"({"asset": "tube.pnb"}, {"asset": "tube.pnb", "time": 0.34})");
     ViewState state = stateOf(scene);
     update(scene, state);
-    const std::span<const Affine> bones = scene.characters[1]->evaluator->bones();
+    const std::span<const Affine> bones = scene.characters[1]->posed.evaluator->bones();
     const BonePose pose{"", 0, {bones.begin(), bones.end()}, std::vector<float>(3 * bones.size())};
     scene.characters[0]->file_pose = &pose;
     state.characters[0].still = true;
     state.playhead.time = 0.2;
     update(scene, state);
-    EXPECT_TRUE(std::ranges::equal(scene.characters[0]->evaluator->bones(), pose.bones));
+    EXPECT_TRUE(std::ranges::equal(scene.characters[0]->posed.evaluator->bones(), pose.bones));
     chooseClip(state, 0);
     update(scene, state);
-    EXPECT_FALSE(std::ranges::equal(scene.characters[0]->evaluator->bones(), pose.bones));
+    EXPECT_FALSE(std::ranges::equal(scene.characters[0]->posed.evaluator->bones(), pose.bones));
 }
 
 TEST_F(ViewCast, RefusesWhatIsNoScene) {
@@ -311,7 +311,7 @@ TEST_F(ViewCast, RefusesWhatIsNoScene) {
 
 TEST_F(ViewCast, ThePointerMeetsTheGround) {
     ViewState state;
-    state.panels = false;
+    state.window.panels = false;
     state.camera.pitch = 0.5;
     state.camera.distance = 4;
     const Rectangle picture{0, 0, 400, 300};

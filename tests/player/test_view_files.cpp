@@ -51,7 +51,7 @@ TEST_F(ViewFiles, AFileWithoutMeshAddsItsMaterials) {
     ASSERT_EQ(scene.characters.size(), 1u);
     EXPECT_EQ(scene.material_names, (std::vector<std::string_view>{"grey", "red"}));
     ViewState state = stateFor(scene, {});
-    const auto& values = scene.characters[0]->values[std::size_t(Shown::kModel)];
+    const std::vector<Vec3>& values = (*scene.characters[0]->shown.values)[std::size_t(Shown::kModel)];
     UpdateCost cost;
     updateScene(scene, state, {.values = true, .threads = 1}, cost);
     const std::vector<Vec3> grey = values;
@@ -99,7 +99,7 @@ TEST_F(ViewFiles, AModelWithoutMaterialsShowsTheFirst) {
             ASSERT_EQ(character.asset.materials.size(), 2u);
             for (const std::size_t material : state.characters[i].material_of_slot)
                 EXPECT_EQ(scene.material_names[material], own ? "grey" : scene.material_names[0]);
-            EXPECT_EQ(character.values[std::size_t(Shown::kModel)].size(), character.asset.mesh.positions.size());
+            EXPECT_EQ(character.shown.of(Shown::kModel).size(), character.asset.mesh.positions.size());
         }
     }
     // A file may also come by drop, after the scene was shown without it.
@@ -131,12 +131,12 @@ TEST_F(ViewFiles, WhatWasChosenStaysWhenAFileIsAdded) {
     const Scene before = openScene(one, 1);
     ViewState state = stateFor(before, {});
     state.playhead.time = 0.3;
-    state.picked = PickedVertex{0, 3};
+    state.inspect.picked = PickedVertex{0, 3};
     const std::array two = {tube, library};
     const ViewState after = stateFor(openScene(two, 1), state);
     EXPECT_EQ(after.playhead.time, 0.3);
-    EXPECT_FALSE(after.picked);
-    EXPECT_EQ(after.compare, Compare::kModel);
+    EXPECT_FALSE(after.inspect.picked);
+    EXPECT_EQ(after.show.compare, Compare::kModel);
 }
 
 // Sliders add to what the pose gives. Other clusters, and the scores once they are taken back, are the pose's.
@@ -144,31 +144,31 @@ TEST_F(ViewFiles, ChangedScoresChangeTheirClusterOnly) {
     const std::array files = {tube};
     Scene scene = openScene(files, 1);
     ViewState state = stateFor(scene, {});
-    state.channel = Channel::kAmbient;
+    state.show.channel = Channel::kAmbient;
     UpdateCost cost;
     updateScene(scene, state, {.values = true, .threads = 1}, cost);
     Character& character = *scene.characters[0];
-    const std::vector<float> numbers = character.vertices.numbers;
+    const std::vector<float> numbers = character.posed.vertices.numbers;
     const std::size_t cluster = character.asset.model.clusters.size() - 1;
     const ClusterView& view = character.asset.model.clusters[cluster];
-    const float score = character.evaluator->scores(cluster)[0];
-    state.score_edit = ScoreEdit{0, cluster, {0.5f}};
+    const float score = character.posed.evaluator->scores(cluster)[0];
+    state.inspect.score_edit = ScoreEdit{0, cluster, {0.5f}};
     updateScene(scene, state, {.values = true, .threads = 1}, cost);
-    EXPECT_FLOAT_EQ(character.evaluator->scores(cluster)[0], score + 0.5f);
+    EXPECT_FLOAT_EQ(character.posed.evaluator->scores(cluster)[0], score + 0.5f);
     const std::size_t stride = std::size_t(character.asset.model.stride);
     std::size_t changed = 0;
     for (std::size_t i = 0; i < numbers.size(); ++i) {
         const std::size_t v = i / stride;
         const bool inside = v >= view.first_vertex && v < view.first_vertex + view.vertex_count;
         if (!inside) {
-            EXPECT_EQ(character.vertices.numbers[i], numbers[i]);
+            EXPECT_EQ(character.posed.vertices.numbers[i], numbers[i]);
         }
-        changed += character.vertices.numbers[i] != numbers[i];
+        changed += character.posed.vertices.numbers[i] != numbers[i];
     }
     EXPECT_GT(changed, view.vertex_count / 2);
-    state.score_edit.reset();
+    state.inspect.score_edit.reset();
     updateScene(scene, state, {.values = true, .threads = 1}, cost);
-    EXPECT_EQ(character.vertices.numbers, numbers);
+    EXPECT_EQ(character.posed.vertices.numbers, numbers);
 }
 
 // The range holds the least and the largest score over training frames. Shares sum to 1, and are larger for
@@ -178,19 +178,19 @@ TEST_F(ViewFiles, ComponentsHaveTheirTrainingRange) {
     Scene scene = openScene(files, 1);
     Character& character = *scene.characters[0];
     ScoreRanges ranges;
-    for (int i = 0; i < 1000 && !ranges.complete(); ++i) ranges.compute(*character.strip_evaluator, 0.01);
+    for (int i = 0; i < 1000 && !ranges.complete(); ++i) ranges.compute(*character.timeline.evaluator, 0.01);
     ASSERT_TRUE(ranges.complete());
     const AnimationView& animation = character.asset.animation;
     for (std::size_t c = 0; c < character.asset.model.clusters.size(); ++c) {
-        const std::vector<ComponentFigures> figures = ranges.figures(*character.evaluator, c);
+        const std::vector<ComponentFigures> figures = ranges.figures(*character.posed.evaluator, c);
         ASSERT_EQ(figures.size(), character.asset.model.clusters[c].components());
         Largest most;
         float least = 1e9f;
         for (const ClipView& clip : animation.clips)
             for (std::size_t f = clip.first_frame; !clip.held_out && f < clip.first_frame + clip.frame_count; ++f) {
-                character.evaluator->setPose(animation.bonesOf(f), animation.poseOf(f));
-                least = std::min(least, character.evaluator->scores(c)[0]);
-                most.add(character.evaluator->scores(c)[0]);
+                character.posed.evaluator->setPose(animation.bonesOf(f), animation.poseOf(f));
+                least = std::min(least, character.posed.evaluator->scores(c)[0]);
+                most.add(character.posed.evaluator->scores(c)[0]);
             }
         EXPECT_EQ(figures[0].least, least);
         EXPECT_EQ(figures[0].most, most);
@@ -205,16 +205,17 @@ TEST_F(ViewFiles, ShadingFormsAreUsedWhereTheyExist) {
     const std::array files = {tube, tube};
     Scene scene = openScene(files, 1);
     ViewState state = stateFor(scene, {});
-    state.shading = {Reflectance::kOperators, LightForm::kFixed};
+    state.lighting.shading = {Reflectance::kOperators, LightForm::kFixed};
     const AssetView& asset = scene.characters[0]->asset;
     const bool operators = hasReflectance(asset.materials[0], Reflectance::kOperators);
     EXPECT_EQ(shownShading(scene, state),
               (ShadingChoice{operators ? Reflectance::kOperators : Reflectance::kSlices, LightForm::kFixed}));
-    EXPECT_TRUE(useShading(scene, state));
-    EXPECT_FALSE(useShading(scene, state));
+    UpdateCost cost;
+    EXPECT_TRUE(updateScene(scene, state, {.values = true, .threads = 1}, cost));
+    EXPECT_FALSE(updateScene(scene, state, {.values = true, .threads = 1}, cost));
     for (const auto& character : scene.characters)
-        EXPECT_EQ(character->shading->choice().light_form, LightForm::kFixed);
-    state.shading.light_form = LightForm::kLobes;
+        EXPECT_EQ(character->shown.shading->choice().light_form, LightForm::kFixed);
+    state.lighting.shading.light_form = LightForm::kLobes;
     ASSERT_FALSE(hasForm(asset.lights[0], LightForm::kLobes));
     EXPECT_EQ(shownShading(scene, state).light_form, LightForm::kRotation);
 }
@@ -233,7 +234,7 @@ TEST_F(ViewFiles, APictureIsDescribedByWhatIsOnIt) {
     ViewState state = stateFor(scene, {});
     const std::string shaded = describe(scene, state);
     EXPECT_NE(shaded.find(", frame 0, shaded, model, material grey, light "), std::string::npos) << shaded;
-    chooseComponent(state, contentsOf(scene), 1);
+    state.show.component = 1;
     const std::string component = describe(scene, state);
     EXPECT_TRUE(component.ends_with(", frame 0, component 1, model")) << component;
 }
@@ -246,20 +247,19 @@ TEST_F(ViewFiles, AFrameIsEvaluatedOnce) {
     UpdateCost cost;
     updateScene(scene, state, {.values = true, .threads = 1}, cost);
     Character& character = *scene.characters[0];
-    const Vec3 there = character.vertices.positions[0];
-    character.vertices.positions[0] = {9, 9, 9};  // stays unless the frame is skinned again
+    const Vec3 there = character.posed.vertices.positions[0];
+    character.posed.vertices.positions[0] = {9, 9, 9};  // stays unless the frame is skinned again
     const double evaluate = cost.evaluate;
     EXPECT_GT(evaluate, 0);
-    state.light_yaw = 40;
+    state.lighting.yaw = 40;
     state.camera.yaw = 1;
     updateScene(scene, state, {.values = true, .threads = 1}, cost);
-    EXPECT_EQ(character.vertices.positions[0], (Vec3{9, 9, 9}));
+    EXPECT_EQ(character.posed.vertices.positions[0], (Vec3{9, 9, 9}));
     EXPECT_EQ(cost.evaluate, evaluate) << "of the last evaluation";
-    const ViewContents contents = contentsOf(scene);
-    stepFrames(state.playhead, character.asset.animation, selectedClip(state, contents), 1);
+    stepFrames(state.playhead, character.asset.animation, selectedClip(state, scene), 1);
     updateScene(scene, state, {.values = true, .threads = 1}, cost);
-    EXPECT_NE(character.vertices.positions[0], (Vec3{9, 9, 9}));
-    EXPECT_LT(length(character.vertices.positions[0] - there), 3);
+    EXPECT_NE(character.posed.vertices.positions[0], (Vec3{9, 9, 9}));
+    EXPECT_LT(length(character.posed.vertices.positions[0] - there), 3);
 }
 
 }  // namespace

@@ -7,7 +7,7 @@
 
 #include "formats/common/write_file.h"
 #include "pack/pack_asset.h"
-#include "player/view/view_material.h"
+#include "player/view/view_look.h"
 #include "tests/runtime/count_allocations.h"
 #include "tests/synthetic_model.h"
 
@@ -47,7 +47,7 @@ protected:
     const std::vector<Vec3>& update() {
         UpdateCost cost;
         updateScene(scene, state, {.values = true, .threads = 1}, cost);
-        return scene.characters[0]->values[std::size_t(Shown::kModel)];
+        return (*scene.characters[0]->shown.values)[std::size_t(Shown::kModel)];
     }
 };
 
@@ -64,12 +64,12 @@ TEST_F(ViewMaterial, TheSliderChangesWhatIsShown) {
     chooseParameter(scene, state, 0, 10);
     EXPECT_EQ(update(), before);
     chooseParameter(scene, state, 1, 5);
-    EXPECT_EQ(state.parameters.count(1), 0u) << "a material of tables has none";
+    EXPECT_EQ(state.lighting.parameters.count(1), 0u) << "a material of tables has none";
 }
 
 // What a drag adds to a frame: the change itself makes nothing.
 TEST_F(ViewMaterial, ADragMakesNothing) {
-    ShadingSet& shading = *scene.characters[0]->shading;
+    ShadingSet& shading = *scene.characters[0]->shown.shading;
     chooseParameter(scene, state, 0, 20);  // the first choice takes a place in the map
     const std::size_t allocations = allocationCount();
     for (int step = 0; step < 100; ++step) {
@@ -86,7 +86,7 @@ TEST_F(ViewMaterial, ADragMakesNothing) {
 TEST_F(ViewMaterial, AMembraneOnASolidIsNotPutOn) {
     chooseMaterial(state, 2);
     update();
-    EXPECT_EQ(scene.characters[0]->shading->materialOfSlot()[0], 0u);
+    EXPECT_EQ(scene.characters[0]->shown.shading->materialOfSlot()[0], 0u);
 }
 
 }  // namespace

@@ -78,14 +78,15 @@ TEST(VertexFigures, AreTheDrawnNumbersOfTheVertex) {
     const SyntheticAsset synthetic;
     Character character;
     character.asset = synthetic.asset;
-    character.evaluator = std::make_unique<Evaluator>(character.asset);
-    character.evaluator->setPose(synthetic.asset.animation.bonesOf(1), synthetic.asset.animation.poseOf(1));
-    skinFrame(*character.evaluator, 1, character.vertices);
-    evaluateNumbers(*character.evaluator, 1, character.vertices);
-    character.has_model_numbers = true;
+    character.posed.evaluator = std::make_unique<Evaluator>(character.asset);
+    character.posed.evaluator->setPose(synthetic.asset.animation.bonesOf(1), synthetic.asset.animation.poseOf(1));
+    skinFrame(*character.posed.evaluator, 1, character.posed.vertices);
+    evaluateNumbers(*character.posed.evaluator, 1, character.posed.vertices);
+    character.posed.truth_frame.update({});
+    character.posed.numbers.update({});
     Shot shot;
     shot.asset = &character.asset;
-    const std::vector<float> e = ambientOf(shot, character.vertices.numbers, 1);
+    const std::vector<float> e = ambientOf(shot, character.posed.vertices.numbers, 1);
     const std::vector<std::uint32_t> cluster = clusterOfVertex(character.asset);
     for (std::size_t v = 0; v < e.size(); v += 17) {
         const VertexFigures figures = figuresOf(character, v);

@@ -8,8 +8,7 @@
 
 #include "player/frame/truth_frames.h"
 #include "player/gl/screenshot.h"
-#include "player/view/playback/clip_strip.h"
-#include "player/view/playback/error_strip.h"
+#include "player/view/playback/clip_figures.h"
 #include "player/view/view_settings.h"
 #include "player/view/view_shapes.h"
 #include "sh/light/light_rotation.h"
@@ -50,20 +49,18 @@ TEST(ViewShapes, GroundTilesHaveEdges) {
     }
 }
 
-TEST(ClipStrip, HasTheEvaluatorsMeasureOfEveryFrame) {
+TEST(ClipFigures, HasTheEvaluatorsMeasureOfEveryFrame) {
     const SyntheticAsset synthetic;
     Evaluator evaluator(synthetic.asset), other(synthetic.asset);
-    ClipStrip strip;
+    std::vector<float> ranges;
     const ClipView& clip = synthetic.asset.animation.clips[0];
-    for (std::size_t i = 0; i < 100 && strip.outOfRange().size() < clip.frame_count; ++i) strip.compute(other, 0, 1);
-    ASSERT_EQ(strip.outOfRange().size(), clip.frame_count);
+    for (std::size_t i = 0; i < 100 && ranges.size() < clip.frame_count; ++i) computeRanges(other, clip, 1, ranges);
+    ASSERT_EQ(ranges.size(), clip.frame_count);
     for (std::size_t i = 0; i < clip.frame_count; ++i) {
         const std::size_t frame = clip.first_frame + i;
         evaluator.setPose(synthetic.asset.animation.bonesOf(frame), synthetic.asset.animation.poseOf(frame));
-        EXPECT_EQ(strip.outOfRange()[i], float(evaluator.outOfRange()));
+        EXPECT_EQ(ranges[i], float(evaluator.outOfRange()));
     }
-    strip.compute(other, 1, 1000);
-    EXPECT_EQ(strip.outOfRange().size(), synthetic.asset.animation.clips[1].frame_count) << "another clip: anew";
 }
 
 // The synthetic asset's truth is open everywhere. One clip is not in the truth.
@@ -72,8 +69,9 @@ TEST(ErrorStrip, IsTheErrorOfEveryFrame) {
     const AssetView& asset = synthetic.asset;
     const Evaluator evaluator(asset);
     ErrorStrip strip;
-    for (int i = 0; i < 10000 && strip.errors().size() < 3; ++i) strip.compute(evaluator, synthetic.truth, 0, 0.01);
-    ASSERT_EQ(strip.errors().size(), 3u);
+    std::vector<FrameError> errors;
+    for (int i = 0; i < 10000 && errors.size() < 3; ++i) strip.compute(evaluator, synthetic.truth, 0, 0.01, errors);
+    ASSERT_EQ(errors.size(), 3u);
     for (std::size_t frame = 0; frame < 3; ++frame) {
         Shot shot;
         shot.asset = &asset;
@@ -91,16 +89,16 @@ TEST(ErrorStrip, IsTheErrorOfEveryFrame) {
             most.add(std::abs(e[v] - truth[v]));
         }
         EXPECT_GT(most, 0);
-        EXPECT_NEAR(double(strip.errors()[frame].mean), sum / double(e.size()), 1e-6);
-        EXPECT_FLOAT_EQ(strip.errors()[frame].most, most);
-        EXPECT_TRUE(strip.errors()[frame].has_truth);
+        EXPECT_NEAR(double(errors[frame].mean), sum / double(e.size()), 1e-6);
+        EXPECT_FLOAT_EQ(errors[frame].most, most);
+        EXPECT_TRUE(errors[frame].has_truth);
     }
     AssetView partial = synthetic.truth;
     partial.animation.clips.pop_back();
-    strip.compute(evaluator, partial, 1, 1000);
-    ASSERT_EQ(strip.errors().size(), 1u);
-    EXPECT_FALSE(strip.errors()[0].has_truth);
-    EXPECT_EQ(strip.errors()[0].mean, 0);
+    strip.compute(evaluator, partial, 1, 1000, errors);
+    ASSERT_EQ(errors.size(), 1u);
+    EXPECT_FALSE(errors[0].has_truth);
+    EXPECT_EQ(errors[0].mean, 0);
 }
 
 TEST(TruthFrames, SameClipNumberAndTime) {
@@ -134,18 +132,18 @@ TEST(ViewSettings, AreReadAsTheyWereWritten) {
     EXPECT_TRUE(problem.empty());
     ViewSettings settings;
     settings.window = {700, 500, 3, 4};
-    settings.display = {2.5f, ToneMap::kFilmic};
-    settings.automatic_exposure = false;
-    settings.ground = true;
+    settings.state.display = {2.5f, ToneMap::kFilmic};
+    settings.state.automatic_exposure = false;
+    settings.state.show.ground = true;
     writeSettings(path, settings);
     const ViewSettings read = readSettings(path, problem);
     EXPECT_TRUE(problem.empty()) << problem;
     EXPECT_EQ(read.window.width, 700);
     EXPECT_EQ(read.window.y, 4);
-    EXPECT_EQ(read.display.exposure, 2.5f);
-    EXPECT_FALSE(read.automatic_exposure);
-    EXPECT_EQ(read.display.tone_map, ToneMap::kFilmic);
-    EXPECT_TRUE(read.ground);
+    EXPECT_EQ(read.state.display.exposure, 2.5f);
+    EXPECT_FALSE(read.state.automatic_exposure);
+    EXPECT_EQ(read.state.display.tone_map, ToneMap::kFilmic);
+    EXPECT_TRUE(read.state.show.ground);
     std::ofstream(path) << R"({"window": {"width": 1e30}})";
     EXPECT_EQ(readSettings(path, problem).window.width, WindowPlace().width);
     EXPECT_NE(problem.find("width"), std::string::npos) << problem;
@@ -175,9 +173,9 @@ TEST(ViewSettings, EachFieldStandsForItself) {
     EXPECT_EQ(read.window.width, WindowPlace().width);
     EXPECT_EQ(read.window.height, 700);
     EXPECT_FALSE(read.window.x);
-    EXPECT_EQ(read.speed, 2);
-    EXPECT_EQ(read.display.exposure, DisplayTransform().exposure);
-    EXPECT_TRUE(read.automatic_exposure);
+    EXPECT_EQ(read.state.playhead.speed, 2);
+    EXPECT_EQ(read.state.display.exposure, DisplayTransform().exposure);
+    EXPECT_TRUE(read.state.automatic_exposure);
     for (const char* text : {"[1]", "{", "3"}) {
         std::ofstream(path) << text;
         problem.clear();

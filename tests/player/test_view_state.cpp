@@ -18,44 +18,47 @@ namespace {
 // clip.
 struct Contents {
     std::array<double, 4> times = {0, 0.5, 1, 7};
-    AnimationView animation;
-    ViewContents contents;
+    std::array<float, 4> bias{};
+    Scene scene;
+    Character& character;
     ViewState state;
-    Contents() {
-        animation.clips = {{"a", 0, 3}, {"b", 3, 1}};
-        animation.times = times;
-        contents.characters = {{&animation, 2, 4, true}};
-        contents.materials = 3;
-        contents.lights = 2;
+    Contents() : character(*scene.characters.emplace_back(std::make_unique<Character>())) {
+        character.asset.animation.clips = {{"a", 0, 3}, {"b", 3, 1}};
+        character.asset.animation.times = times;
+        character.asset.mesh.slots = {"skin", "cloth"};
+        character.asset.model.clusters.emplace_back().bias = bias;  // four components
+        character.truth = &character.asset;
+        scene.material_names = {"grey", "red", "green"};
+        scene.light_names = {"sky", "sun"};
+        scene.cast = std::make_unique<CastShadow>(std::span<const Evaluator* const>());
         state.characters = {{0, {0, 1}}};
     }
-    const ClipView& clip() const { return animation.clips[0]; }
-    void press(int key, bool shift = false) { EXPECT_TRUE(applyKey(state, contents, {key, shift})) << key; }
-    std::size_t frame() const {
-        return selectedClip(state, contents).first_frame + shownPosition(state, contents, 0).frame;
-    }
+    const AnimationView& animation() const { return character.asset.animation; }
+    const ClipView& clip() const { return animation().clips[0]; }
+    void press(int key, bool shift = false) { EXPECT_TRUE(applyKey(state, scene, {key, shift})) << key; }
+    std::size_t frame() const { return selectedClip(state, scene).first_frame + shownPosition(state, scene, 0).frame; }
 };
 
 TEST(Playhead, EveryFrameIsShownFromItsTimeToTheNext) {
     Contents c;
-    EXPECT_DOUBLE_EQ(clipSeconds(c.animation, c.clip()), 1.5);
+    EXPECT_DOUBLE_EQ(clipSeconds(c.animation(), c.clip()), 1.5);
     const std::array<std::pair<double, std::size_t>, 8> expected = {
         {{0, 0}, {0.49, 0}, {0.5, 1}, {0.99, 1}, {1, 2}, {1.49, 2}, {1.5, 0}, {-0.1, 2}}};
-    for (const auto& [time, number] : expected) EXPECT_EQ(frameNumber(c.animation, c.clip(), time), number) << time;
-    EXPECT_EQ(clipSeconds(c.animation, c.animation.clips[1]), 0);
-    EXPECT_EQ(frameNumber(c.animation, c.animation.clips[1], 12.3), 0u);
+    for (const auto& [time, number] : expected) EXPECT_EQ(frameNumber(c.animation(), c.clip(), time), number) << time;
+    EXPECT_EQ(clipSeconds(c.animation(), c.animation().clips[1]), 0);
+    EXPECT_EQ(frameNumber(c.animation(), c.animation().clips[1], 12.3), 0u);
 }
 
 TEST(Playhead, PlaysAtTheClipsRateTimesTheSpeed) {
     Contents c;
-    advanceView(c.state, c.contents, 0.6);
+    advanceView(c.state, c.scene, 0.6);
     EXPECT_EQ(c.state.playhead.time, 0) << "paused";
     c.press(' ');
-    advanceView(c.state, c.contents, 0.6);
+    advanceView(c.state, c.scene, 0.6);
     EXPECT_EQ(c.frame(), 1u);
     c.press(kKeyUp);
     c.press('I');
-    advanceView(c.state, c.contents, 0.5);  // 0.6 + 2 * 0.5 = 1.6: 0.1 after the start
+    advanceView(c.state, c.scene, 0.5);  // 0.6 + 2 * 0.5 = 1.6: 0.1 after the start
     EXPECT_NEAR(c.state.playhead.time, 0.1, 1e-12);
     c.press(kKeyRight);
     EXPECT_FALSE(c.state.playhead.playing);
@@ -77,18 +80,18 @@ TEST(ViewActions, StepsGoRoundTheClip) {
 TEST(ViewActions, TruthKeepsTimeOnSampledFrames) {
     Contents c;
     c.state.playhead.time = 0.75;
-    EXPECT_EQ(shownPosition(c.state, c.contents, 0), (ClipPosition{1, 2, 0.5}));
+    EXPECT_EQ(shownPosition(c.state, c.scene, 0), (ClipPosition{1, 2, 0.5}));
     for (const int key : {'I', 'T', '3'}) {
         c.press(key);
-        EXPECT_EQ(shownPosition(c.state, c.contents, 0), (ClipPosition{1, 1, 0})) << char(key);
+        EXPECT_EQ(shownPosition(c.state, c.scene, 0), (ClipPosition{1, 1, 0})) << char(key);
         c.press(key == '3' ? '2' : key);
-        EXPECT_GT(shownPosition(c.state, c.contents, 0).part, 0) << char(key);
+        EXPECT_GT(shownPosition(c.state, c.scene, 0).part, 0) << char(key);
     }
     c.press(kKeyLeft);
-    EXPECT_EQ(shownPosition(c.state, c.contents, 0), (ClipPosition{1, 2, 0})) << "back to the frame before";
+    EXPECT_EQ(shownPosition(c.state, c.scene, 0), (ClipPosition{1, 2, 0})) << "back to the frame before";
     c.state.playhead.time = 0.75;
     c.press(kKeyRight);
-    EXPECT_EQ(shownPosition(c.state, c.contents, 0), (ClipPosition{2, 2, 0}));
+    EXPECT_EQ(shownPosition(c.state, c.scene, 0), (ClipPosition{2, 2, 0}));
 }
 
 TEST(ViewActions, WorstFramesAreFound) {
@@ -97,8 +100,8 @@ TEST(ViewActions, WorstFramesAreFound) {
     const std::array<float, 3> ranges = {0, 0, 0.7f};
     c.press('W');
     EXPECT_EQ(c.state.playhead.time, 0) << "nothing is known yet";
-    c.contents.characters[0].errors = errors;
-    c.contents.characters[0].out_of_range = ranges;
+    c.character.timeline.figures.errors.assign(errors.begin(), errors.end());
+    c.character.timeline.figures.out_of_range.assign(ranges.begin(), ranges.end());
     c.press('W');
     EXPECT_EQ(c.frame(), 1u);
     c.press('W', /*shift=*/true);
@@ -115,22 +118,22 @@ TEST(ViewActions, TheWorstFrameIsShownWhenAllAreKnown) {
     const std::array<FrameError, 3> errors = {{{0.1f, 0.5f, true}, {0.2f, 0.4f, true}, {0.3f, 0.9f, true}}};
     for (const bool goes_away : {false, true}) {
         Contents c;
-        c.contents.characters[0].errors = std::span(errors).first(2);
+        c.character.timeline.figures.errors.assign(errors.begin(), errors.begin() + 2);
         c.press('W');
         EXPECT_EQ(c.frame(), 1u) << "so far";
-        advanceView(c.state, c.contents, 0.1);
+        advanceView(c.state, c.scene, 0.1);
         EXPECT_EQ(c.frame(), 1u);
         EXPECT_TRUE(c.state.awaited);
         if (goes_away) c.press(kKeyHome);
-        c.contents.characters[0].errors = errors;
-        advanceView(c.state, c.contents, 0.1);
+        c.character.timeline.figures.errors.assign(errors.begin(), errors.end());
+        advanceView(c.state, c.scene, 0.1);
         EXPECT_EQ(c.frame(), goes_away ? 0u : 2u);
         EXPECT_FALSE(c.state.awaited);
     }
     Contents c;
-    c.contents.characters[0].has_truth = false;
+    c.character.truth = nullptr;
     const std::array<float, 3> ranges = {0, 0.7f, 0};
-    c.contents.characters[0].out_of_range = ranges;
+    c.character.timeline.figures.out_of_range.assign(ranges.begin(), ranges.end());
     c.press('W', /*shift=*/true);
     EXPECT_EQ(c.frame(), 1u);
     EXPECT_FALSE(c.state.awaited);
@@ -141,29 +144,29 @@ TEST(ViewActions, TheWorstFrameIsShownWhenAllAreKnown) {
 TEST(ViewActions, FactorsOfThePickedVertexTakeTurns) {
     Contents c;
     c.press('Y');
-    EXPECT_EQ(c.state.factor, FactorChoice()) << "nothing is picked";
-    c.state.picked = PickedVertex{0, 7};
+    EXPECT_EQ(c.state.inspect.factor, FactorChoice()) << "nothing is picked";
+    c.state.inspect.picked = PickedVertex{0, 7};
     c.press('Y');
-    EXPECT_EQ(c.state.factor, FactorChoice()) << "the character is not composed";
+    EXPECT_EQ(c.state.inspect.factor, FactorChoice()) << "the character is not composed";
     const std::vector<VisibilityFactor> factors = {
         {{}, {}, {}, 0}, {{FactorKind::kLocal}, {}, {}, 0}, {{FactorKind::kPart, 3}, {}, {}, 0}};
-    c.contents.characters[0].factors = factors;
+    *c.character.posed.factors = factors;
     for (const std::size_t i : {1, 2, 0}) {
         c.press('Y');
-        EXPECT_EQ(c.state.factor, factors[i].choice);
+        EXPECT_EQ(c.state.inspect.factor, factors[i].choice);
     }
     c.press('Y', /*shift=*/true);
-    EXPECT_EQ(c.state.factor, factors[2].choice);
-    c.state.factor = {FactorKind::kPart, 5};  // counted in another pose
+    EXPECT_EQ(c.state.inspect.factor, factors[2].choice);
+    c.state.inspect.factor = {FactorKind::kPart, 5};  // counted in another pose
     c.press('Y');
-    EXPECT_EQ(c.state.factor, factors[1].choice) << "it goes on from the whole";
+    EXPECT_EQ(c.state.inspect.factor, factors[1].choice) << "it goes on from the whole";
     c.press('7');
-    EXPECT_NE(c.state.channel, Channel::kParts) << "there are none";
-    c.contents.characters[0].composed = true;
+    EXPECT_NE(c.state.show.channel, Channel::kParts) << "there are none";
+    c.character.asset.model.composition.emplace();
     c.press('7');
-    EXPECT_EQ(c.state.channel, Channel::kParts);
+    EXPECT_EQ(c.state.show.channel, Channel::kParts);
     c.press('U');
-    EXPECT_TRUE(c.state.boxes);
+    EXPECT_TRUE(c.state.show.boxes);
 }
 
 TEST(ViewActions, MaterialsChangeOnTheChosenSlots) {
@@ -180,25 +183,25 @@ TEST(ViewActions, MaterialsChangeOnTheChosenSlots) {
     EXPECT_EQ(slots, (Slots{2, 2}));
     c.press('L');
     c.press('L');
-    EXPECT_EQ(c.state.light, 0u);
+    EXPECT_EQ(c.state.lighting.light, 0u);
 }
 
 TEST(ViewActions, WithoutTruthThereIsNothingToCompare) {
     Contents c;
     c.press('T');
-    EXPECT_EQ(c.state.compare, Compare::kTruth);
+    EXPECT_EQ(c.state.show.compare, Compare::kTruth);
     c.press('T');
     for (int i = 0; i < 4; ++i) c.press('C');
-    EXPECT_EQ(c.state.compare, Compare::kDifference);
+    EXPECT_EQ(c.state.show.compare, Compare::kDifference);
     c.press('4');
     EXPECT_EQ(shownCompare(c.state), Compare::kModel) << "clusters are the model's";
     Contents bare;
-    bare.contents.characters[0].has_truth = false;
-    bare.contents.lights = 0;
-    bare.state.channel = Channel::kAmbient;
+    bare.character.truth = nullptr;
+    bare.scene.light_names.clear();
+    bare.state.show.channel = Channel::kAmbient;
     for (const int key : {'T', 'C', '3', '1'}) bare.press(key);
-    EXPECT_EQ(bare.state.compare, Compare::kModel);
-    EXPECT_EQ(bare.state.channel, Channel::kAmbient);
+    EXPECT_EQ(bare.state.show.compare, Compare::kModel);
+    EXPECT_EQ(bare.state.show.channel, Channel::kAmbient);
 }
 
 TEST(ViewActions, ComponentsTakeTheChannelsPlace) {
@@ -206,31 +209,31 @@ TEST(ViewActions, ComponentsTakeTheChannelsPlace) {
     c.press('T');
     for (const std::size_t component : {0u, 1u, 2u, 3u, 0u}) {
         c.press('6');
-        EXPECT_EQ(c.state.component, component);
+        EXPECT_EQ(c.state.show.component, component);
     }
     c.press('6', /*shift=*/true);
-    EXPECT_EQ(c.state.component, 3u);
+    EXPECT_EQ(c.state.show.component, 3u);
     EXPECT_EQ(shownCompare(c.state), Compare::kModel) << "truth has no components";
     c.press('1');
-    EXPECT_FALSE(c.state.component);
+    EXPECT_FALSE(c.state.show.component);
     EXPECT_EQ(shownCompare(c.state), Compare::kTruth);
 }
 
 TEST(ViewActions, ScalesAndFormsGoByKeys) {
     Contents c;
     for (int i = 0; i < 100; ++i) c.press(']');
-    EXPECT_EQ(c.state.error_max, 1);
+    EXPECT_EQ(c.state.show.error_max, 1);
     for (int i = 0; i < 100; ++i) c.press('[');
-    EXPECT_EQ(c.state.error_max, 1e-3f);
+    EXPECT_EQ(c.state.show.error_max, 1e-3f);
     c.press('V');
-    EXPECT_EQ(c.state.shading.light_form, LightForm::kLobes);
+    EXPECT_EQ(c.state.lighting.shading.light_form, LightForm::kLobes);
     c.press('V', /*shift=*/true);
-    EXPECT_EQ(c.state.shading.light_form, LightForm::kRotation);
+    EXPECT_EQ(c.state.lighting.shading.light_form, LightForm::kRotation);
     c.press('P');
-    EXPECT_EQ(c.state.shading.reflectance, Reflectance::kOperators);
-    c.state.score_edit = ScoreEdit{0, 0, {1}};
+    EXPECT_EQ(c.state.lighting.shading.reflectance, Reflectance::kOperators);
+    c.state.inspect.score_edit = ScoreEdit{0, 0, {1}};
     c.press('Z');
-    EXPECT_FALSE(c.state.score_edit);
+    EXPECT_FALSE(c.state.inspect.score_edit);
 }
 
 TEST(ViewActions, ExposureIsAutomaticUntilItIsFixed) {
@@ -258,19 +261,19 @@ TEST(ViewActions, EveryKeyIsThereOnce) {
         c.press(shortcut.key, true);
     }
     Contents c;
-    EXPECT_FALSE(applyKey(c.state, c.contents, {';', false}));
+    EXPECT_FALSE(applyKey(c.state, c.scene, {';', false}));
 }
 
 TEST(ViewState, LightTurnsAsOnTheCommandLine) {
     ViewState state;
-    state.light_yaw = 33;
-    state.light_pitch = -72;
+    state.lighting.yaw = 33;
+    state.lighting.pitch = -72;
     const Mat3d expected = parseLightRotation("yaw=33,pitch=-72");
     const Mat3 rotation = lightRotation(state);
     for (std::size_t i = 0; i < 9; ++i) EXPECT_NEAR(double(rotation.m[i]), expected.m[i], 1e-6);  // float
     dragLight(state, 100, -50, 200);  // half the height to the right, a quarter up
-    EXPECT_DOUBLE_EQ(state.light_yaw, 33 + 90);
-    EXPECT_DOUBLE_EQ(state.light_pitch, -72 + 45);
+    EXPECT_DOUBLE_EQ(state.lighting.yaw, 33 + 90);
+    EXPECT_DOUBLE_EQ(state.lighting.pitch, -72 + 45);
 }
 
 TEST(OrbitCamera, FrameAllHoldsTheSphereAroundTheBox) {
@@ -317,7 +320,7 @@ TEST(ViewLayout, PanesCoverThePictureOnce) {
     ViewState state;
     for (const Compare compare :
          {Compare::kModel, Compare::kTruth, Compare::kSideBySide, Compare::kWipe, Compare::kDifference}) {
-        state.compare = compare;
+        state.show.compare = compare;
         int area = 0;
         for (const Pane& pane : panesOf(state, picture)) area += pane.clip.width * pane.clip.height;
         EXPECT_EQ(area, picture.width * picture.height);

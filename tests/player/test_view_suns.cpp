@@ -9,12 +9,9 @@
 #include "player/gl/gl_context.h"
 #include "player/scene/scene_suns.h"
 #include "player/view/view_actions.h"
-#include "player/view/view_exposure.h"
-#include "player/view/view_light.h"
-#include "player/view/view_material.h"
+#include "player/view/view_look.h"
 #include "player/view/view_shapes.h"
 #include "player/view/view_sunlight.h"
-#include "player/view/view_suns.h"
 #include "tests/player/gl_calls.h"
 #include "tests/synthetic_composition.h"
 
@@ -70,29 +67,29 @@ protected:
     void TearDown() override { fs::remove_all(folder); }
 
     void update() { updateScene(*scene, state, {.values = true, .threads = 1}, cost); }
-    void press(int key) { applyKey(state, contentsOf(*scene), {key, false}); }
+    void press(int key) { applyKey(state, *scene, {key, false}); }
     bool saysSuns() const { return describe(*scene, state).find("suns with shadow maps") != std::string::npos; }
     const std::vector<Vec3>& shown(std::size_t i) const {
-        return scene->characters[i]->values[std::size_t(Shown::kModel)];
+        return (*scene->characters[i]->shown.values)[std::size_t(Shown::kModel)];
     }
 };
 
 TEST_F(ViewSuns, ShineUntilTheyAreSwitchedOff) {
     update();
     EXPECT_TRUE(showsSuns(*scene, state) && saysSuns());
-    EXPECT_TRUE(scene->characters[0]->shading->sunsOn());
-    const std::vector<Vec3> soft = shown(0), soft_ground = scene->ground.values;
+    EXPECT_TRUE(scene->characters[0]->shown.shading->sunsOn());
+    const std::vector<Vec3> soft = shown(0), soft_ground = *scene->ground.values;
     press('H');
     update();
     EXPECT_FALSE(showsSuns(*scene, state) || saysSuns());
-    EXPECT_FALSE(scene->characters[0]->shading->sunsOn());
+    EXPECT_FALSE(scene->characters[0]->shown.shading->sunsOn());
     EXPECT_NE(shown(0), soft);
-    EXPECT_NE(scene->ground.values, soft_ground);
+    EXPECT_NE(*scene->ground.values, soft_ground);
     press('H');
     update();
     EXPECT_TRUE(saysSuns());
     EXPECT_EQ(shown(0), soft);
-    EXPECT_EQ(scene->ground.values, soft_ground);
+    EXPECT_EQ(*scene->ground.values, soft_ground);
 }
 
 TEST_F(ViewSuns, WhatKeepsThemFromShiningIsSaid) {
@@ -102,14 +99,14 @@ TEST_F(ViewSuns, WhatKeepsThemFromShiningIsSaid) {
     };
     EXPECT_EQ(whyNoSuns(*scene, state), "");
     ViewState changed = state;
-    changed.light = 1;
+    changed.lighting.light = 1;
     refuses(changed, "the light has no suns");
     changed = state;
-    changed.shading.light_form = LightForm::kFixed;
+    changed.lighting.shading.light_form = LightForm::kFixed;
     refuses(changed, "suns need the exact rotation");
     for (const Shadows shadows : {Shadows::kSelf, Shadows::kCast, Shadows::kNone}) {
         changed = state;
-        changed.shadows = shadows;
+        changed.show.shadows = shadows;
         refuses(changed, "suns need all shadows");
     }
 }
@@ -117,18 +114,18 @@ TEST_F(ViewSuns, WhatKeepsThemFromShiningIsSaid) {
 // Other channels have no light, and a difference is one of what vertices show, which is SH.
 TEST_F(ViewSuns, AreForShadedColorsAlone) {
     for (const Channel channel : {Channel::kAmbient, Channel::kNormals, Channel::kError}) {
-        state.channel = channel;
+        state.show.channel = channel;
         EXPECT_FALSE(showsSuns(*scene, state));
     }
-    state.channel = Channel::kShaded;
+    state.show.channel = Channel::kShaded;
     for (const Compare compare : {Compare::kTruth, Compare::kSideBySide, Compare::kWipe}) {
-        state.compare = compare;
+        state.show.compare = compare;
         EXPECT_TRUE(showsSuns(*scene, state));
     }
-    state.compare = Compare::kDifference;
+    state.show.compare = Compare::kDifference;
     EXPECT_FALSE(showsSuns(*scene, state));
-    state.compare = Compare::kModel;
-    state.component = 0;
+    state.show.compare = Compare::kModel;
+    state.show.component = 0;
     EXPECT_FALSE(showsSuns(*scene, state));
 }
 
@@ -141,16 +138,16 @@ TEST_F(ViewSuns, RemainderIsTheLightWithoutThem) {
 // Everyone's ShadingSet has the light in their own frame.
 TEST_F(ViewSuns, TurnWithTheLight) {
     for (const double turn : {0.0, 70.0}) {
-        state.light_yaw = turn;
-        state.light_pitch = -turn / 2;
+        state.lighting.yaw = turn;
+        state.lighting.pitch = -turn / 2;
         update();
         const std::vector<Sun> suns = sunsOf(scene->characters[0]->asset.lights[0], lightRotation(state));
         ASSERT_EQ(suns.size(), 1u);
         EXPECT_NEAR(length(suns[0].direction - lightRotation(state) * toFloat(kSun.direction)), 0, 1e-6);
         for (const auto& character : scene->characters)
-            EXPECT_NEAR(
-                length(character->to_scene.linear() * character->shading->suns()[0].direction - suns[0].direction), 0,
-                1e-6);
+            EXPECT_NEAR(length(character->posed.to_scene.linear() * character->shown.shading->suns()[0].direction -
+                               suns[0].direction),
+                        0, 1e-6);
     }
 }
 
@@ -163,13 +160,13 @@ TEST_F(ViewSuns, ExposureIsMeasuredAnew) {
 // Who casts nothing in SH casts in the map: its pose counts, too.
 TEST_F(ViewSuns, EveryMoveCounts) {
     update();
-    const std::uint64_t before = scene->pose_version, casts = scene->cast_version;
+    const ViewKeys before = keysOf(*scene, state);
     update();
-    EXPECT_EQ(scene->pose_version, before);
+    EXPECT_EQ(keysOf(*scene, state).suns, before.suns);
     state.characters[0].moved = {0.1f, 0, 0};
     update();
-    EXPECT_GT(scene->pose_version, before);
-    EXPECT_EQ(scene->cast_version, casts);
+    EXPECT_NE(keysOf(*scene, state).suns, before.suns);
+    EXPECT_EQ(keysOf(*scene, state).ground, before.ground);
 }
 
 // A picture has no SH of suns that somebody stored: it is factored when it is opened.
@@ -193,11 +190,11 @@ TEST_F(ViewSuns, ArePartOfPicturesThatAreOpened) {
         EXPECT_GT(light->picture.width, 0);
         EXPECT_EQ(light->picture.texels.size(), std::size_t(3 * light->picture.width * light->picture.height));
     }
-    state.light = 2;
+    state.lighting.light = 2;
     EXPECT_EQ(whyNoSuns(*scene, state), "");
     update();
     EXPECT_TRUE(saysSuns());
-    state.light = 3;
+    state.lighting.light = 3;
     EXPECT_EQ(whyNoSuns(*scene, state), "the light has no suns");
 }
 
@@ -208,7 +205,7 @@ TEST_F(ViewSuns, FadeWhereTheLightIsSwitched) {
     update();
     const LightKey before = shownLightKey(*scene, state);
     const std::vector<Vec3> sunny = shown(0);
-    state.light = 1;
+    state.lighting.light = 1;
     advanceLight(*scene, state, 0.5);
     update();
     EXPECT_NE(shownLightKey(*scene, state), before);
@@ -219,18 +216,19 @@ TEST_F(ViewSuns, FadeWhereTheLightIsSwitched) {
     EXPECT_GT(light.suns[0].irradiance.x, 0.2 * kSun.irradiance.x);
     EXPECT_TRUE(saysSuns());
     for (const auto& character : scene->characters) {
-        ASSERT_EQ(character->shading->suns().size(), 1u);
-        EXPECT_EQ(character->shading->suns()[0].irradiance, light.suns[0].irradiance);
+        ASSERT_EQ(character->shown.shading->suns().size(), 1u);
+        EXPECT_EQ(character->shown.shading->suns()[0].irradiance, light.suns[0].irradiance);
     }
-    EXPECT_NEAR(length(scene->characters[1]->to_scene.linear() * scene->characters[1]->shading->suns()[0].direction -
+    EXPECT_NEAR(length(scene->characters[1]->posed.to_scene.linear() *
+                           scene->characters[1]->shown.shading->suns()[0].direction -
                        lightRotation(state) * light.suns[0].direction),
                 0, 1e-6);
     EXPECT_NE(exposedLook(*scene, state).light, before);
     for (int i = 0; i < 20; ++i) advanceLight(*scene, state, 0.1);
     update();
     EXPECT_FALSE(saysSuns() || scene->blend.active());
-    EXPECT_EQ(scene->characters[0]->shading->light(), 1u);
-    state.light = 0;
+    EXPECT_EQ(scene->characters[0]->shown.shading->light(), 1u);
+    state.lighting.light = 0;
     for (int i = 0; i < 30; ++i) {
         advanceLight(*scene, state, 0.1);
         update();
@@ -242,15 +240,14 @@ TEST_F(ViewSuns, FadeWhereTheLightIsSwitched) {
 TEST_F(ViewSuns, OtherFormsOfLightSwitchAtOnce) {
     scene->blend = LightBlend({.seconds = 1, .sun_time = 0.1});
     advanceLight(*scene, state, 0);
-    state.light = 1;
+    state.lighting.light = 1;
     advanceLight(*scene, state, 0.1);
     EXPECT_TRUE(scene->blend.active());
-    state.shading.light_form = LightForm::kFixed;
+    state.lighting.shading.light_form = LightForm::kFixed;
     advanceLight(*scene, state, 0.1);
     EXPECT_FALSE(scene->blend.active());
-    useShading(*scene, state);
     update();
-    EXPECT_EQ(scene->characters[0]->shading->light(), 1u);
+    EXPECT_EQ(scene->characters[0]->shown.shading->light(), 1u);
 }
 
 int& dispatches() {
@@ -275,7 +272,7 @@ TEST_F(ViewSuns, MapsAreDrawnWhenSomethingChanged) {
     EXPECT_FALSE(draws()) << "nothing changed";
     state.camera.yaw += 1;
     EXPECT_FALSE(draws()) << "maps are the same from everywhere";
-    state.light_yaw = 10;
+    state.lighting.yaw = 10;
     EXPECT_TRUE(draws());
     state.playhead.time = 0.2;
     EXPECT_TRUE(draws());
@@ -283,7 +280,7 @@ TEST_F(ViewSuns, MapsAreDrawnWhenSomethingChanged) {
     EXPECT_TRUE(draws());
     EXPECT_FALSE(draws());
     gl::DispatchCompute = gl_dispatch;
-    std::vector<Vec3> values(scene->characters[1]->vertices.positions.size());
+    std::vector<Vec3> values(scene->characters[1]->posed.vertices.positions.size());
     const SunlitSurface surface = sunlight.surfaceOf(1, {0, 0, 5}, values);
     EXPECT_EQ(surface.lobes.size(), values.size());
     EXPECT_TRUE(surface.sight.empty()) << "nothing is a mirror";

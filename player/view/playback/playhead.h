@@ -13,6 +13,7 @@ struct Playhead {
     bool playing = false;
     // If true, a clip ends at its last frame, which has nothing to go on to. If false, it stays there for a while.
     bool smooth = false;
+    bool operator==(const Playhead&) const = default;
 };
 
 // Returns the seconds that a repeated clip lasts: to its last frame, and on for as long as its last two frames are

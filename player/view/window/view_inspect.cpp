@@ -1,5 +1,3 @@
-#include "player/view/window/view_inspect.h"
-
 #include <imgui.h>
 
 #include <algorithm>
@@ -9,6 +7,7 @@
 
 #include "player/frame/visibility_lobe.h"
 #include "player/view/vertex_figures.h"
+#include "player/view/window/view_widgets.h"
 #include "sh/sh_basis.h"
 
 namespace penumbra {
@@ -97,12 +96,12 @@ void vertexPanel(const Scene& scene, const PickedVertex& picked) {
 }
 
 void factorPanel(const Scene& scene, ViewState& state) {
-    const Character& character = *scene.characters[state.picked->character];
+    const Character& character = *scene.characters[state.inspect.picked->character];
     const VisibilityFactor* shown = shownFactor(scene, state);
     const float column = 0.65f * ImGui::GetContentRegionAvail().x;
-    for (const VisibilityFactor& factor : character.factors) {
+    for (const VisibilityFactor& factor : *character.posed.factors) {
         if (ImGui::Selectable(nameOf(character.asset, factor.choice).c_str(), &factor == shown))
-            state.factor = factor.choice;
+            state.inspect.factor = factor.choice;
         ImGui::SameLine(column);
         if (factor.choice.kind == FactorKind::kResidual)
             ImGui::Text("%+.4f (x %.0f)", double(factor.ambient), double(kResidualEnlargement));
@@ -138,22 +137,24 @@ bool scoreSlider(std::size_t component, const ComponentFigures& figures, float& 
 }  // namespace
 
 void componentPanel(const Scene& scene, ViewState& state) {
-    const Character& character = *scene.characters[state.picked->character];
-    const std::size_t cluster = clusterAt(character.asset.model, state.picked->vertex);
-    if (character.components_of != cluster || character.components.empty()) {
+    const Character& character = *scene.characters[state.inspect.picked->character];
+    const std::size_t cluster = clusterAt(character.asset.model, state.inspect.picked->vertex);
+    const Cached<std::size_t, std::vector<ComponentFigures>>& components = character.timeline.components;
+    if (components.key() != cluster || components->empty()) {
         ImGui::TextDisabled("reading the training poses");
         return;
     }
     ImGui::Text("cluster %zu: score (share of variance)", cluster);
-    if (ImGui::SmallButton("as the pose has them (Z)")) state.score_edit.reset();
-    const std::span<const float> scores = character.evaluator->scores(cluster);
+    if (ImGui::SmallButton("as the pose has them (Z)")) state.inspect.score_edit.reset();
+    const std::span<const float> scores = character.posed.evaluator->scores(cluster);
     for (std::size_t k = 0; k < scores.size(); ++k) {
         float score = scores[k];
-        if (!scoreSlider(k, character.components[k], score)) continue;
-        if (!state.score_edit || state.score_edit->character != state.picked->character ||
-            state.score_edit->cluster != cluster)
-            state.score_edit = ScoreEdit{state.picked->character, cluster, std::vector<float>(scores.size())};
-        state.score_edit->added[k] += score - scores[k];
+        if (!scoreSlider(k, (*components)[k], score)) continue;
+        if (!state.inspect.score_edit || state.inspect.score_edit->character != state.inspect.picked->character ||
+            state.inspect.score_edit->cluster != cluster)
+            state.inspect.score_edit =
+                ScoreEdit{state.inspect.picked->character, cluster, std::vector<float>(scores.size())};
+        state.inspect.score_edit->added[k] += score - scores[k];
     }
 }
 

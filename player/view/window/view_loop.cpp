@@ -11,8 +11,7 @@
 #include "formats/common/write_file.h"
 #include "player/gl/gpu_timer.h"
 #include "player/gl/screenshot.h"
-#include "player/view/view_exposure.h"
-#include "player/view/view_light.h"
+#include "player/view/view_look.h"
 #include "player/view/view_settings.h"
 #include "player/view/window/view_panels.h"
 #include "player/view/window/view_window.h"
@@ -26,6 +25,7 @@ using Clock = std::chrono::steady_clock;
 // After the last event ImGui still needs a few frames for what appears under the pointer.
 constexpr double kDrawAfterEvent = 0.3;  // seconds
 constexpr double kIdleWait = 0.25;       // seconds between looks at whether to stop
+constexpr double kStep = 0.002;          // seconds until the state may have changed by itself
 constexpr double kStripTime = 3;         // milliseconds a frame for the strips of the timeline
 constexpr double kStripTimeAtRest = 12;  // while the picture stands
 
@@ -46,9 +46,8 @@ double startPitch(const Scene& scene) {
 }
 
 ViewState startState(const Scene& scene, const ViewSettings& settings, const ViewOptions& options) {
-    ViewState state;
-    applySettings(settings, state);
-    state.shading = options.shading;
+    ViewState state = settings.state;
+    state.lighting.shading = options.shading;
     state.camera.yaw = 20 * kDegree;
     state.camera.pitch = startPitch(scene);
     state.camera.vertical_fov = 35 * kDegree;
@@ -80,7 +79,6 @@ public:
         result_.path = options.path.value_or(window_.software() ? EvaluationPath::kCpu : EvaluationPath::kGlsl);
         figures_.path = result_.path;
         figures_.software = window_.software();
-        painter_ = std::make_unique<ScenePainter>(*scene_, result_.path);
     }
     ViewResult run();
 
@@ -93,12 +91,13 @@ private:
     std::vector<std::filesystem::path> files_;
     std::unique_ptr<Scene> scene_;
     ViewState state_;
-    ViewWindow window_;  // before everything that needs its context
-    std::unique_ptr<ScenePainter> painter_;
+    ViewWindow window_;                                             // before everything that needs its context
+    Cached<ShadingChoice, std::unique_ptr<ScenePainter>> painter_;  // it keeps references to everyone's shading
+    Cached<FrameKey> drawn_;
+    Cached<ExposedLook> exposed_;  // what the automatic exposure was measured for
     GpuTimer timer_;
     ViewFigures figures_;
-    std::optional<ExposedLook> exposed_;  // what the automatic exposure was measured for
-    Clock::time_point last_frame_ = Clock::now(), last_event_ = Clock::now();
+    Clock::time_point last_step_ = Clock::now(), last_frame_ = Clock::now(), last_event_ = Clock::now();
 
     void tellSettingsProblem();
     void handle(const ViewEvents& events);
@@ -128,11 +127,11 @@ void ViewLoop::addFiles(const std::vector<std::filesystem::path>& dropped) {
     try {
         auto scene = std::make_unique<Scene>(openScene(files, threads_));
         scene->blend = LightBlend(options_.fade);
-        painter_ = std::make_unique<ScenePainter>(*scene, result_.path);
         const bool is_new = !scene_->file && scene->file;
         scene_ = std::move(scene);
         files_ = std::move(files);
-        exposed_.reset();
+        painter_.forget();
+        exposed_.forget();
         state_ = stateFor(*scene_, state_);
         if (is_new) applySceneFile(*scene_, state_);
         figures_.message = "opened " + dropped.back().filename().string();
@@ -143,12 +142,13 @@ void ViewLoop::addFiles(const std::vector<std::filesystem::path>& dropped) {
 
 void ViewLoop::handle(const ViewEvents& events) {
     if (!events.dropped.empty()) addFiles(events.dropped);
-    const ViewContents contents = contentsOf(*scene_);
     for (const KeyPress& press : events.keys) {
-        applyKey(state_, contents, press);
-        if (state_.screenshot) drawFrame();  // of what the keys before it made of the picture
+        applyKey(state_, *scene_, press);
+        if (!state_.window.screenshot) continue;
+        advanceTime();
+        drawFrame();  // of what the keys before it made of the picture
     }
-    if (events.close) state_.quit = true;
+    if (events.close) state_.window.quit = true;
 }
 
 void ViewLoop::write(const std::filesystem::path& path, const Image& image) {
@@ -160,7 +160,7 @@ void ViewLoop::write(const std::filesystem::path& path, const Image& image) {
         std::fflush(stdout);
     } catch (const IoError& error) {
         figures_.message = error.what();
-        state_.sequence.reset();
+        state_.window.sequence.reset();
     }
 }
 
@@ -169,40 +169,38 @@ Image readPart(const Rectangle& part, int window_height) {
 }
 
 void ViewLoop::takeScreenshot(const Rectangle& part) {
-    state_.screenshot = false;
+    state_.window.screenshot = false;
     write(freeScreenshotName(options_.screenshots), readPart(part, window_.height()));
 }
 
 void ViewLoop::takeSequencePicture(const Rectangle& picture) {
-    const ViewContents contents = contentsOf(*scene_);
-    const ClipView& clip = selectedClip(state_, contents);
-    write(sequenceName(options_.screenshots, clip.name, *state_.sequence), readPart(picture, window_.height()));
-    if (state_.sequence && ++*state_.sequence >= clip.frame_count) state_.sequence.reset();
+    const ClipView& clip = selectedClip(state_, *scene_);
+    write(sequenceName(options_.screenshots, clip.name, *state_.window.sequence), readPart(picture, window_.height()));
+    if (state_.window.sequence && ++*state_.window.sequence >= clip.frame_count) state_.window.sequence.reset();
 }
 
 void ViewLoop::advanceTime() {
-    const double seconds = secondsSince(last_frame_);
-    last_frame_ = Clock::now();
-    figures_.frame = 0.9 * figures_.frame + 100 * seconds;  // milliseconds, smoothed over ten frames
-    const ViewContents contents = contentsOf(*scene_);
-    const ClipView& clip = selectedClip(state_, contents);
-    const AnimationView& animation = *contents.characters[state_.selected].animation;
-    if (state_.sequence) {
+    const double seconds = secondsSince(last_step_);
+    last_step_ = Clock::now();
+    const ClipView& clip = selectedClip(state_, *scene_);
+    const AnimationView& animation = scene_->characters[state_.selected]->asset.animation;
+    if (state_.window.sequence) {
         state_.playhead.playing = false;
-        showClipTime(state_,
-                     frameSeconds(animation, clip, std::min<std::size_t>(*state_.sequence, clip.frame_count - 1)));
+        showClipTime(state_, frameSeconds(animation, clip,
+                                          std::min<std::size_t>(*state_.window.sequence, clip.frame_count - 1)));
     }
-    advanceView(state_, contents, seconds);
+    advanceView(state_, *scene_, seconds);
     if (state_.turntable) turntable(state_.camera, seconds);
     advanceLight(*scene_, state_, seconds);
     computeStrips(*scene_, state_, state_.playhead.playing || state_.turntable ? kStripTime : kStripTimeAtRest);
 }
 
 void ViewLoop::updatePicture(const Rectangle& picture) {
-    if (useShading(*scene_, state_)) painter_ = std::make_unique<ScenePainter>(*scene_, result_.path);
-    const UpdateNeeds needs{painter_->needsValues(state_), !painter_->castsOnGpu(state_), !painter_->fieldOnGpu(state_),
-                            threads_};
-    if (const auto stroke = std::exchange(state_.stroke, {}); stroke && scene_->field)
+    painter_.update(shownShading(*scene_, state_), [&](std::unique_ptr<ScenePainter>& painter) {
+        painter = std::make_unique<ScenePainter>(*scene_, result_.path);
+    });
+    const UpdateNeeds needs = (*painter_)->needs(state_, threads_);
+    if (const auto stroke = std::exchange(state_.tool.stroke, {}); stroke && scene_->field)
         scene_->field->brush(stroke->at, stroke->radius, stroke->rise);
     updateScene(*scene_, state_, needs, figures_.update);
     if (!state_.frame_all) return;
@@ -213,64 +211,68 @@ void ViewLoop::updatePicture(const Rectangle& picture) {
 }
 
 void ViewLoop::updateExposure(const Rectangle& picture) {
-    if (!state_.automatic_exposure) return exposed_.reset();
-    const ExposedLook look = exposedLook(*scene_, state_);
-    if (exposed_ == look || !showsShadedColors(*scene_, state_)) return;
-    state_.display.exposure = painter_->measureExposure(state_, picture);
-    exposed_ = look;
+    if (!state_.automatic_exposure) return exposed_.forget();
+    if (showsShadedColors(*scene_, state_))
+        exposed_.update(exposedLook(*scene_, state_),
+                        [&](auto&) { state_.display.exposure = (*painter_)->measureExposure(state_, picture); });
 }
 
 void ViewLoop::drawFrame() {
     if (!window_.visible()) return;
-    advanceTime();
+    figures_.frame = 0.9 * figures_.frame + 100 * secondsSince(last_frame_);  // milliseconds, smoothed over ten frames
+    last_frame_ = Clock::now();
     const int width = window_.width(), height = window_.height();
-    const Rectangle picture = pictureArea(width, height, window_.scale(), state_.panels);
+    const Rectangle picture = pictureArea(width, height, window_.scale(), state_.window.panels);
     updatePicture(picture);
     updateExposure(picture);
+    drawn_.update(frameKey(*scene_, state_));
     gl::BindFramebuffer(GL_FRAMEBUFFER, 0);
     timer_.begin();
-    painter_->draw(state_, height, picture, figures_.paint);
+    (*painter_)->draw(state_, height, picture, figures_.paint);
     timer_.end();
     figures_.gpu = timer_.milliseconds();
-    if (state_.screenshot && !state_.screenshot_panels) takeScreenshot(picture);
-    if (state_.sequence) takeSequencePicture(picture);
+    if (state_.window.screenshot && !state_.window.screenshot_panels) takeScreenshot(picture);
+    if (state_.window.sequence) takeSequencePicture(picture);
     window_.beginPanels();
     const Rectangle in_units = scaled(picture, window_.unitScale() / window_.scale());
     buildPanels(*scene_, state_, figures_, in_units, window_.unitScale());
     applyMouse(*scene_, state_, in_units);
     window_.drawPanels();
-    if (state_.screenshot) takeScreenshot({0, 0, width, height});
+    if (state_.window.screenshot) takeScreenshot({0, 0, width, height});
     checkGl("drawing a frame");
     window_.present();
     ++result_.frames;
 }
 
-// Tells whether the picture changes by itself.
+// Tells whether the state changes by itself.
 bool ViewLoop::busy() const {
-    return state_.playhead.playing || state_.turntable || state_.sequence || state_.awaited || state_.stroke ||
-           scene_->blend.active() || !stripsAreComplete(*scene_, state_);
+    return state_.playhead.playing || state_.turntable || state_.window.sequence || state_.awaited ||
+           state_.tool.stroke || scene_->blend.active() || !stripsAreComplete(*scene_, state_);
 }
 
 void ViewLoop::keepSettings() {
     const std::filesystem::path path = settingsPath();
     if (!options_.settings || path.empty()) return;
     try {
-        writeSettings(path, settingsOf(state_, window_.place()));
+        writeSettings(path, {window_.place(), state_});
     } catch (const IoError& error) {
         result_.problem = error.what();
     }
 }
 
 ViewResult ViewLoop::run() {
-    while (!state_.quit) {
+    bool drew = true;
+    while (!state_.window.quit) {
         throwIfInterrupted();
         const bool waits = (!busy() && secondsSince(last_event_) > kDrawAfterEvent) || !window_.visible();
-        const ViewEvents events = window_.poll(waits ? kIdleWait : 0);
+        const ViewEvents events = window_.poll(waits ? kIdleWait : drew ? 0 : kStep);
         if (waits && !events.any) continue;
-        if (waits) last_frame_ = Clock::now();  // the time that was waited is no time of the animation
+        if (waits) last_step_ = last_frame_ = Clock::now();  // the time that was waited is no time of the animation
         if (events.any) last_event_ = Clock::now();
         handle(events);
-        drawFrame();
+        advanceTime();
+        drew = secondsSince(last_event_) < kDrawAfterEvent || drawn_.key() != frameKey(*scene_, state_);
+        if (drew) drawFrame();
     }
     keepSettings();
     return result_;

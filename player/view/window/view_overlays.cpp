@@ -1,5 +1,3 @@
-#include "player/view/window/view_overlays.h"
-
 #include <imgui.h>
 
 #include <algorithm>
@@ -14,11 +12,12 @@
 
 #include "player/view/vertex_figures.h"
 #include "player/view/view_painter.h"
+#include "player/view/window/view_widgets.h"
 
 namespace penumbra {
 namespace {
 
-constexpr ImU32 kInk = IM_COL32(230, 230, 230, 255), kMarked = IM_COL32(242, 191, 77, 255);
+constexpr ImU32 kInk = IM_COL32(230, 230, 230, 255);
 
 // Writes a text with a shadow, which is readable over a bright background too.
 void write(ImVec2 at, const char* label, ImU32 color = kInk) {
@@ -29,14 +28,14 @@ void write(ImVec2 at, const char* label, ImU32 color = kInk) {
 
 // Writes names over the panes, so that a screenshot tells what it shows.
 void paneLabels(const Scene& scene, const ViewState& state, const Rectangle& picture) {
-    if (!contentsOf(scene).hasTruth() && !state.score_edit) return;
+    if (!scene.hasTruth() && !state.inspect.score_edit) return;
     static constexpr std::array kNames = {"model", "baked truth", "difference"};
     ImDrawList& list = *ImGui::GetBackgroundDrawList();
     for (const Pane& pane : panesOf(state, picture)) {
         if (pane.clip.width == 0) continue;
         const float left = float(pane.clip.x), top = float(pane.clip.y), margin = 0.6f * ImGui::GetFontSize();
         write(ImVec2(left + margin, top + margin), kNames[std::size_t(pane.shown)]);
-        if (state.score_edit)
+        if (state.inspect.score_edit)
             write(ImVec2(left + margin, top + margin + 1.3f * ImGui::GetFontSize()), "scores changed (Z: back)",
                   kMarked);
         if (pane.clip.x > picture.x)
@@ -73,17 +72,17 @@ ImU32 displayed(Vec3 linear) {
 }
 
 void scales(const Scene& scene, const ViewState& state, const Rectangle& picture) {
-    if (state.component) {
+    if (state.show.component) {
         std::array<ImU32, 5> colors;
         for (std::size_t i = 0; i < colors.size(); ++i) colors[i] = displayed(divergingColor(float(i) - 2, 2));
-        const double most = double(scene.characters[state.selected]->component_most);
+        const double most = double(scene.characters[state.selected]->shown.component->most);
         scale(picture, "change of E a unit of score", colors, -most, most);
-    } else if (state.channel == Channel::kError) {
+    } else if (state.show.channel == Channel::kError) {
         // viridis as in shaders/channel.frag, at quarters.
         static constexpr std::array<ImU32, 5> kViridis = {IM_COL32(71, 1, 85, 255), IM_COL32(59, 82, 139, 255),
                                                           IM_COL32(33, 145, 140, 255), IM_COL32(94, 201, 98, 255),
                                                           IM_COL32(253, 231, 37, 255)};
-        scale(picture, "|E - truth|, E in 0..1   [ ]", kViridis, 0, double(state.error_max));
+        scale(picture, "|E - truth|, E in 0..1   [ ]", kViridis, 0, double(state.show.error_max));
     }
 }
 
@@ -104,7 +103,7 @@ void tangentFrames(const Character& character, const Pane& pane, const FrameView
     ImDrawList& list = *ImGui::GetBackgroundDrawList();
     list.PushClipRect(ImVec2(float(pane.clip.x), float(pane.clip.y)),
                       ImVec2(float(pane.clip.x + pane.clip.width), float(pane.clip.y + pane.clip.height)));
-    const FrameVertices& at = character.vertices;
+    const FrameVertices& at = character.posed.vertices;
     const std::size_t step = at.positions.size() / kMaxFrames + 1;
     for (std::size_t v = 0; v < at.positions.size(); v += step) {
         const Vec3 p = at.positions[v], n = at.normals[v], t = at.tangents[v];
@@ -124,7 +123,7 @@ void tangentFrames(const Character& character, const Pane& pane, const FrameView
 // Returns the vertex that is nearest to the middle of its cluster.
 std::size_t middleVertex(const Character& character, const ClusterView& cluster) {
     const std::span<const Vec3> positions =
-        std::span(character.vertices.positions).subspan(cluster.first_vertex, cluster.vertex_count);
+        std::span(character.posed.vertices.positions).subspan(cluster.first_vertex, cluster.vertex_count);
     Vec3 middle;
     for (const Vec3& p : positions) middle += p / float(positions.size());
     const auto away = [&](const Vec3& p) { return length(p - middle); };
@@ -157,9 +156,9 @@ void clusterNames(const Character& character, const Pane& pane, const FrameView&
     std::ranges::stable_sort(order, std::greater(), [&](std::size_t c) { return clusters[c].vertex_count; });
     for (const std::size_t c : order) {
         const std::size_t v = middleVertex(character, clusters[c]);
-        const Vec3 p = character.vertices.positions[v];
+        const Vec3 p = character.posed.vertices.positions[v];
         const std::optional<ImVec2> at = project(view, pane.area, p);
-        if (!at || dot(view.eye - p, character.vertices.normals[v]) <= 0) continue;
+        if (!at || dot(view.eye - p, character.posed.vertices.normals[v]) <= 0) continue;
         const std::string_view joint = character.asset.animation.joint_names[std::size_t(clusters[c].joint)];
         names.write(*at, std::to_string(c) + " " + std::string(joint));
     }
@@ -169,7 +168,7 @@ void inPanes(const Scene& scene, const ViewState& state, const Rectangle& pictur
     const double radius = boundsOf(scene).radius();
     for (const Pane& pane : panesOf(state, picture))
         for (const auto& character : scene.characters)
-            draw(*character, pane, paneView(state, pane.area, radius, character->to_scene), float(radius));
+            draw(*character, pane, paneView(state, pane.area, radius, character->posed.to_scene), float(radius));
 }
 
 }  // namespace
@@ -178,8 +177,8 @@ namespace {
 
 // Writes the name of every part at the middle of its bounding sphere.
 void partNames(const Character& character, const Pane& pane, const FrameView& view) {
-    if (!character.evaluator->composed()) return;
-    const std::span<const PosedPart> posed = character.evaluator->posedParts();
+    if (!character.posed.evaluator->composed()) return;
+    const std::span<const PosedPart> posed = character.posed.evaluator->posedParts();
     NameWriter names;
     for (std::size_t p = 0; p < posed.size(); ++p)
         if (const std::optional<ImVec2> at = project(view, pane.area, posed[p].centre))
@@ -192,7 +191,7 @@ void lobeLabel(const Scene& scene, const ViewState& state, const Rectangle& pict
     if (!factor) return;
     char label[160];
     std::snprintf(label, sizeof label, "lobe: %s, E %.4f",
-                  nameOf(scene.characters[state.picked->character]->asset, factor->choice).c_str(),
+                  nameOf(scene.characters[state.inspect.picked->character]->asset, factor->choice).c_str(),
                   double(factor->ambient));
     for (const Pane& pane : panesOf(state, picture))
         if (pane.clip.width > 0 && (pane.shown != Shown::kTruth || factor->choice.kind != FactorKind::kWhole))
@@ -204,16 +203,16 @@ void lobeLabel(const Scene& scene, const ViewState& state, const Rectangle& pict
 }  // namespace
 
 void drawOverlays(const Scene& scene, const ViewState& state, const Rectangle& picture) {
-    if (state.frames)
+    if (state.show.frames)
         inPanes(scene, state, picture,
                 [](const Character& character, const Pane& pane, const FrameView& view, float radius) {
                     tangentFrames(character, pane, view, 0.015f * radius);
                 });
-    if (state.channel == Channel::kClusters && !state.component)
+    if (state.show.channel == Channel::kClusters && !state.show.component)
         inPanes(scene, state, picture, [](const Character& character, const Pane& pane, const FrameView& view, float) {
             clusterNames(character, pane, view);
         });
-    if (state.channel == Channel::kParts && !state.component)
+    if (state.show.channel == Channel::kParts && !state.show.component)
         inPanes(scene, state, picture, [](const Character& character, const Pane& pane, const FrameView& view, float) {
             partNames(character, pane, view);
         });

@@ -1,11 +1,11 @@
-#include "player/view/window/view_timeline.h"
-
 #include <imgui.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <functional>
+
+#include "player/view/window/view_widgets.h"
 
 namespace penumbra {
 namespace {
@@ -55,9 +55,8 @@ void frameNumbers(const Row& row) {
 }
 
 void jumpTo(const Scene& scene, ViewState& state, double number) {
-    const ViewContents contents = contentsOf(scene);
     state.playhead.playing = false;
-    showClipTime(state, positionSeconds(*contents.characters[state.selected].animation, selectedClip(state, contents),
+    showClipTime(state, positionSeconds(scene.characters[state.selected]->asset.animation, selectedClip(state, scene),
                                         snapsToFrames(state) ? std::floor(number) : number));
 }
 
@@ -126,13 +125,13 @@ std::string format(const char* text, auto... values) {
 
 void strips(const Scene& scene, ViewState& state, std::size_t frames, double shown) {
     const Character& character = *scene.characters[state.selected];
-    const std::span<const float> range = character.strip.outOfRange();
+    const std::vector<float>& range = character.timeline.figures.out_of_range;
     strip(scene, state,
           {"out of range, rad", kRangeColor, kSmallRange, range.size(), [&](std::size_t i) { return range[i]; },
            [&](std::size_t i) { return format("out of the training poses by %.3f rad", double(range[i])); }},
           frames, shown);
     if (!character.truth) return;
-    const std::span<const FrameError> errors = character.error_strip.errors();
+    const std::vector<FrameError>& errors = character.timeline.figures.errors;
     strip(scene, state,
           {"mean error of E", kErrorColor, kSmallError, errors.size(), [&](std::size_t i) { return errors[i].mean; },
            [&](std::size_t i) {
@@ -145,20 +144,14 @@ void strips(const Scene& scene, ViewState& state, std::size_t frames, double sho
 }  // namespace
 
 void buildTimeline(const Scene& scene, ViewState& state) {
-    const ViewContents contents = contentsOf(scene);
-    const AnimationView& animation = *contents.characters[state.selected].animation;
-    const ClipView& clip = selectedClip(state, contents);
+    const AnimationView& animation = scene.characters[state.selected]->asset.animation;
+    const ClipView& clip = selectedClip(state, scene);
     if (ImGui::Button(state.playhead.playing ? "Pause" : "Play", ImVec2(ImGui::GetFontSize() * 5, 0)))
         state.playhead.playing = !state.playhead.playing;
     ImGui::SameLine();
-    ImGui::SetNextItemWidth(ImGui::GetFontSize() * 9);
-    float speed = float(state.playhead.speed);
-    if (ImGui::SliderFloat("##speed", &speed, 0.125f, 8, "speed x %.2f", ImGuiSliderFlags_Logarithmic))
-        state.playhead.speed = double(speed);
+    drawControls(ControlPanel::kTime, scene, state, ImGui::GetFontSize() * 9);
     ImGui::SameLine();
-    ImGui::Checkbox("smooth", &state.smooth);
-    ImGui::SameLine();
-    const ClipPosition position = shownPosition(state, contents, state.selected);
+    const ClipPosition position = shownPosition(state, scene, state.selected);
     const double shown = double(position.frame) + position.part;
     ImGui::Text("frame %.*f of %u   %.2f s of %.2f s", snapsToFrames(state) ? 0 : 2, shown, clip.frame_count,
                 clipTime(state), clipSeconds(animation, clip));

@@ -1,11 +1,11 @@
 #pragma once
-// Shades a character or prop of a scene in the modes that compare (player/scene/cast_way.h). Slow: it evaluates the
+// Shades a character or prop of a scene in the modes that compare (player/papers/cast_way.h). Slow: it evaluates the
 // radiance of every SH function of the light on its own.
 #include <optional>
 #include <vector>
 
 #include "player/frame/frame_values.h"
-#include "player/scene/cast_way.h"
+#include "player/papers/cast_way.h"
 
 namespace penumbra {
 

@@ -1,5 +1,5 @@
 #pragma once
-// What others leave visible over the whole sphere of directions, for the modes that compare (player/scene/cast_way.h).
+// What others leave visible over the whole sphere of directions, for the modes that compare (player/papers/cast_way.h).
 #include <vector>
 
 #include "runtime/cast/cast_shadow.h"

@@ -1,4 +1,4 @@
-#include "player/view/playback/error_strip.h"
+#include "player/view/playback/clip_figures.h"
 
 #include <algorithm>
 #include <chrono>
@@ -8,12 +8,21 @@
 
 namespace penumbra {
 
+void computeRanges(Evaluator& evaluator, const ClipView& clip, double milliseconds, std::vector<float>& out_of_range) {
+    using Clock = std::chrono::steady_clock;
+    const auto start = Clock::now();
+    while (out_of_range.size() < clip.frame_count &&
+           std::chrono::duration<double, std::milli>(Clock::now() - start).count() < milliseconds) {
+        evaluator.setFrame(clip.first_frame + out_of_range.size());
+        out_of_range.push_back(float(evaluator.outOfRange()));
+    }
+}
+
 void ErrorStrip::start(const Evaluator& evaluator, const AssetView& truth, std::size_t clip) {
     evaluator_.emplace(evaluator);
     truth_ = &truth;
     clip_ = clip;
     cluster_ = 0;
-    errors_.clear();
     const std::size_t vertices = evaluator.vertexCount(),
                       numbers = vertices * std::size_t(evaluator.asset().model.stride);
     for (std::vector<Vec3>* array : {&vertices_.positions, &vertices_.normals, &vertices_.tangents})
@@ -51,23 +60,27 @@ void ErrorStrip::addCluster() {
     }
 }
 
-void ErrorStrip::compute(const Evaluator& evaluator, const AssetView& truth, std::size_t clip, double milliseconds) {
+void ErrorStrip::compute(const Evaluator& evaluator, const AssetView& truth, std::size_t clip, double milliseconds,
+                         std::vector<FrameError>& errors) {
     using Clock = std::chrono::steady_clock;
     const auto begin = Clock::now();
-    if (!evaluator_ || &evaluator_->asset() != &evaluator.asset() || truth_ != &truth || clip_ != clip)
+    if (!evaluator_ || truth_ != &truth || clip_ != clip || errors.size() != known_) {
         start(evaluator, truth, clip);
+        errors.clear();
+    }
     const ClipView& view = evaluator_->asset().animation.clips[clip];
     const std::size_t clusters = evaluator_->clusterCount();
-    while (errors_.size() < view.frame_count &&
+    while (errors.size() < view.frame_count &&
            std::chrono::duration<double, std::milli>(Clock::now() - begin).count() < milliseconds) {
-        if (cluster_ == 0) startFrame(view.first_frame + errors_.size());
+        if (cluster_ == 0) startFrame(view.first_frame + errors.size());
         if (truth_frame_) addCluster();
         cluster_ = truth_frame_ ? cluster_ + 1 : clusters;
         if (cluster_ < clusters) continue;
         frame_.mean = float(sum_ / double(evaluator_->vertexCount()));
-        errors_.push_back(frame_);
+        errors.push_back(frame_);
         cluster_ = 0;
     }
+    known_ = errors.size();
 }
 
 }  // namespace penumbra

@@ -1,10 +1,9 @@
-#include "player/scene/sphere_cast.h"
+#include "player/papers/sphere_cast.h"
 
 #include <algorithm>
 #include <array>
 
 #include "formats/common/parallel_for.h"
-#include "player/scene/cast_on.h"
 #include "runtime/shade/shading.h"
 #include "sh/quadrature.h"
 #include "sh/reflectance.h"
@@ -14,7 +13,7 @@ namespace penumbra {
 
 namespace {
 
-constexpr std::size_t kReferencePiece = 64;  // receivers that a thread takes at once
+constexpr std::size_t kReferencePiece = 64, kFieldPiece = 512;  // receivers that a thread takes at once
 
 // Moments over the upper hemisphere of mirrored functions: [order^2, kFarNumbers].
 std::vector<float> momentMatrix(int order) {
@@ -46,13 +45,17 @@ void joinHalves(const CastShadow& cast, CasterChoice choice, int order, const Ca
     const std::vector<float> matrix = momentMatrix(order);
     const std::size_t count = receivers.positions.size(), n = std::size_t(coefficientCount(order));
     std::vector<Vec3> normals(receivers.normals.begin(), receivers.normals.end());
-    std::vector<float> mirrored;
     for (int half = 0; half < 2; ++half) {
-        castOn(cast, choice, {receivers.positions, normals, receivers.tangents}, threads, mirrored);
-        parallelFor((count + kReferencePiece - 1) / kReferencePiece, threads, [&](std::size_t piece) {
-            for (std::size_t r = piece * kReferencePiece; r < std::min(count, (piece + 1) * kReferencePiece); ++r)
-                addHalf(matrix, order, &mirrored[r * kFarNumbers], normals[r], receivers.tangents[r],
-                        out.subspan(r * n, n));
+        parallelFor((count + kFieldPiece - 1) / kFieldPiece, threads, [&](std::size_t piece) {
+            const std::size_t first = piece * kFieldPiece, size = std::min(kFieldPiece, count - first);
+            std::vector<float> mirrored(size * kFarNumbers);
+            cast.evaluate(
+                {receivers.positions.subspan(first, size), std::span<const Vec3>(normals).subspan(first, size),
+                 receivers.tangents.subspan(first, size)},
+                choice, mirrored);
+            for (std::size_t i = 0; i < size; ++i)
+                addHalf(matrix, order, &mirrored[i * kFarNumbers], normals[first + i], receivers.tangents[first + i],
+                        out.subspan((first + i) * n, n));
         });
         for (Vec3& normal : normals) normal = normal * -1.0f;
     }

@@ -1,4 +1,4 @@
-#include "player/scene/cast_way.h"
+#include "player/papers/cast_way.h"
 
 #include <stdexcept>
 

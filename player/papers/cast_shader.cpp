@@ -1,4 +1,4 @@
-#include "player/scene/cast_shader.h"
+#include "player/papers/cast_shader.h"
 
 #include <algorithm>
 #include <array>
@@ -6,7 +6,6 @@
 #include <numbers>
 
 #include "formats/common/parallel_for.h"
-#include "player/scene/scene_receivers.h"
 #include "sh/cast/cast_fold.h"
 #include "sh/quadrature.h"
 #include "sh/sh_product.h"
