@@ -29,12 +29,13 @@ inline Quad loadQuad(const float* at) { return *(const LooseQuad*)at; }
 // What there is with AVX2 and without:
 //   choose    mask ? yes : no
 //   least     the smaller of two, b where a is not a number; most: the larger
-//   toInts    towards 0
+//   toInts    towards 0; roundDown: of numbers that toInts can tell
 //   loadQuads four numbers from each of two places
-//   loadHalves numbers of 16 bits (formats/common/fp16.h)
+//   loadHalves finite numbers of 16 bits (formats/common/fp16.h)
 //   pick      (a_I, a_J, b_I, b_J) of the lower four numbers, and of the upper four
 #ifdef __AVX2__
 typedef float Lanes __attribute__((vector_size(32)));
+typedef float LooseLanes __attribute__((vector_size(32), aligned(4), may_alias));
 typedef std::int32_t Ints __attribute__((vector_size(32)));
 
 inline void choose(const Ints& mask, const Lanes& yes, const Lanes& no, Lanes& out) { out = mask ? yes : no; }
@@ -44,8 +45,9 @@ inline void root(Lanes& x) { x = (Lanes)_mm256_sqrt_ps((__m256)x); }
 inline bool any(const Ints& mask) { return !_mm256_testz_si256((__m256i)mask, (__m256i)mask); }
 inline void toInts(const Lanes& from, Ints& out) { out = __builtin_convertvector(from, Ints); }
 inline void toFloats(const Ints& from, Lanes& out) { out = __builtin_convertvector(from, Lanes); }
-inline void loadFloats(const float* at, Lanes& out) { __builtin_memcpy(&out, at, sizeof out); }
-inline void storeFloats(const Lanes& from, float* at) { __builtin_memcpy(at, (const void*)&from, sizeof from); }
+inline void roundDown(Lanes& x) { x = (Lanes)_mm256_floor_ps((__m256)x); }
+inline void loadFloats(const float* at, Lanes& out) { out = *(const LooseLanes*)at; }
+inline void storeFloats(const Lanes& from, float* at) { *(LooseLanes*)at = from; }
 inline void loadQuads(const float* low, const float* high, Lanes& out) {
     out = __builtin_shufflevector(loadQuad(low), loadQuad(high), 0, 1, 2, 3, 4, 5, 6, 7);
 }
@@ -124,6 +126,13 @@ inline void toInts(const Lanes& from, Ints& out) {
 inline void toFloats(const Ints& from, Lanes& out) {
     out = {__builtin_convertvector(from.low, Quad), __builtin_convertvector(from.high, Quad)};
 }
+inline void roundDown(Lanes& x) {
+    Ints whole;
+    Lanes rounded;
+    toInts(x, whole);
+    toFloats(whole, rounded);
+    choose(rounded > x, rounded - 1, rounded, x);
+}
 inline void loadQuads(const float* low, const float* high, Lanes& out) { out = {loadQuad(low), loadQuad(high)}; }
 inline void loadFloats(const float* at, Lanes& out) { loadQuads(at, at + 4, out); }
 inline void storeFloats(const Lanes& from, float* at) {
@@ -149,11 +158,9 @@ inline void loadBytes(const std::int8_t* at, Lanes& out) {
     toFloats(ints, out);
 }
 inline Quad fromHalves(IntQuad half) {
-    constexpr std::int32_t kRebias = 112 << 23;
-    const IntQuad size = half & 0x7fff, inf = size >= 0x7c00, quiet = (size > 0x7c00) & 0x400000;
-    const IntQuad wide = ((size << 13) + kRebias + (inf & kRebias)) | quiet;
+    const IntQuad size = half & 0x7fff, normal = (size << 13) + (112 << 23);
     const IntQuad tiny = (IntQuad)(__builtin_convertvector(size, Quad) * 0x1p-24f);
-    return (Quad)((size < 0x400 ? tiny : wide) | (half & INT32_MIN));
+    return (Quad)((size < 0x400 ? tiny : normal) | (half & INT32_MIN));
 }
 inline void loadHalves(const std::uint16_t* at, Lanes& out) {
     Words words;

@@ -24,48 +24,46 @@ using Sums = IntQuad;
 constexpr int kTileVectors = 4;  // a vector takes two registers
 #endif
 
-// Up to eight numbers of a basis or a mean as floats. Nothing beyond them is touched.
+// Eight or four numbers of a basis or a mean as floats.
 inline void load(const float* from, Lanes& out) { loadFloats(from, out); }
 inline void load(const std::uint16_t* from, Lanes& out) { loadHalves(from, out); }
-template <class Stored>
-inline void load(const Stored* from, std::size_t count, Lanes& out) {
-    if (count == kLanes) return load(from, out);
+template <std::size_t kCount, class Stored>
+inline void load(const Stored* from, Lanes& out) {
+    if constexpr (kCount == kLanes) return load(from, out);
     Stored some[kLanes] = {};
-    __builtin_memcpy(some, from, count * sizeof(Stored));
+    __builtin_memcpy(some, from, kCount * sizeof(Stored));
     load(some, out);
 }
-inline void loadMean(const void* mean, bool is_half, std::size_t at, std::size_t count, Lanes& out) {
-    if (is_half)
-        load(static_cast<const std::uint16_t*>(mean) + at, count, out);
-    else
-        load(static_cast<const float*>(mean) + at, count, out);
-}
-inline void store(const Lanes& from, std::size_t count, float* out) {
-    if (count == kLanes) return storeFloats(from, out);
-    __builtin_memcpy(out, (const void*)&from, count * sizeof(float));
-}
 
-// Combines `vectors` times `count` numbers from `at` on.
-template <class Basis, int kVectors>
-inline void tile(const CombineInput& in, std::size_t at, std::size_t count, float* out) {
+// Combines kVectors times kCount numbers from `at` on.
+template <int kVectors, std::size_t kCount, class Mean, class Basis>
+inline void tile(const CombineInput& in, const Mean* mean, const Basis* basis, std::size_t at, float* out) {
     Lanes sum[kVectors], numbers;
-    for (int v = 0; v < kVectors; ++v) loadMean(in.mean, in.mean_is_half, at + 8 * v, count, sum[v]);
-    for (std::size_t k = 0; k < in.components; ++k) {
-        const Basis* basis = static_cast<const Basis*>(in.basis) + k * in.count + at;
+    for (int v = 0; v < kVectors; ++v) load<kCount>(mean + at + 8 * v, sum[v]);
+    for (std::size_t k = 0; k < in.components; ++k)
         for (int v = 0; v < kVectors; ++v) {
-            load(basis + 8 * v, count, numbers);
+            load<kCount>(basis + k * in.count + at + 8 * v, numbers);
             sum[v] += in.weights[k] * numbers;
         }
-    }
-    for (int v = 0; v < kVectors; ++v) store(sum[v], count, out + at + 8 * v);
+    if constexpr (kCount == kLanes)
+        for (int v = 0; v < kVectors; ++v) storeFloats(sum[v], out + at + 8 * v);
+    else
+        __builtin_memcpy(out + at, (const void*)sum, kCount * sizeof(float));
+}
+
+template <class Mean, class Basis>
+inline void combineWithMean(const CombineInput& in, float* out) {
+    const auto* mean = static_cast<const Mean*>(in.mean);
+    const auto* basis = static_cast<const Basis*>(in.basis);
+    std::size_t at = 0;
+    for (; at + 8 * kTileVectors <= in.count; at += 8 * kTileVectors) tile<kTileVectors, 8>(in, mean, basis, at, out);
+    for (; at + 8 <= in.count; at += 8) tile<1, 8>(in, mean, basis, at, out);
+    if (at < in.count) tile<1, 4>(in, mean, basis, at, out);
 }
 
 template <class Basis>
 void combine(const CombineInput& in, float* out) {
-    std::size_t at = 0;
-    for (; at + 8 * kTileVectors <= in.count; at += 8 * kTileVectors) tile<Basis, kTileVectors>(in, at, 8, out);
-    for (; at + 8 <= in.count; at += 8) tile<Basis, 1>(in, at, 8, out);
-    if (at < in.count) tile<Basis, 1>(in, at, in.count - at, out);
+    (in.mean_is_half ? combineWithMean<std::uint16_t, Basis> : combineWithMean<float, Basis>)(in, out);
 }
 
 // Multiplies two bytes of each number by their two weights and adds them to `sum`.
@@ -179,28 +177,47 @@ void clampAmbients(const AmbientClamp& weights, float* numbers, std::size_t vert
     }
 }
 
+template <class Mean>
+inline void pairTile(const PairInput& in, const std::int8_t* bytes, const Mean* mean, float* out) {
+    Ints sums[kPairTile / kLanes];
+    sumPairs(in, bytes, (Sums*)sums);
+    for (std::size_t i = 0; i < kPairTile / kLanes; ++i) {
+        Lanes number, sum;
+        load(mean + i * kLanes, number);
+        toFloats(sums[i], sum);
+        number += in.unit * sum;
+        storeFloats(number, out + i * kLanes);
+    }
+}
+
 // Combines tile by tile, and clamps vertices while the first-level cache still has them.
-void combinePairs(const PairInput& in, const AmbientClamp& clamp, float* out) {
+template <class Mean>
+inline void combinePairsWithMean(const PairInput& in, const AmbientClamp& clamp, float* out) {
     constexpr std::size_t kClampAtOnce = 32;
+    const auto* mean = static_cast<const Mean*>(in.mean);
     const std::int8_t* bytes = in.bytes;
-    std::size_t clamped = 0;  // vertices
-    for (std::size_t at = 0; at < in.count; at += kPairTile, bytes += 2 * kPairTile * in.pairs) {
+    std::size_t at = 0, clamped = 0;  // numbers, vertices
+    for (; at + kPairTile <= in.count; at += kPairTile, bytes += 2 * kPairTile * in.pairs) {
         if (at >= (clamped + kClampAtOnce) * clamp.stride) {
             clampAmbients(clamp, out + clamped * clamp.stride, kClampAtOnce);
             clamped += kClampAtOnce;
         }
-        Ints sums[kPairTile / kLanes];
-        sumPairs(in, bytes, (Sums*)sums);
-        for (std::size_t i = 0; i < kPairTile && at + i < in.count; i += kLanes) {
-            const std::size_t count = in.count - at - i < kLanes ? in.count - at - i : kLanes;
-            Lanes mean, sum;
-            loadMean(in.mean, in.mean_is_half, at + i, count, mean);
-            toFloats(sums[i / kLanes], sum);
-            mean += in.unit * sum;
-            store(mean, count, out + at + i);
-        }
+        pairTile(in, bytes, mean + at, out + at);
+    }
+    // The last tile is not full. Its mean and its result go through buffers, so that nothing beyond the arrays is
+    // touched.
+    if (at < in.count) {
+        Mean last_mean[kPairTile] = {};
+        float last[kPairTile];
+        __builtin_memcpy(last_mean, mean + at, (in.count - at) * sizeof(Mean));
+        pairTile(in, bytes, last_mean, last);
+        __builtin_memcpy(out + at, last, (in.count - at) * sizeof(float));
     }
     clampAmbients(clamp, out + clamped * clamp.stride, in.count / clamp.stride - clamped);
+}
+
+void combinePairs(const PairInput& in, const AmbientClamp& clamp, float* out) {
+    (in.mean_is_half ? combinePairsWithMean<std::uint16_t> : combinePairsWithMean<float>)(in, clamp, out);
 }
 
 }  // namespace

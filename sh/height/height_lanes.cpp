@@ -17,13 +17,9 @@ namespace {
 
 // x - count floor(x / count), for x >= -many count.
 inline void wrap(Lanes& x, float count) {
-    const Lanes rounds = x * (1 / count);
-    Ints whole;
-    Lanes floor;
-    toInts(rounds, whole);
-    toFloats(whole, floor);
-    choose(floor > rounds, floor - 1, floor, floor);
-    x -= count * floor;
+    Lanes rounds = x * (1 / count);
+    roundDown(rounds);
+    x -= count * rounds;
     // What rounding leaves outside.
     clamp(x, kZeros, kZeros + count);
 }
