@@ -25,7 +25,8 @@ constexpr const char* kComposed = "composed";
 struct VisibilityCommand {
     std::string input, output, train_frames;
     std::vector<std::string> fields;
-    std::string model = kAuto, local_model = nameOf(FitOptions{}.model), features = nameOf(FeatureKind::kRelativeBones);
+    std::string model = kAuto;
+    ModelKind local_model = FitOptions{}.model;
     FitOptions options;
     const CLI::App* app = nullptr;
     int lobes = 0;
@@ -63,7 +64,8 @@ void define(CLI::App& app, VisibilityCommand& command) {
                    "how the numbers are predicted; auto: composed with --fields, else additive; zh-lobes: the "
                    "reference model of zonal lobes, for `predict` alone")
         ->check(CLI::IsMember([] {
-            std::vector<std::string> names = namesOf(kModelKinds);
+            std::vector<std::string> names;
+            for (const ModelKind kind : kModelKinds) names.emplace_back(nameOf(kind));
             names.emplace_back(kComposed);
             names.emplace_back(kZhLobes);
             names.emplace_back(kAuto);
@@ -72,12 +74,10 @@ void define(CLI::App& app, VisibilityCommand& command) {
     addLobesOption(app, command.lobes);
     app.add_option("--fields", command.fields,
                    "X.fields.h5 of `penumbra-bake fields`, for --model composed: of the character and of occluders");
-    app.add_option("--local-model", command.local_model,
-                   "how a composed model predicts what nearby parts hide, and what the composition leaves")
-        ->check(CLI::IsMember(namesOf(kModelKinds)));
-    app.add_option("--features", command.features,
-                   "what the numbers are predicted from; zh-lobes know joint-angles alone")
-        ->check(CLI::IsMember(namesOf(kFeatureKinds)));
+    addKind(app, "--local-model", command.local_model, kModelKinds,
+            "how a composed model predicts what nearby parts hide, and what the composition leaves");
+    addKind(app, "--features", options.features, kFeatureKinds,
+            "what the numbers are predicted from; zh-lobes know joint-angles alone");
     addOrAuto(app, "--clusters", options.clusters, within(1, 1000000), "number of clusters, or auto");
     addOrAuto(app, "--parts", options.parts, within(1, 65000),
               "near-rigid parts of a mesh without skeleton, its bones for relative-bones; a number or auto");
@@ -97,7 +97,6 @@ void define(CLI::App& app, VisibilityCommand& command) {
 // Returns the options that all models of visibility share. CLI11 has checked the names.
 FitOptions sharedOptions(const VisibilityCommand& command, const CommonOptions& common) {
     FitOptions options = command.options;
-    options.features = kindNamed(kFeatureKinds, command.features).value();
     if (!command.train_frames.empty()) options.train_frames = readPoseFile(command.train_frames).frames;
     options.threads = common.threads;
     return options;
@@ -110,9 +109,9 @@ FitOptions resolveOptions(const VisibilityCommand& command, FitOptions options) 
         throw UsageError(composed ? "--model composed needs --fields X.fields.h5 (penumbra-bake fields)"
                                   : "--fields: only --model composed reads them");
     if (command.app->count("--lobes") > 0) throw UsageError("--lobes: only --model zh-lobes has them");
-    if (!composed && command.local_model != VisibilityCommand{}.local_model)
+    if (!composed && command.app->count("--local-model") > 0)
         throw UsageError("--local-model: only --model composed has one");
-    options.model = kindNamed(kModelKinds, composed ? command.local_model : model).value();
+    options.model = composed ? command.local_model : kindNamed(kModelKinds, model).value();
     for (const std::string& file : command.fields) options.fields.push_back(readFields(file));
     return options;
 }
@@ -120,8 +119,8 @@ FitOptions resolveOptions(const VisibilityCommand& command, FitOptions options) 
 std::string optionsJson(const VisibilityCommand& command, const FitOptions& options) {
     nlohmann::ordered_json json;
     json["model"] = modelOf(command);
-    if (!options.fields.empty()) json["local_model"] = command.local_model;
-    json["features"] = command.features;
+    if (!options.fields.empty()) json["local_model"] = nameOf(command.local_model);
+    json["features"] = nameOf(options.features);
     json["clusters"] = options.clusters > 0 ? std::to_string(options.clusters) : kAuto;
     if (options.parts > 0) json["parts"] = options.parts;
     json["input_variance"] = inputVariance(options);

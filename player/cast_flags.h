@@ -8,20 +8,13 @@ namespace penumbra {
 
 constexpr const char* kSceneGroup = "Scenes";
 
-struct CastFlags {
-    std::string mode = "product", exponential = "hyb-ps2";
-    CastWay way() const { return parseCastWay(mode, exponential); }  // throws UsageError
-};
-
-inline void addCastFlags(CLI::App& app, CastFlags& flags) {
-    app.add_option(
-           "--cast", flags.mode,
-           "of a scene, how shadows of others join own visibility: product, or for comparison folded, sphere-product "
-           "or hemisphere-share (slow)")
+inline void addCastFlags(CLI::App& app, CastWay& way) {
+    addChoice(app, "--cast", way.mode, kCastModeWords,
+              "how shadows of others join own visibility; all but product are slow, for comparison")
         ->group(kSceneGroup);
-    app.add_option("--cast-exponential", flags.exponential,
-                   "of a scene, how the spheres of casters are multiplied: hyb-ps2, or for comparison hyb-ol, ps-K, ol "
-                   "or chain (slow)")
+    addParsed(app, "--cast-exponential", way.exponential, parseCastExponential,
+              "how the spheres of casters are multiplied: hyb-ps2, or for comparison hyb-ol, ps-K, ol or chain (slow)")
+        ->default_str(nameOf(way.exponential))
         ->group(kSceneGroup);
 }
 

@@ -15,7 +15,7 @@ namespace {
 struct ProbeCommand {
     std::filesystem::path scene, points, output;
     std::optional<double> time;
-    CastFlags cast;
+    CastWay cast;
     SunChoice suns = SunChoice::kAuto;
     int sun_map = kSunMapSize;
 
@@ -31,12 +31,11 @@ std::string textOf(const std::filesystem::path& path) {
 }
 
 void runProbe(const ProbeCommand& command, const CommonOptions& common, Report& report) {
-    const CastWay way = command.cast.way();
     report.phase("read");
     const std::vector<ProbePoint> points = parseProbePoints(textOf(command.points), command.points.string());
     SceneDescription description = readScene(command.scene);
     report.willRead(filesNamedIn(description));
-    PosedScene scene(std::move(description), way);
+    PosedScene scene(std::move(description), command.cast);
     if (command.time) scene.pose(*command.time);
     std::size_t casters = 0;
     for (const std::unique_ptr<SceneMember>& member : scene.members()) casters += member->caster != kNobody;

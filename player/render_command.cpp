@@ -143,9 +143,8 @@ SceneDescription describedScene(const RenderCommand& command, Report& report) {
 }
 
 void runScene(const RenderCommand& command, const CommonOptions& common, Report& report) {
-    const CastWay way = command.cast.way();
     report.phase("read");
-    PosedScene scene(describedScene(command, report), way);
+    PosedScene scene(describedScene(command, report), command.cast);
     if (command.time) scene.pose(*command.time);
     const std::optional<Image> compared = readCompared(command);
     std::optional<OpenAsset> truth;
@@ -204,7 +203,7 @@ void runRender(RenderCommand& command, const CommonOptions& common, Report& repo
         reportBatch(run.plan, result, judgement, common, report);
     else
         reportFrame(run.plan, result, common, report);
-    if (judgement && !judgement->result.passed) throw std::runtime_error("--fail-above: " + judgement->result.message);
+    if (judgement && !judgement->result.passed) throw std::runtime_error(judgement->result.message);
 }
 
 }  // namespace

@@ -10,7 +10,7 @@ struct RenderCommand {
     std::vector<std::filesystem::path> assets;  // several stand side by side, which is a scene
     std::filesystem::path scene, truth, output;
     std::optional<double> time;      // of a scene, seconds
-    CastFlags cast;                  // of a scene
+    CastWay cast;                    // of a scene
     std::filesystem::path compared;  // of a scene: a picture of it by brute force
     RenderOptions options;
     FramesFlags frames;

@@ -10,7 +10,7 @@
 #include "fit/report/run_report.h"
 #include "formats/common/errors.h"
 #include "formats/common/joined.h"
-#include "formats/common/name_list_option.h"
+#include "formats/common/options.h"
 #include "formats/common/write_file.h"
 
 namespace penumbra {
@@ -24,6 +24,14 @@ struct CompareCommand {
     int parts = 0, order = TransferCompareOptions{}.order;
     bool transfer = false;
     std::vector<const CLI::Option*> of_visibility, of_transfer;  // options that only one kind of comparison has
+
+    std::vector<std::filesystem::path> inputs() const {
+        std::vector<std::filesystem::path> files{input};
+        files.insert(files.end(), fields.begin(), fields.end());
+        files.insert(files.end(), lights.begin(), lights.end());
+        files.emplace_back(bounces);
+        return namedFiles(files);
+    }
 };
 
 void define(CLI::App& app, CompareCommand& command) {
@@ -37,7 +45,7 @@ void define(CLI::App& app, CompareCommand& command) {
     addNameListOption(app, "--features", command.features,
                       "features to compare [joint-angles, or dihedral-angles without a skeleton, and relative-bones]");
     app.add_option("--parts", command.parts, "near-rigid parts of a mesh without skeleton [as fit visibility chooses]")
-        ->check(CLI::Range(1, 65000));
+        ->check(within(1, 65000));
     addNameListOption(app, "--clusters", command.clusters, "numbers of clusters [8,16,32,64]");
     addNameListOption(app, "--output-variances", command.output_variances,
                       "shares of the visibility's variance to keep [0.8,0.9,0.95,0.99]");
@@ -52,7 +60,7 @@ void define(CLI::App& app, CompareCommand& command) {
                        "components of the angles and of the vertices of a reduced model of --transfer; any number of "
                        "them [15,500 and 8,22]")
             ->allow_extra_args(false),
-        app.add_option("--order", command.order, "SH bands of --transfer")->check(CLI::Range(1, 8)),
+        app.add_option("--order", command.order, "SH bands of --transfer")->check(within(1, 8)),
         app.add_option("--bounces", command.bounces,
                        "bake of transfer with bounces of the same character: compare light that bounces, too [the file "
                        "itself, where it has bounces]")};
@@ -147,14 +155,6 @@ CompareOptions resolveOptions(const CompareCommand& command, const CommonOptions
     return options;
 }
 
-std::vector<std::filesystem::path> inputsOf(const CompareCommand& command) {
-    std::vector<std::filesystem::path> inputs{command.input};
-    inputs.insert(inputs.end(), command.fields.begin(), command.fields.end());
-    inputs.insert(inputs.end(), command.lights.begin(), command.lights.end());
-    if (!command.bounces.empty()) inputs.push_back(command.bounces);
-    return inputs;
-}
-
 std::string optionsJson(const CompareOptions& options) {
     nlohmann::ordered_json json;
     for (ModelKind model : options.models) json["models"].push_back(nameOf(model));
@@ -209,7 +209,7 @@ CompareSource sourceOf(const VisibilityHeader& header, std::size_t joints, const
     const Split split = splitFrames(header.frames, command.holdout);
     source.train_frames = split.train.size();
     source.held_out_frames = split.held_out.size();
-    source.provenance = makeProvenance("penumbra-fit compare", options, inputsOf(command));
+    source.provenance = makeProvenance("penumbra-fit compare", options, command.inputs());
     return source;
 }
 
@@ -217,7 +217,7 @@ CompareSource sourceOf(const VisibilityHeader& header, std::size_t joints, const
 void measure(const CompareInput& input, const std::vector<FitOptions>& grid, const CommonOptions& common,
              Comparison& comparison, Report& report) {
     const double steps = double(grid.size()) + 3;
-    Progress progress(common.progress, "compare", "steps", steps);
+    Progress progress = progressOf(common, "compare", "steps", steps);
     report.phase("eigenvalues");
     const CompareOptions& options = comparison.options;
     const CompareCharacter character = prepareCharacter(input, options);
@@ -386,13 +386,8 @@ void run(const CompareCommand& command, const CommonOptions& common, Report& rep
 }  // namespace
 
 Verb compareVerb() {
-    const auto command = std::make_shared<CompareCommand>();
-    return {"compare",
-            "Train a grid of models and write a report: the papers' figures on your own data.",
-            [command](CLI::App& app) { define(app, *command); },
-            [command] { return inputsOf(*command); },
-            [command] { return std::filesystem::path(command->output); },
-            [command](const CommonOptions& common, Report& report) { run(*command, common, report); }};
+    return verbOf<CompareCommand, const CompareCommand>(
+        "compare", "Train a grid of models and write a report: the papers' figures on your own data.", define, run);
 }
 
 }  // namespace penumbra

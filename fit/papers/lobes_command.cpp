@@ -5,7 +5,6 @@
 #include "fit/papers/lobes/fit_lobe_model.h"
 #include "fit/papers/papers.h"
 #include "fit/report/run_report.h"
-#include "formats/common/errors.h"
 #include "formats/common/options.h"
 
 namespace penumbra {

@@ -1,7 +1,6 @@
 // The part of `penumbra-fit brdf --operators K`.
 #include <cstdio>
 
-#include "fit/papers/operators/brdf_operators.h"
 #include "fit/papers/papers.h"
 #include "formats/common/options.h"
 #include "formats/common/warning.h"

@@ -8,7 +8,7 @@
 #include "fit/papers/transfer/fit_transfer.h"
 #include "fit/report/run_report.h"
 #include "formats/common/errors.h"
-#include "formats/common/name_list_option.h"
+#include "formats/common/options.h"
 
 namespace penumbra {
 
@@ -16,10 +16,21 @@ namespace {
 
 struct TransferCommand {
     std::string input, output;
-    std::string model = nameOf(TransferFitOptions{}.model), components = "8,22", prior = "auto",
-                cross_validation = nameOf(TransferFitOptions{}.cross_validation);
+    std::string components = "8,22", prior = "auto";
     TransferFitOptions options;
+
+    std::vector<std::filesystem::path> inputs() const { return {input}; }
 };
+
+// Reads alpha; auto is none.
+std::optional<double> readPrior(const std::string& text) {
+    char* end = nullptr;
+    const double alpha = std::strtod(text.c_str(), &end);
+    if (text == "auto") return std::nullopt;
+    if (text.empty() || *end != '\0' || !(alpha >= 0) || !std::isfinite(alpha))
+        throw std::invalid_argument("must be auto or a number of 0 or more, not '" + text + "'");
+    return alpha;
+}
 
 void define(CLI::App& app, TransferCommand& command) {
     TransferFitOptions& options = command.options;
@@ -27,53 +38,37 @@ void define(CLI::App& app, TransferCommand& command) {
                    "X.vis.h5 of --quantity transfer, or of visibility with one order more than --order")
         ->required();
     app.add_option("-o,--output", command.output, "model to write, X.transfer.h5")->required();
-    app.add_option("--model", command.model, "linear: from all joint angles to all vertices; pca: between components")
-        ->check(CLI::IsMember(namesOf(kTransferModelKinds)))
-        ->capture_default_str();
-    app.add_option("--components", command.components, "components of the angles and of the vertices of --model pca")
-        ->capture_default_str();
-    app.add_option("--order", options.order, "SH bands of the transfer")
-        ->check(CLI::Range(1, 8))
-        ->capture_default_str();
-    app.add_option("--cross-validation", command.cross_validation,
-                   "what is left out to choose the prior: each frame (loo) or blocks of frames")
-        ->check(CLI::IsMember(namesOf(kCrossValidations)))
-        ->capture_default_str();
-    app.add_option("--prior", command.prior,
-                   "alpha of the ridge regression: a number, 0 for none, or auto for cross-validation")
-        ->capture_default_str();
+    addKind(app, "--model", options.model, kTransferModelKinds,
+            "linear: from all joint angles to all vertices; pca: between components");
+    app.add_option("--components", command.components, "components of the angles and of the vertices of --model pca");
+    app.add_option("--order", options.order, "SH bands of the transfer")->check(within(1, 8));
+    addKind(app, "--cross-validation", options.cross_validation, kCrossValidations,
+            "what is left out to choose the prior: each frame (loo) or blocks of frames");
+    const auto prior = [&command](const std::string& text) { return readPrior(command.prior = text); };
+    addParsed(app, "--prior", options.prior, prior,
+              "alpha of the ridge regression: a number, 0 for none, or auto for cross-validation")
+        ->default_str("auto");
     addNameListOption(app, "--holdout", options.holdout, "clips that no step of the fit sees, for the errors");
-}
-
-double parsePrior(const std::string& text) {
-    char* end = nullptr;
-    const double alpha = std::strtod(text.c_str(), &end);
-    if (text.empty() || *end != '\0' || !(alpha >= 0) || !std::isfinite(alpha))
-        throw UsageError("--prior must be auto or a number of 0 or more, not '" + text + "'");
-    return alpha;
 }
 
 TransferFitOptions resolveOptions(const TransferCommand& command, const CommonOptions& common) {
     TransferFitOptions options = command.options;
-    // CLI11 has checked the names.
-    options.model = kindNamed(kTransferModelKinds, command.model).value();
-    options.cross_validation = kindNamed(kCrossValidations, command.cross_validation).value();
     if (options.model == TransferModelKind::kLinear && command.components != TransferCommand{}.components)
         throw UsageError("--components: only --model pca has them");
     std::tie(options.pose_components, options.vertex_components) = parseComponents(command.components);
-    if (command.prior != "auto") options.prior = parsePrior(command.prior);
     options.threads = common.threads;
     return options;
 }
 
 std::string optionsJson(const TransferCommand& command) {
     nlohmann::ordered_json json;
-    json["model"] = command.model;
-    if (command.model == nameOf(TransferModelKind::kPca)) json["components"] = command.components;
-    json["order"] = command.options.order;
-    json["cross_validation"] = command.cross_validation;
+    const TransferFitOptions& options = command.options;
+    json["model"] = nameOf(options.model);
+    if (options.model == TransferModelKind::kPca) json["components"] = command.components;
+    json["order"] = options.order;
+    json["cross_validation"] = nameOf(options.cross_validation);
     json["prior"] = command.prior;
-    json["holdout"] = command.options.holdout;
+    json["holdout"] = options.holdout;
     return json.dump();
 }
 
@@ -160,13 +155,10 @@ std::pair<std::size_t, std::size_t> parseComponents(const std::string& text) {
 }
 
 Verb transferVerb() {
-    const auto command = std::make_shared<TransferCommand>();
-    return {"transfer",
-            "Fit a linear model of Nowrouzezahrai 2007 to baked diffuse transfer, as a function of the joint angles.",
-            [command](CLI::App& app) { define(app, *command); },
-            [command] { return std::vector<std::filesystem::path>{command->input}; },
-            [command] { return std::filesystem::path(command->output); },
-            [command](const CommonOptions& common, Report& report) { run(*command, common, report); }};
+    return verbOf<TransferCommand, const TransferCommand>(
+        "transfer",
+        "Fit a linear model of Nowrouzezahrai 2007 to baked diffuse transfer, as a function of the joint angles.",
+        define, run);
 }
 
 }  // namespace penumbra

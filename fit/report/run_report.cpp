@@ -69,7 +69,7 @@ std::size_t runPredict(const PredictCommand& command, const PosePredictor& model
     }
     report.phase("predict");
     Progress progress = progressOf(common, "predict", "frames", double(frames));
-    model.predict(poses, {command.output, makeProvenance("penumbra-fit predict", "{}", {command.model, command.poses}),
+    model.predict(poses, {command.output, makeProvenance("penumbra-fit predict", "{}", command.inputs()),
                           common.threads, [&](double frame) { progress.update(frame); }});
     report.figures["frames"] = frames;
     return frames;

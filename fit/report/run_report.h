@@ -10,13 +10,6 @@ namespace penumbra {
 Progress progressOf(const CommonOptions& common, const char* what, const char* unit = "%", double total = 100);
 // Reports the phases of a fit, and shows its shares as percent. Both arguments must outlive the result.
 FitObserver observerOf(Report& report, Progress& progress);
-// The words for some kinds, as kModelKinds, on the command line.
-template <class Kinds>
-std::vector<std::string> namesOf(const Kinds& kinds) {
-    std::vector<std::string> names;
-    for (auto kind : kinds) names.push_back(nameOf(kind));
-    return names;
-}
 // Says what a fit would do: --dry-run.
 void printFitPlan(const VisibilityHeader& header, const std::string& output);
 

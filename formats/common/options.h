@@ -67,6 +67,21 @@ CLI::Validator readableBy(const Parse& parse) {
     return CLI::Validator(problem, "");
 }
 
+// Adds an option that takes the name of one of these kinds, as kModelKinds.
+template <class Kinds>
+CLI::Option* addKind(CLI::App& app, const std::string& option, typename Kinds::value_type& value, const Kinds& kinds,
+                     const std::string& help) {
+    const auto find = [&kinds](const std::string& text) {
+        for (const auto kind : kinds)
+            if (text == nameOf(kind)) return kind;
+        throw std::invalid_argument("must be one of " + joined(kinds, ", ", [](auto kind) { return nameOf(kind); }) +
+                                    ", not '" + text + "'");
+    };
+    return addParsed(app, option, value, find, help)
+        ->type_name("{" + joined(kinds, ",", [](auto kind) { return nameOf(kind); }) + "}")
+        ->default_str(nameOf(value));
+}
+
 // Adds an option that takes several of these words, with commas between.
 template <class T, std::size_t N>
 CLI::Option* addChoices(CLI::App& app, const std::string& option, std::vector<T>& values, const Word<T> (&words)[N],

@@ -1,9 +1,7 @@
 #pragma once
 // The ways in which the shadow of others joins a receiver's own visibility. Scenes use the first; the others are slow,
 // run on the CPU, and are there for comparison (docs/formulas.md, section 10).
-#include <string>
-#include <string_view>
-
+#include "formats/common/words.h"
 #include "formats/scene/scene_file.h"
 #include "sh/cast/cast_reference.h"
 
@@ -16,17 +14,17 @@ enum class CastMode {
     kHemisphereShare,  // Nowrouzezahrai 2011, section 6: folded, and own visibility is the share of the hemisphere,
                        // casters are spheres
 };
-constexpr std::size_t kCastModes = 4;
+inline constexpr Word<CastMode> kCastModeWords[] = {{"product", CastMode::kProduct},
+                                                    {"folded", CastMode::kFolded},
+                                                    {"sphere-product", CastMode::kSphereProduct},
+                                                    {"hemisphere-share", CastMode::kHemisphereShare}};
+constexpr std::size_t kCastModes = std::size(kCastModeWords);
+constexpr std::string_view nameOf(CastMode mode) { return wordOf(kCastModeWords, mode); }
 
 struct CastWay {
     CastMode mode = CastMode::kProduct;
     CastExponential exponential = {};  // of casters that are spheres
 };
-
-// Reads "product", "folded", "sphere-product" or "hemisphere-share", and what parseCastExponential() reads. Throws
-// UsageError, which names the option.
-CastWay parseCastWay(std::string_view mode, std::string_view exponential);
-std::string_view nameOf(CastMode mode);
 
 bool needsSpheres(CastMode mode);
 int castOrderOf(CastMode mode);  // of V_c over the whole sphere

@@ -15,7 +15,7 @@ std::optional<CasterKind> casterKindOf(const SceneCharacter& one, const Evaluato
     if (one.casts == SceneCasts::kFields && !evaluator.composed())
         throw InvalidInput(at + " has no fields; a composed model brings them");
     if (one.casts == SceneCasts::kSpheres && evaluator.asset().blockers.spheres.empty())
-        throw InvalidInput(at + " has no spheres; penumbra-pack asset --blockers brings them");
+        throw InvalidInput(at + " has no spheres; penumbra-pack asset takes those of penumbra-fit blockers");
     if (one.casts == SceneCasts::kNothing) return std::nullopt;
     if (one.casts == SceneCasts::kWhatItHas) return casterKindOf(evaluator);
     return one.casts == SceneCasts::kFields ? CasterKind::kFields : CasterKind::kSpheres;
@@ -24,8 +24,7 @@ std::optional<CasterKind> casterKindOf(const SceneCharacter& one, const Evaluato
 PosedScene::PosedScene(SceneDescription file, const CastWay& way) : way_(way), file_(std::move(file)) {
     if (needsSpheres(way_.mode)) castBySpheres(file_);
     if (file_.ground && file_.ground->heights && way_.mode != CastMode::kProduct)
-        throw UsageError("--cast " + std::string(nameOf(way_.mode)) + ": " + file_.ground->heights->source.at +
-                         ": a ground with heights joins as a product alone");
+        throw BadOption("cast", file_.ground->heights->source.at + ": a ground with heights joins as a product alone");
     if (std::optional<GroundHeights> heights = openGround(file_))
         field_ = std::make_unique<SceneField>(*file_.ground, std::move(*heights));
     std::map<std::filesystem::path, std::shared_ptr<const OpenAsset>> open;
@@ -75,7 +74,7 @@ PosedScene::PosedScene(SceneDescription file, const CastWay& way) : way_(way), f
     }
     cast_->setExponential(way_.exponential);
     if (!way_.exponential.isDefault() && std::ranges::find(kinds, CasterKind::kSpheres) == kinds.end())
-        throw UsageError("--cast-exponential " + nameOf(way_.exponential) + ": nobody in the scene casts by spheres");
+        throw BadOption("cast_exponential", "nobody in the scene casts by spheres");
     light_asset_ = file_.light.asset.empty() ? members_.front()->asset : opened(file_.light.asset);
     light_ = lightOf(file_.light, light_asset_->view);
     light_rotation_ = rotationOf(file_.light);

@@ -300,10 +300,10 @@ TEST(FitTransfer, RefusesWhatItCannotFit) {
     EXPECT_THAT(message(VisibilityReader(still.path), options), HasSubstr("all joint angles are constant"));
     options.order = 6;
     EXPECT_THAT(message(reader, options),
-                HasSubstr("--order 6 needs diffuse_transfer of order 6; x.vis.h5 has order 3"));
+                HasSubstr("order: 6 needs diffuse_transfer of order 6; x.vis.h5 has order 3"));
     options.order = 3;
     options.holdout = {"nobody"};
-    EXPECT_THAT(message(reader, options), HasSubstr("--holdout: no clip 'nobody'"));
+    EXPECT_THAT(message(reader, options), HasSubstr("holdout: no clip 'nobody'"));
     options.holdout = {"train", "test"};
     EXPECT_THAT(message(reader, options), HasSubstr("no clip is left"));
     options.holdout = {"train"};

@@ -106,7 +106,7 @@ TEST(PointCache, FramesAreTheKeysOrResampled) {
         sampleFrames(cache, {"flag"}, 0);
         FAIL();
     } catch (const UsageError& error) {
-        EXPECT_STREQ(error.what(), "no clip 'flag'; the cache has sheet, sheet_q");
+        EXPECT_STREQ(error.what(), "clips: no clip 'flag'; the cache has sheet, sheet_q");
     }
 }
 

@@ -128,7 +128,7 @@ def check_refusals(place):
                         (["--parts", 3], "--parts is of no use"), (["--local-model", "linear"], "--local-model is of no use"),
                         (["--input-variance", "nan"], "--input-variance must be"),
                         (["--holdout", "nobody"], "no clip 'nobody'"),
-                        (["--clusters", 5000], "--clusters 5000 is more than")):
+                        (["--clusters", 5000], "--clusters: 5000 is more than")):
         refuse([*lobes, *words], part, 1)
     refuse(["fit", "visibility", place("v.vis.h5"), "--lobes", 2, "-o", place("none.model.h5")], "only --model zh-lobes", 1)
     refuse([*lobes[:2], place("sheet.vis.h5"), *lobes[3:]], "has no skeleton", 1)

@@ -209,7 +209,7 @@ def check_consumers(place):
     file = bake(place("t.vis.h5"), *BOUNCES)
     fit, pack = os.path.join(BIN, "penumbra-fit"), os.path.join(BIN, "penumbra-pack")
     refuse(["visibility", file, "-o", place("t.model.h5")], "quantity", 3, fit)
-    refuse(["compare", file, "--holdout", "squat", "-o", place("t.html")], "--order 6", 1, fit)
+    refuse(["compare", file, "--holdout", "squat", "-o", place("t.html")], "--order", 1, fit)
     run("truth", file, "-o", place("t.pnb"), tool=pack)
     damaged = place("damaged.vis.h5")
     for dataset, value in (("mesh/albedo", 1.5), ("visibility/indirect", np.nan)):

@@ -145,7 +145,7 @@ def check_refusals(place):
                         (["--components", "4,22", "--model", "linear"], "only --model pca has them"),
                         (["--prior", "-1"], "--prior must be auto or a number of 0 or more"),
                         (["--prior", "nan"], "--prior must be auto"),
-                        (["--order", "7"], "--order 7 needs diffuse_transfer of order 7"),
+                        (["--order", "7"], "--order: 7 needs diffuse_transfer of order 7"),
                         (["--holdout", "nobody"], "no clip 'nobody'")):
         refuse(["transfer", transfer, *out, *words], part, 1)
     refuse(["transfer", place("few.vis.h5"), *out], "training frames, and 8 components of the angles", 1)

@@ -168,13 +168,5 @@ TEST(GroundWeights, OfFreeSightIsTheLight) {
     }
 }
 
-TEST(CastWay, ReadsWordsAndRefusesOthers) {
-    for (const char* word : {"product", "folded", "sphere-product", "hemisphere-share"})
-        EXPECT_EQ(nameOf(parseCastWay(word, "ol").mode), word);
-    EXPECT_THROW(parseCastWay("paper", "hyb-ps2"), UsageError);
-    EXPECT_THROW(parseCastWay("", "hyb-ps2"), UsageError);
-    EXPECT_THROW(parseCastWay("folded", "ps-0"), UsageError);
-}
-
 }  // namespace
 }  // namespace penumbra

@@ -442,9 +442,8 @@ TEST_F(SceneFieldTest, RefusesOtherWaysToCastAndMaterialsThatAreNotThere) {
                                 {CastMode::kFolded, {}});
         ADD_FAILURE() << "heights are not folded";
     } catch (const UsageError& error) {
-        EXPECT_EQ(
-            error.what(),
-            std::string("--cast folded: s.json: /ground/heights: a ground with heights joins as a product alone"));
+        EXPECT_EQ(error.what(),
+                  std::string("cast: s.json: /ground/heights: a ground with heights joins as a product alone"));
     }
     const PosedScene sandy = scene(kLevel, "", R"("material": "sand", )");
     std::vector<float> sh(3, 1.0f);

@@ -225,16 +225,16 @@ TEST_F(SceneReceivers, SaysWhoseAssetCannotBeRead) {
 
 // The papers' casters are spheres. Who has none is refused, unless it is to cast nothing.
 TEST_F(SceneReceivers, PapersNeedSpheres) {
-    const auto posed = [&](const char* mode, const char* exponential, const std::string& more) {
+    const auto posed = [&](CastMode mode, const char* exponential, const std::string& more) {
         PosedScene(
             parseScene(R"({"version": 1, "characters": [{"asset": "tube.pnb")" + more + "}]}", "s.json", folder_),
-            parseCastWay(mode, exponential));
+            {mode, parseCastExponential(exponential)});
     };
-    EXPECT_NO_THROW(posed("folded", "hyb-ps2", ""));
-    EXPECT_THROW(posed("sphere-product", "hyb-ps2", ""), InvalidInput);
-    EXPECT_THROW(posed("hemisphere-share", "hyb-ps2", ""), InvalidInput);
-    EXPECT_NO_THROW(posed("hemisphere-share", "hyb-ps2", R"(, "casts": "nothing")"));
-    EXPECT_THROW(posed("product", "chain", ""), UsageError);
+    EXPECT_NO_THROW(posed(CastMode::kFolded, "hyb-ps2", ""));
+    EXPECT_THROW(posed(CastMode::kSphereProduct, "hyb-ps2", ""), InvalidInput);
+    EXPECT_THROW(posed(CastMode::kHemisphereShare, "hyb-ps2", ""), InvalidInput);
+    EXPECT_NO_THROW(posed(CastMode::kHemisphereShare, "hyb-ps2", R"(, "casts": "nothing")"));
+    EXPECT_THROW(posed(CastMode::kProduct, "chain", ""), UsageError);
 }
 
 // Two halves of a field over the sphere have, above a receiver, what its mirrored numbers have.

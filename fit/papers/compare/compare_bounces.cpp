@@ -131,7 +131,7 @@ void measure(const VisibilityReader& reader, const std::vector<std::string>& hol
 void checkBounces(const VisibilityHeader& header, const std::string& file, const Mesh& mesh,
                   const std::vector<TransferFitOptions>& fits) {
     if (header.quantity != kDiffuseTransfer || !header.hasBounces())
-        throw InvalidInput(file + ": has no light that bounces; bake with --quantity transfer and --bounces 3");
+        throw InvalidInput(file + ": has no light that bounces; bake transfer with 3 bounces");
     if (header.order < kIndirectOrder)
         throw InvalidInput(file + ": sh_order: " + std::to_string(header.order) + "; indirect light needs order " +
                            std::to_string(kIndirectOrder));

@@ -101,17 +101,17 @@ LobeFitReport reportOf(LobeSums& sums, const Split& split, std::size_t vertices)
 }  // namespace
 
 void checkLobeFit(const VisibilityHeader& header, const std::string& file, const LobeFitOptions& options) {
-    const auto refuse = [&](const std::string& what) { throw UsageError("--model zh-lobes: " + what); };
     if (header.quantity != "hemisphere_visibility")
         throw InvalidInput(file + ": quantity '" + header.quantity + "': a fit needs baked hemisphere_visibility");
-    if (!header.skin) refuse(file + " has no skeleton; lobes are linear in joint angles");
+    if (!header.skin) throw BadOption("model", file + " has no skeleton; lobes are linear in joint angles");
     if (options.order > header.order)
-        throw UsageError("--convention B" + std::to_string(options.order) + " needs moments of order " +
-                         std::to_string(options.order) + "; the file has order " + std::to_string(header.order));
-    if (header.pose_size == 0) throw InvalidInput(file + ": /frames/pose: empty, but --model zh-lobes reads it");
+        throw BadOption("convention", "B" + std::to_string(options.order) + " needs moments of order " +
+                                          std::to_string(options.order) + "; the file has order " +
+                                          std::to_string(header.order));
+    if (header.pose_size == 0) throw InvalidInput(file + ": /frames/pose: empty, but zh-lobes are read from it");
     if (std::size_t(options.clusters) > header.mesh.vertexCount())
-        throw UsageError("--clusters " + std::to_string(options.clusters) + " is more than the " +
-                         std::to_string(header.mesh.vertexCount()) + " vertices");
+        throw BadOption("clusters", std::to_string(options.clusters) + " is more than the " +
+                                        std::to_string(header.mesh.vertexCount()) + " vertices");
     splitFrames(header.frames, options.holdout, options.train_frames);
 }
 

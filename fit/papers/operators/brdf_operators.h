@@ -5,7 +5,6 @@
 
 #include "fit/reflectance/shading_error.h"
 #include "formats/common/words.h"
-#include "formats/stage/brdf_file.h"
 #include "sh/brdf/brdf.h"
 
 namespace penumbra {

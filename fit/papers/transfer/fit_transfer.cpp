@@ -254,9 +254,7 @@ void describe(const VisibilityHeader& header, const TransferFitOptions& options,
 void checkComponents(const std::string& file, const TransferFitOptions& options, std::size_t frames, std::size_t angles,
                      std::size_t vertices) {
     const auto refuse = [&](std::size_t count, const std::string& what) {
-        throw UsageError("--components " + std::to_string(options.pose_components) + "," +
-                         std::to_string(options.vertex_components) + ": " + file + " has " + std::to_string(count) +
-                         " " + what);
+        throw BadOption("components", file + " has " + std::to_string(count) + " " + what);
     };
     if (options.pose_components > angles) refuse(angles, "joint angles that change");
     if (options.pose_components >= frames)
@@ -279,8 +277,9 @@ void checkTransferFit(const VisibilityHeader& header, const std::string& file, c
                            "': needs baked diffuse_transfer or hemisphere_visibility");
     const int needed = options.order + (transfer ? 0 : 1);
     if (header.order < needed)
-        throw UsageError("--order " + std::to_string(options.order) + " needs " + header.quantity + " of order " +
-                         std::to_string(needed) + "; " + file + " has order " + std::to_string(header.order));
+        throw BadOption("order", std::to_string(options.order) + " needs " + header.quantity + " of order " +
+                                     std::to_string(needed) + "; " + file + " has order " +
+                                     std::to_string(header.order));
     if (!header.skin || header.pose_size == 0)
         throw InvalidInput(file + ": /frames/pose: these models need the joint angles of a skeleton");
     if (frames < 2) throw InvalidInput(file + ": one training frame; a fit needs at least two");
@@ -308,8 +307,8 @@ TransferFit fitTransfer(const VisibilityReader& reader, const std::string& file,
     const std::size_t most = pca ? options.pose_components : std::numeric_limits<std::size_t>::max();
     const RidgeSvd path = makeRidgeSvd(angles, most);
     if (pca && path.sigma.size() < most)
-        throw UsageError("--components: the joint angles of " + file + " have only " +
-                         std::to_string(path.sigma.size()) + " principal components");
+        throw BadOption("components", "the joint angles of " + file + " have only " +
+                                          std::to_string(path.sigma.size()) + " principal components");
     fit.report.pose_variance = keptVariance(angles, path);
     // 2. The moments of the transfer over the training frames.
     phase("transfer");
