@@ -195,7 +195,9 @@ bool updateScene(Scene& scene, const ViewState& state, const UpdateNeeds& needs,
         const CharacterKey& of = keys.characters[i];
         const bool picked = of.picked.has_value();
         const bool truth = of.compare != Compare::kModel || state.show.channel == Channel::kError || picked;
-        const bool model = of.compare != Compare::kTruth || !*character.posed.truth_frame;
+        // Light that bounces is the model's beside the truth, too.
+        const bool model =
+            of.compare != Compare::kTruth || !*character.posed.truth_frame || character.asset.model.indirect;
         const bool on_cpu = needs.values || (needs.casts && changesNumbers(scene, i, of.numbers.shadows));
         evaluated |= needNumbers(scene, i, of.numbers, (on_cpu && model) || picked, truth, needs.threads);
         if (character.posed.evaluator->composed())
