@@ -1,7 +1,7 @@
 #pragma once
 // Reads and writes picture formats on bytes in memory; each source file (image_exr.cpp, image_hdr.cpp, image_png.cpp,
-// image_png_read.cpp, image_gray_png.cpp, image_jpeg.cpp) has one format. Only these and picture_kinds.cpp, which says
-// what is read as what, include this. `name` starts the message of every InvalidInput and Unsupported.
+// image_png_read.cpp, image_gray_png.cpp, image_jpeg.cpp) has one format. Only these, texture_file.cpp and
+// picture_kinds.cpp, which say what is read as what, include this. `name` starts the message of every InvalidInput and Unsupported.
 #include <cstddef>
 #include <span>
 #include <string>

@@ -12,8 +12,7 @@ namespace {
 constexpr PictureKind kKinds[] = {
     {.name = "OpenEXR", .looks = looksLikeExr, .light = decodeExr, .gray = decodeExrChannel},
     {.name = "Radiance HDR", .looks = looksLikeHdr, .light = decodeHdr},
-    {.name = "PNG", .looks = looksLikePng, .texture = decodePng, .gray = decodeGrayPng},
-    {.name = "JPEG", .looks = looksLikeJpeg, .texture = decodeJpeg},
+    {.name = "PNG", .looks = looksLikePng, .gray = decodeGrayPng},
 };
 
 }  // namespace

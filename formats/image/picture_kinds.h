@@ -1,13 +1,13 @@
 #pragma once
-// Every kind of picture that is read stands in one table: how its first bytes look, and what it is read as. A new kind
-// is a row there (picture_kinds.cpp) and a file image_NAME.cpp with its codec.
+// The kinds of pictures that are read as lights and as heights stand in one table: how their first bytes look, and who
+// reads them. A new kind is a row there (picture_kinds.cpp) and a file image_NAME.cpp with its codec. The pictures of
+// surfaces have texture_file.cpp, since the player links no JPEG library.
 #include <cstddef>
 #include <span>
 #include <string>
 
 #include "formats/image/gray_image.h"
 #include "formats/image/image_file.h"
-#include "formats/image/texture_file.h"
 
 namespace penumbra {
 
@@ -16,7 +16,6 @@ struct PictureKind {
     bool (*looks)(std::span<const std::byte> bytes);
     // Null where a picture of this kind is nothing of the sort.
     Image (*light)(std::span<const std::byte> bytes, const std::string& name) = nullptr;
-    TexturePicture (*texture)(std::span<const std::byte> bytes, const std::string& name) = nullptr;
     // Throws InvalidInput where the bytes are damaged or cut short, a side is too long, or the channel is not there or
     // subsampled, and Unsupported for a PNG with colours, alpha, a palette or fewer than 8 bits, and for an EXR whose
     // data window differs from its display window.

@@ -2,14 +2,13 @@
 
 #include "formats/common/errors.h"
 #include "formats/image/image_codecs.h"
-#include "formats/image/picture_kinds.h"
 
 namespace penumbra {
 
 TexturePicture decodeTexture(std::span<const std::byte> bytes, const std::string& name) {
-    const PictureKind* kind = findPictureKind(bytes);
-    if (!kind || !kind->texture) throw Unsupported(name + ": neither a PNG nor a JPEG picture");
-    return kind->texture(bytes, name);
+    if (looksLikePng(bytes)) return decodePng(bytes, name);
+    if (looksLikeJpeg(bytes)) return decodeJpeg(bytes, name);
+    throw Unsupported(name + ": neither a PNG nor a JPEG picture");
 }
 
 TexturePicture readTexture(const std::filesystem::path& path, const std::string& name) {

@@ -146,7 +146,7 @@ def check_cloth(folder):
                     "-q", "-o", bake], check=True)
     command = [bake, "--holdout", "sheet#3", "--clusters", "2,4", "--output-variances", "0.9", "--models", "linear,additive",
                "--conventions", "A3"]
-    run(*command, "--features", "joint-angles", "-o", page, code=1, says="joint-angles")
+    run(*command, "--features", "joint-angles", "-o", page, code=1, says="has no skeleton")
     run(*command, "-o", page, "--threads", 2)
     data = json.loads((folder / "c.json").read_text())
     fits = data["fits"]

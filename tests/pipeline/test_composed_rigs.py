@@ -95,7 +95,7 @@ def check_rigs(folder):
         assert abs(check["held_out"]["rms_v"] - rms[name]) < 0.1 * rms[name] + 0.003, (name, check["held_out"])
     assert part_count(folder, "one") == 1
     # A single bone has no others to be relative to, and the message says what to do.
-    refused(3, "take --features joint-angles", FIT, "visibility", os.path.join(folder, "one.vis.h5"), "-o",
+    refused(3, "take joint-angles", FIT, "visibility", os.path.join(folder, "one.vis.h5"), "-o",
             os.path.join(folder, "no.model.h5"))
     assert rms["mirrored"] < 1.5 * rms["plain"], rms
     assert rms["scaled"] < 2 * rms["plain"], rms

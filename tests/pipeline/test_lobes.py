@@ -126,7 +126,7 @@ def check_refusals(place):
                         (["--convention", "D5"], "takes B2 to B8"), (["--convention", "B6"], "the file has order 5"),
                         (["--output-variance", "0.9"], "--output-variance is of no use"),
                         (["--parts", 3], "--parts is of no use"), (["--local-model", "linear"], "--local-model is of no use"),
-                        (["--input-variance", "nan"], "--input-variance must be"),
+                        (["--input-variance", "nan"], "--input-variance must lie in (0, 1]"),
                         (["--holdout", "nobody"], "no clip 'nobody'"),
                         (["--clusters", 5000], "--clusters: 5000 is more than")):
         refuse([*lobes, *words], part, 1)

@@ -16,7 +16,7 @@ from programs import must
 
 BIN = sys.argv[1]
 BAKE, FIT, PACK = (os.path.join(BIN, "penumbra-" + name) for name in ("bake", "fit", "pack"))
-LIBRARY = os.path.join(BIN, "..", "player", "runtime", "libpenumbra.so")
+LIBRARY = os.path.join(BIN, "..", "runtime", "libpenumbra.so")
 RIG, CLIP, SECONDS = sys.argv[2:5] if len(sys.argv) > 2 else (os.path.join(BIN, "..", "samples", "capsule_man.glb"), "squat", 3)
 FRAMES = 1000
 

@@ -309,7 +309,7 @@ def check_config_errors(folder):
         ("  man:", "  the man:", "rigs: 'the man' cannot be a name"),
         ("  man:", "  materials:", "rigs.materials: a rig becomes a folder of the output"),
         ("holdout: [walk]", "holdout: [wolk]", "rigs.man.holdout: no clip 'wolk'; the bake has "),
-        ("holdout: [walk]", "holdout: [walk], clips: [walk, wolk]", "rigs.man: penumbra-bake: no clip 'wolk'; the rig has "),
+        ("holdout: [walk]", "holdout: [walk], clips: [walk, wolk]", "rigs.man: penumbra-bake: --clips: no clip 'wolk'; the rig has "),
         ("holdout: [walk]", "holdout: [walk], clips: [walk]", "rigs.man.holdout: no clip is left to train on"),
         ("holdout: [sway]", "holdout: [bend, twist, sway]", "rigs.bend.holdout: no clip is left to train on"),
         ("size: 32", "size: 32, camera: 'yow=3'", "pictures.camera: camera has no 'yow'"),

@@ -160,7 +160,7 @@ def check_refusals(place):
         refused(code, part, PLAYER, "render", asset, *SIZE, *words, *out)
     good("bake", "visibility", MAN, "-o", place("low.vis.h5"), "-q", "--rays", 16, "--fps", 2, "--order", 6)
     good("pack", "truth", place("low.vis.h5"), "-o", place("low.truth.pnb"), "-q")
-    refused(3, "needs order 7", PLAYER, "render", asset, *SIZE, "--source", "truth", "--truth", place("low.truth.pnb"), *out)
+    refused(3, "SH order 6 is below 7", PLAYER, "render", asset, *SIZE, "--source", "truth", "--truth", place("low.truth.pnb"), *out)
     refused(3, "of order 7", PACK, "check", asset, place("low.vis.h5"))
     refused(3, "holds diffuse transfer", PLAYER, "render", place("v.pnb"), *SIZE, "--source", "truth", "--truth",
             place("t.truth.pnb"), "--channel", "ao", *out)

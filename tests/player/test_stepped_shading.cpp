@@ -131,7 +131,7 @@ TEST(SteppedShading, APictureMayChooseTheParameter) {
     for (const auto& [text, problem] : {std::pair("ggx:alpha=0.2..0.5=0.6", "alpha"),
                                         {"live=3", "is not drawn"},
                                         {"ggx:alpha=0.2..0.5=nan", "alpha"},
-                                        {"=3", "takes MATERIAL=VALUE"},
+                                        {"=3", "must be MATERIAL=VALUE"},
                                         {"ggx:alpha=0.2..0.5", "not '0.2..0.5'"},
                                         {"none=3", "none"}}) {
         options.parameters = {text};

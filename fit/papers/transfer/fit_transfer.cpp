@@ -270,7 +270,6 @@ void checkComponents(const std::string& file, const TransferFitOptions& options,
 }  // namespace
 
 void checkTransferFit(const VisibilityHeader& header, const std::string& file, const TransferFitOptions& options) {
-    const std::size_t frames = splitFrames(header.frames, options.holdout).train.size();
     const bool transfer = header.quantity == kDiffuseTransfer;
     if (!transfer && header.quantity != kHemisphereVisibility)
         throw InvalidInput(file + ": quantity '" + header.quantity +
@@ -282,6 +281,7 @@ void checkTransferFit(const VisibilityHeader& header, const std::string& file, c
                                      std::to_string(header.order));
     if (!header.skin || header.pose_size == 0)
         throw InvalidInput(file + ": /frames/pose: these models need the joint angles of a skeleton");
+    const std::size_t frames = splitFrames(header.frames, options.holdout).train.size();
     if (frames < 2) throw InvalidInput(file + ": one training frame; a fit needs at least two");
     if (options.model == TransferModelKind::kPca)
         checkComponents(file, options, frames, std::size_t(header.pose_size), header.mesh.vertexCount());
