@@ -34,12 +34,13 @@ namespace {
 void checkKind(const VisibilityHeader& header, const std::string& file, const FitOptions& options) {
     if (header.skin) {
         if (options.features == FeatureKind::kDihedrals)
-            throw BadOption("features", file + " has a skeleton; take joint-angles or relative-bones");
+            throw BadOption("features",
+                            "dihedral-angles: " + file + " has a skeleton; take joint-angles or relative-bones");
         if (options.parts > 0) throw BadOption("parts", file + " has a skeleton, whose joints are its parts");
         return;
     }
     if (options.features == FeatureKind::kJointAngles)
-        throw BadOption("features", file +
+        throw BadOption("features", "joint-angles: " + file +
                                         " has no skeleton; take relative-bones (of its near-rigid parts) or "
                                         "dihedral-angles");
     if (options.features == FeatureKind::kDihedrals && header.edges.empty() && header.input_names.empty())

@@ -171,7 +171,7 @@ void checkForTransfer(const RenderOptions& options, const AssetView& asset) {
 void requireFrames(const AssetView& asset) {
     if (asset.model.deforming && asset.animation.frameCount() > 0 && asset.animation.playback.positions.empty())
         throw Unsupported(asset.name +
-                          ": penumbra-pack asset left its frames out: nothing says where its vertices are");
+                          ": its frames were left out (penumbra-pack asset): nothing says where its vertices are");
 }
 
 Shot resolveLook(const RenderOptions& options, const AssetView& asset, const AssetView* truth) {
