@@ -36,6 +36,11 @@ class Error(ctypes.Structure):
     _fields_ = [("status", ctypes.c_int), ("message", ctypes.c_char * 508)]
 
 
+class Vertices(ctypes.Structure):
+    _fields_ = [*((name, ctypes.c_void_p) for name in ("positions", "normals", "tangents", "coefficients", "bounced")),
+                ("first", ctypes.c_size_t), ("count", ctypes.c_size_t)]
+
+
 def evaluated_ambient(asset_path, bones, vertices, clusters, quality):
     """E [F, V] of the library, in the order of the asset's vertices."""
     lib = ctypes.CDLL(LIBRARY)
@@ -49,14 +54,14 @@ def evaluated_ambient(asset_path, bones, vertices, clusters, quality):
     call("character_create", asset, ctypes.byref(character))
     call("character_set_quality", character, quality)
     pointer = ctypes.POINTER(ctypes.c_float)
-    numbers, row, rows = np.zeros(vertices * 64, np.float32), np.zeros(vertices, np.float32), []
+    coefficients, row, rows = np.zeros(vertices * 64, np.float32), np.zeros(vertices, np.float32), []
+    arrays = Vertices(coefficients=coefficients.ctypes.data, count=vertices)
     for pose in bones:
         pose = np.ascontiguousarray(pose, np.float32)
         call("character_set_pose", character, 0, pose.ctypes.data_as(pointer), ctypes.c_size_t(len(pose)), None,
              ctypes.c_size_t(0))
-        call("character_evaluate", character, ctypes.c_size_t(0), ctypes.c_size_t(clusters), numbers.ctypes.data_as(pointer))
-        call("character_ambient", character, ctypes.c_size_t(0), ctypes.c_size_t(vertices),
-             numbers.ctypes.data_as(pointer), row.ctypes.data_as(pointer))
+        call("character_evaluate", character, ctypes.c_size_t(0), ctypes.c_size_t(clusters), ctypes.byref(arrays))
+        call("character_ambient", character, ctypes.byref(arrays), row.ctypes.data_as(pointer))
         rows.append(row.copy())
     return np.array(rows)
 

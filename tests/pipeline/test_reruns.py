@@ -352,7 +352,7 @@ def check_same_words(folder):
             assert False, ("taken", text)
         except ConfigError as error:
             said = run("fit", "visibility", "out/man/man.vis.h5", "--convention", text, "-o", "x.model.h5").stderr
-            assert said == f"penumbra-fit: {error}\n", (said, str(error))
+            assert said == f"penumbra-fit: {error} (see penumbra-fit visibility --help)\n", (said, str(error))
 
 
 def main():
