@@ -115,13 +115,15 @@ inline void sumPairs(const PairInput& in, const std::int8_t* bytes, Sums* out) {
 }
 
 // Sets e to the sums of weight times number of `count` vertices, at most eight.
+template <std::size_t kStride>
 inline void ambients(const AmbientClamp& clamp, const float* numbers, std::size_t count, Lanes& e) {
+    const std::size_t stride = kStride ? kStride : clamp.stride;
 #ifdef __AVX2__
     // Sums of 8 parts (or of 4, where the stride is no whole vectors) add up while they are transposed.
     Lanes sums[8], pairs[4], fours[2], other;
     for (std::size_t v = 0; v < 8; ++v) {
-        const float* of = numbers + (v < count ? v : 0) * clamp.stride;
-        if (clamp.stride == 16) {  // D5, A4, B4
+        const float* of = numbers + (v < count ? v : 0) * stride;
+        if constexpr (kStride == 16) {
             Lanes weights, number;
             loadFloats(clamp.weights, weights);
             loadFloats(of, number);
@@ -132,7 +134,7 @@ inline void ambients(const AmbientClamp& clamp, const float* numbers, std::size_
             continue;
         }
         Quad sum = {};
-        for (std::size_t i = 0; i < clamp.stride; i += 4) sum += loadQuad(clamp.weights + i) * loadQuad(of + i);
+        for (std::size_t i = 0; i < stride; i += 4) sum += loadQuad(clamp.weights + i) * loadQuad(of + i);
         sums[v] = __builtin_shufflevector(sum, Quad{}, 0, 1, 2, 3, 4, 5, 6, 7);
     }
     for (int i = 0; i < 4; ++i) {
@@ -149,22 +151,26 @@ inline void ambients(const AmbientClamp& clamp, const float* numbers, std::size_
         __builtin_shufflevector(fours[0], fours[1], 4, 5, 6, 7, 12, 13, 14, 15);
 #else
     for (std::size_t v = 0; v < 8; ++v) {
-        const float* of = numbers + (v < count ? v : 0) * clamp.stride;
+        const float* of = numbers + (v < count ? v : 0) * stride;
         float sum = 0;
-        for (std::size_t i = 0; i < clamp.stride; ++i) sum += clamp.weights[i] * of[i];
+        for (std::size_t i = 0; i < stride; ++i) sum += clamp.weights[i] * of[i];
         setLane(e, v, sum);
     }
 #endif
 }
 
 // A vertex whose E lies outside of [0, 1] moves the shortest way back: along the weights (docs/formulas.md, section 4).
-// They are few.
-void clampAmbients(const AmbientClamp& weights, float* numbers, std::size_t vertices) {
-    const std::size_t stride = weights.stride;
+// They are few. `kStride` is the stride, or 0 for any.
+template <std::size_t kStride>
+void clampStrides(const AmbientClamp& weights, float* numbers, std::size_t vertices) {
+    const std::size_t stride = kStride ? kStride : weights.stride;
     for (std::size_t first = 0; first < vertices; first += 8, numbers += 8 * stride) {
         const std::size_t count = vertices - first < 8 ? vertices - first : 8;
         Lanes e, inside;
-        ambients(weights, numbers, count, e);
+        if (count == 8)
+            ambients<kStride>(weights, numbers, 8, e);
+        else
+            ambients<kStride>(weights, numbers, count, e);
         inside = e;
         clamp(inside, kZeros, kZeros + 1);
         const Lanes excess = e - inside;
@@ -175,6 +181,10 @@ void clampAmbients(const AmbientClamp& weights, float* numbers, std::size_t vert
             for (std::size_t i = 0; i < stride; ++i) numbers[v * stride + i] -= weights.weights[i] * share[v];
         }
     }
+}
+
+void clampAmbients(const AmbientClamp& weights, float* numbers, std::size_t vertices) {
+    (weights.stride == 16 ? clampStrides<16> : clampStrides<0>)(weights, numbers, vertices);  // 16: D5, A4, B4
 }
 
 template <class Mean>
