@@ -1,7 +1,8 @@
 #pragma once
 // Reads and writes picture formats on bytes in memory; each source file (image_exr.cpp, image_hdr.cpp, image_png.cpp,
 // image_png_read.cpp, image_gray_png.cpp, image_jpeg.cpp) has one format. Only these, texture_file.cpp and
-// picture_kinds.cpp, which say what is read as what, include this. `name` starts the message of every InvalidInput and Unsupported.
+// picture_kinds.cpp, which say what is read as what, include this. `name` starts the message of every InvalidInput and
+// Unsupported.
 #include <cstddef>
 #include <span>
 #include <string>
