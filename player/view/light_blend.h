@@ -4,13 +4,13 @@
 #include <optional>
 
 #include "player/frame/sky_picture.h"
-#include "sh/light/sun_filter.h"
+#include "sh/light/sun_smoothing.h"
 
 namespace penumbra {
 
 struct LightFade {
     double seconds = 0.5;   // from one light to the next; 0: at once
-    double sun_time = 0.1;  // time constant of SunFilter, in seconds
+    double sun_time = 0.1;  // time constant of SunSmoothing, in seconds
 };
 
 class LightBlend {
@@ -42,7 +42,7 @@ private:
         std::vector<Sun> discs;  // that it lacks
     };
     LightFade fade_;
-    SunFilter filter_;
+    SunSmoothing filter_;
     std::optional<LightFactor> factor_;  // for `most_` suns
     int order_ = 1;
     std::size_t most_ = 0;  // suns

@@ -152,7 +152,7 @@ void LightTables::setSuns(bool on) {
 
 void LightTables::factorLive(int count, double time_constant) {
     assert(form_ == LightForm::kRotation && count >= 0 && count <= kMaxSuns);
-    filter_ = SunFilter(time_constant);
+    filter_ = SunSmoothing(time_constant);
     factor_.reset();
     if (count > 0) factor_.emplace(order_, count);
 }

@@ -8,7 +8,7 @@
 #include "formats/asset/asset_file.h"
 #include "runtime/shade/exact_light_lobes.h"
 #include "runtime/shade/shade_kernel.h"
-#include "sh/light/sun_filter.h"
+#include "sh/light/sun_smoothing.h"
 
 namespace penumbra {
 
@@ -48,8 +48,8 @@ public:
     // light's own, or those of setCoefficients(). The next setRotation() shows the change. Only kRotation has suns.
     void setSuns(bool on);
     bool sunsOn() const { return suns_on_; }
-    // From now on setCoefficients() finds up to `count` suns in each light, smoothed over time (SunFilter); 0: no more.
-    // This makes tables. Throws std::invalid_argument for a time constant that is negative or not finite.
+    // From now on setCoefficients() finds up to `count` suns in each light, smoothed over time (SunSmoothing); 0: no
+    // more. This makes tables. Throws std::invalid_argument for a time constant that is negative or not finite.
     void factorLive(int count, double time_constant);
     std::span<const Sun> suns() const { return std::span(turned_suns_).first(suns_on_ ? sun_count_ : 0); }  // turned
     int order() const { return order_; }
@@ -73,7 +73,7 @@ private:
     std::size_t sun_count_ = 0;
     bool suns_on_ = false;
     std::optional<LightFactor> factor_;
-    SunFilter filter_;
+    SunSmoothing filter_;
 
     void findSuns(double seconds);
     void setWhole(std::span<const float> sh);

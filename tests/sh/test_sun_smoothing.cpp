@@ -4,7 +4,7 @@
 #include <limits>
 #include <vector>
 
-#include "sh/light/sun_filter.h"
+#include "sh/light/sun_smoothing.h"
 
 namespace penumbra {
 namespace {
@@ -20,9 +20,9 @@ double totalOf(std::span<const SunD> suns) {
 }
 
 // One step of t and a hundred of t / 100 leave the same: exp(-t / time constant) of the difference.
-TEST(SunFilter, FollowsExponentially) {
+TEST(SunSmoothing, FollowsExponentially) {
     for (const int steps : {1, 100}) {
-        SunFilter filter(0.1);
+        SunSmoothing filter(0.1);
         const std::vector<SunD> from = {sunAt(0, 1)}, to = {sunAt(0.3, 3)};
         filter.update(from, 1, 0);
         std::span<const SunD> suns;
@@ -35,8 +35,8 @@ TEST(SunFilter, FollowsExponentially) {
     }
 }
 
-TEST(SunFilter, TheFirstSunsAndThoseWithoutAFilterAreAsTheyCome) {
-    SunFilter filter(0.1), off(0);
+TEST(SunSmoothing, TheFirstSunsAndThoseWithoutAFilterAreAsTheyCome) {
+    SunSmoothing filter(0.1), off(0);
     const std::vector<SunD> first = {sunAt(0, 2), sunAt(2, 1)}, second = {sunAt(1, 5)};
     EXPECT_EQ(filter.update(first, 3, 0.01).size(), 2u);
     off.update(first, 3, 0.01);
@@ -48,8 +48,8 @@ TEST(SunFilter, TheFirstSunsAndThoseWithoutAFilterAreAsTheyCome) {
 }
 
 // After 1 / 256 of it is left, a sun that vanished is gone: within 0.56 s at 0.1 s.
-TEST(SunFilter, ASunThatVanishesFades) {
-    SunFilter filter(0.1);
+TEST(SunSmoothing, ASunThatVanishesFades) {
+    SunSmoothing filter(0.1);
     const std::vector<SunD> suns = {sunAt(0, 2)};
     filter.update(suns, 1, 0);
     double last = 2;
@@ -63,9 +63,9 @@ TEST(SunFilter, ASunThatVanishesFades) {
 }
 
 // With room for two, the new sun fades in while the old one fades out. With room for one it waits.
-TEST(SunFilter, ASunThatJumpsFadesOver) {
+TEST(SunSmoothing, ASunThatJumpsFadesOver) {
     for (const std::size_t most : {1u, 2u}) {
-        SunFilter filter(0.1);
+        SunSmoothing filter(0.1);
         const std::vector<SunD> from = {sunAt(0, 2)}, to = {sunAt(1.5, 2)};
         filter.update(from, most, 0);
         std::span<const SunD> suns = filter.update(to, most, 0.01);
@@ -81,8 +81,8 @@ TEST(SunFilter, ASunThatJumpsFadesOver) {
     }
 }
 
-TEST(SunFilter, RefusesTimesThatAreNone) {
-    SunFilter filter(0.1);
+TEST(SunSmoothing, RefusesTimesThatAreNone) {
+    SunSmoothing filter(0.1);
     for (const double bad : {-1.0, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
         EXPECT_THROW(filter.update({}, 1, bad), std::invalid_argument);
         EXPECT_THROW(filter.setTimeConstant(bad), std::invalid_argument);

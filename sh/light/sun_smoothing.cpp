@@ -1,4 +1,4 @@
-#include "sh/light/sun_filter.h"
+#include "sh/light/sun_smoothing.h"
 
 #include <algorithm>
 #include <cassert>
@@ -22,13 +22,13 @@ Vec3d turned(Vec3d from, Vec3d to, double part) {
 
 }  // namespace
 
-void SunFilter::setTimeConstant(double seconds) {
+void SunSmoothing::setTimeConstant(double seconds) {
     if (!(seconds >= 0) || !std::isfinite(seconds))
         throw std::invalid_argument("the time constant of the suns must be a finite number of seconds, 0 or more");
     time_constant_ = seconds;
 }
 
-void SunFilter::take(std::span<const SunD> suns, std::size_t most) {
+void SunSmoothing::take(std::span<const SunD> suns, std::size_t most) {
     count_ = std::min(suns.size(), most);
     for (std::size_t i = 0; i < count_; ++i) suns_[i] = suns[i], brightest_[i] = luminance(suns[i].irradiance);
     started_ = true;
@@ -36,7 +36,7 @@ void SunFilter::take(std::span<const SunD> suns, std::size_t most) {
 
 // Moves every sun to the nearest of the new ones, or dims it where there is none near. Returns which new ones are known
 // now.
-std::array<bool, kMaxSuns> SunFilter::follow(std::span<const SunD> suns, double part) {
+std::array<bool, kMaxSuns> SunSmoothing::follow(std::span<const SunD> suns, double part) {
     std::array<bool, kMaxSuns> known{}, moved{};
     for (;;) {
         // 1. The nearest pair of those that are left.
@@ -69,13 +69,13 @@ std::array<bool, kMaxSuns> SunFilter::follow(std::span<const SunD> suns, double 
     return known;
 }
 
-void SunFilter::fadeIn(const SunD& sun, double part) {
+void SunSmoothing::fadeIn(const SunD& sun, double part) {
     suns_[count_] = sun;
     suns_[count_].irradiance *= part;
     brightest_[count_++] = luminance(sun.irradiance);
 }
 
-std::span<const SunD> SunFilter::update(std::span<const SunD> suns, std::size_t most, double seconds) {
+std::span<const SunD> SunSmoothing::update(std::span<const SunD> suns, std::size_t most, double seconds) {
     assert(suns.size() <= kMaxSuns && most <= kMaxSuns);
     if (!(seconds >= 0) || !std::isfinite(seconds))
         throw std::invalid_argument("suns go on by a finite number of seconds, 0 or more");

@@ -11,20 +11,20 @@ namespace penumbra {
 // sun that moves is followed on the great circle. A sun that jumps by more than kMaxTurn, or vanishes, fades out where
 // it is, and the other fades in where it is. The light stays whole: the remainder is the light of this moment less the
 // filtered suns (subtractSuns()).
-class SunFilter {
+class SunSmoothing {
 public:
     static constexpr double kMaxTurn = 0.35;  // radians between two updates; 20 degrees
 
     // In seconds, >= 0 and finite; 0 switches the filter off. Throws std::invalid_argument otherwise.
     void setTimeConstant(double seconds);
     // Forgets all suns. The next update() takes its suns as they are.
-    void reset() { *this = SunFilter(time_constant_); }
+    void reset() { *this = SunSmoothing(time_constant_); }
     // Goes on by `seconds` >= 0 towards `suns`, at most kMaxSuns, and returns what is there then: at most `most` <=
     // kMaxSuns suns. Where all places are taken, a new sun waits until an old one has faded. The span is valid until
     // the next call. Allocates nothing. Throws std::invalid_argument for seconds that are negative or not finite.
     std::span<const SunD> update(std::span<const SunD> suns, std::size_t most, double seconds);
 
-    explicit SunFilter(double seconds = 0.1) { setTimeConstant(seconds); }
+    explicit SunSmoothing(double seconds = 0.1) { setTimeConstant(seconds); }
 
 private:
     double time_constant_ = 0.1;
