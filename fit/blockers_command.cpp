@@ -78,7 +78,7 @@ void reportFit(const BlockersCommand& command, const BlockerFit& fit, bool quiet
 
 void run(BlockersCommand& command, const CommonOptions& common, Report& report) {
     if (command.options.refine && command.options.method == BlockerMethod::kPaper)
-        throw UsageError("--refine and --method paper: the paper's spheres hold their vertices");
+        throw UsageError("--refine does not go with --method paper, whose spheres hold their vertices");
     report.phase("read");
     const Model model = readModel(command.model);
     if (common.dry_run) {

@@ -15,7 +15,6 @@
 #include <numbers>
 #include <optional>
 
-#include "formats/common/errors.h"
 #include "formats/common/parallel_for.h"
 #include "formats/common/write_file.h"
 #include "pack/baked_frames.h"

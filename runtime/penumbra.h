@@ -194,7 +194,12 @@ PENUMBRA_API penumbra_status penumbra_asset_get_light(const penumbra_asset* asse
 /* Gives a GPU what it needs to evaluate a cluster itself (penumbra.glsl): coefficients = mean + sum over k of score_k
  * scale_k basis_k, followed by a clamp of the ambient term. Clusters are contiguous ranges of vertices and cover all of
  * them. */
-typedef enum penumbra_precision { PENUMBRA_F32 = 0, PENUMBRA_F16 = 1, PENUMBRA_I8 = 2 } penumbra_precision;
+typedef enum penumbra_precision {
+    PENUMBRA_F32 = 0,
+    PENUMBRA_F16 = 1,
+    PENUMBRA_I8 = 2,
+    PENUMBRA_PRECISION_WIDE = 0x7fffffff
+} penumbra_precision;
 typedef struct penumbra_cluster {
     size_t joint, first_vertex, vertex_count;
     size_t component_count, first_score; /* K_c; where its scores are among those of all clusters */
@@ -523,7 +528,8 @@ PENUMBRA_API penumbra_status penumbra_shading_shade(const penumbra_shading* shad
 typedef enum penumbra_bounces {
     PENUMBRA_ALL_LIGHT = 0,
     PENUMBRA_DIRECT_LIGHT = 1,
-    PENUMBRA_BOUNCED_LIGHT = 2
+    PENUMBRA_BOUNCED_LIGHT = 2,
+    PENUMBRA_BOUNCES_WIDE = 0x7fffffff
 } penumbra_bounces;
 /* Chooses it; all light at first. Takes no time. */
 PENUMBRA_API penumbra_status penumbra_shading_set_bounces(penumbra_shading* shading, penumbra_bounces bounces,

@@ -104,7 +104,8 @@ std::size_t FieldPlan::pointCount() const {
 FieldPlan planFields(const std::vector<std::filesystem::path>& paths, const FieldOptions& options) {
     const BakeSource source = readSource(paths, options.cache);
     if (source.rig && (options.cache.metres != 1 || options.cache.z_up))
-        throw BadOption(options.cache.metres != 1 ? "units" : "up", "is for meshes of point caches, and none is read");
+        throw BadOption(options.cache.metres != 1 ? "units" : "up",
+                        "is for point caches, and " + paths.front().string() + " is a rig");
     const Mesh& mesh = source.mesh();
     const double diagonal = boxDiagonal(mesh.rest_positions);
     if (!(diagonal > 0 && std::isfinite(diagonal)))

@@ -2,7 +2,6 @@
 #include "bake/info/info_files.h"
 #include "formats/asset/asset_file.h"
 #include "formats/asset/cluster_bytes.h"
-#include "formats/common/write_file.h"
 
 namespace penumbra {
 

@@ -163,9 +163,8 @@ struct Candidate {
 ChosenPoses chooseRepresentative(const PoseFeatures& features, std::size_t count, int threads) {
     assert(features.frames > 0 && count > 0);
     if (features.frames > kMaxMedians)
-        throw BadOption("method", std::to_string(features.frames) + " frames are more than the " +
-                                      std::to_string(kMaxMedians) +
-                                      " of representative; use fewer frames, or farthest");
+        throw BadOption("method", "representative takes at most " + std::to_string(kMaxMedians) + " frames, not " +
+                                      std::to_string(features.frames) + "; use fewer frames, or farthest");
     // 1. The first frame is the median of all.
     Medians medians(features, threads);
     Gaps gaps(features, threads);

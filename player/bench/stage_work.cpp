@@ -12,7 +12,7 @@ constexpr std::size_t kFloat = sizeof(float);
 
 std::size_t storedBytes(const NumbersView& numbers) { return numbers.count * bytesPerNumber(numbers.precision); }
 
-// Counts Evaluator::relativeBoneFeatures: a point moved, differences, the inverse bone applied, and a product of
+// Counts PoseFeatures::lookFrom: a point moved, differences, the inverse bone applied, and a product of
 // rotations.
 double featureFlop(std::size_t joints) { return double(joints - 1) * (18 + 3 + 15 + 3 + 6 + 45 + 3); }
 

@@ -20,7 +20,7 @@ Shot lookOf(const PosedScene& scene, const SceneMember& member, const RenderOpti
     look.channel = options.channel == Channel::kError ? Channel::kAmbient : options.channel;
     look.shading = options.shading;
     if (options.suns == SunChoice::kOn && scene.castWay().mode != CastMode::kProduct)
-        throw BadOption("suns", "they need the cast product");
+        throw BadOption("suns", "needs shadows of others that join as a product");
     look.bounces = options.bounces;
     look.suns = scene.castWay().mode == CastMode::kProduct ? options.suns : SunChoice::kOff;
     look.brdf = member.file->material;

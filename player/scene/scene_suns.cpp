@@ -20,7 +20,7 @@ bool shine(const PosedScene& scene, SunChoice choice) {
         lacking = "the light \"" + std::string(scene.light()->name) +
                   "\" has none; penumbra-fit light finds them where it factors the light";
     else if (scene.castWay().mode != CastMode::kProduct)
-        lacking = "they need the cast product";
+        lacking = "needs shadows of others that join as a product";
     if (!lacking.empty() && choice == SunChoice::kOn) throw BadOption("suns", lacking);
     return lacking.empty();
 }

@@ -64,7 +64,7 @@ ExposedLook exposedLook(const Scene& scene, const ViewState& state);
 // Tells whether the picture has shaded colours, rather than differences, another channel or a component.
 bool showsShadedColors(const Scene& scene, const ViewState& state);
 
-// E and D, and the slider, fix an exposure. These bounds are those of automatic ones.
+// Sets an exposure by hand (E, D, the slider), within the bounds of formats/image/exposure.h.
 void fixExposure(ViewState& state, float exposure);
 
 }  // namespace penumbra

@@ -1,5 +1,4 @@
 // Takes over what a scene.json says.
-#include "formats/common/errors.h"
 #include "formats/scene/scene_placement.h"
 #include "player/view/view_scene.h"
 

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "sh/sh_basis.h"
-
 namespace penumbra {
 
 GroundTiles groundTiles(std::uint32_t side) {

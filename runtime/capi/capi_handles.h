@@ -111,12 +111,12 @@ VertexFrames framesOf(const penumbra_vertices* vertices, std::size_t all, std::s
 // 1..VisibilityTransfer::kMaxTransferOrder.
 std::size_t requireTransferOrder(int order);
 
+// Throws Unsupported where the asset has no light that bounces.
+void requireBounces(const AssetView& view);
 // Throws UsageError where there is no character or no coefficients, and Unsupported where `bounced` is given and the
 // asset has no light that bounces.
 void requireCharacter(const penumbra_character* character, const penumbra_vertices* vertices);
-// Throws Unsupported where the asset has no light that bounces.
-void requireBounces(const AssetView& view);
-// The same, and for a range that does not fit and for transfer, which others cannot multiply.
+// Does the same, and throws for a range that does not fit and for transfer, which others cannot multiply.
 void requireReceiver(const penumbra_character* character, const penumbra_vertices* vertices);
 // Multiplies what vertices from `first` on see by what others leave visible there, `mirrored` [vertices, kFarNumbers].
 void castOn(const penumbra_character& character, const penumbra_vertices& vertices, std::size_t first,

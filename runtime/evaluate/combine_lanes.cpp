@@ -92,10 +92,10 @@ inline void addPairs(const std::int8_t* bytes, std::uint32_t weights, Sums& sum)
 // other registers and back in every round.
 inline void sumPairs(const PairInput& in, const std::int8_t* bytes, Sums* out) {
     constexpr std::size_t kNumbers = sizeof(Sums) / 4, kRegisters = kPairTile / kNumbers;
-    for (std::size_t first = 0; first < kRegisters; first += 8, bytes += 16 * kNumbers) {
+    for (std::size_t first = 0; first < kRegisters; first += 8) {
         Sums a = {}, b = {}, c = {}, d = {}, e = {}, f = {}, g = {}, h = {};
-        const std::int8_t* from = bytes;
-        for (std::size_t p = 0; p < in.pairs; ++p, from += 2 * kPairTile) {
+        for (std::size_t p = 0; p < in.pairs; ++p) {  // `bytes` may be null where there are none
+            const std::int8_t* from = bytes + 2 * kPairTile * p + 2 * kNumbers * first;
             const std::uint32_t weights = in.weights[p];
             addPairs(from, weights, a);
             addPairs(from + 2 * kNumbers, weights, b);

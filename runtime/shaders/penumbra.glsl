@@ -7,6 +7,7 @@
 //       float penumbra_ambient(vec4 numbers[PENUMBRA_STRIDE4]);             0 dark to 1 open
 //       void penumbra_clamp_ambient(inout vec4 numbers[PENUMBRA_STRIDE4]);  numbers of the model: before anything else
 //       vec3 penumbra_shade(vec4 numbers[PENUMBRA_STRIDE4], vec3 to_eye, mat3 local_from_model, int material);
+//       and, where light bounces, penumbra_shade_bounced(), which takes vec4 indirect[3] behind the numbers
 //   #define PENUMBRA_MEAN(texel), PENUMBRA_BASIS(texel), PENUMBRA_SCORE(k), where penumbra_numbers() is wanted
 //   this file
 // Everything is in the model frame. For each vertex:

@@ -110,7 +110,7 @@ TEST(CApiRigInputs, AreJointsBehindTheRigsOwn) {
     EXPECT_EQ(Rig(FeatureKind::kJointAngles).info.rotation_count, 3 * kTubeJoints + 4);
 }
 
-// Compares set_frame(), set_pose() with what the frame holds, and the C++ class.
+// Compares penumbra_character_set_frame(), penumbra_character_set_pose() with what the frame holds, and the C++ class.
 TEST(CApiRigInputs, SameNumbersAsTheClasses) {
     for (const FeatureKind features : synthetic::kSkinnedFeatures)
         for (const ModelKind kind : kModelKinds) {

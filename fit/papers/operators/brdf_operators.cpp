@@ -24,7 +24,6 @@
 #include "fit/numerics/eigen_map.h"
 #include "fit/numerics/truncated_svd.h"
 #include "fit/papers/operators/brdf_terms.h"
-#include "formats/common/errors.h"
 #include "sh/quadrature.h"
 #include "sh/reflectance.h"
 

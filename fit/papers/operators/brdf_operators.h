@@ -15,8 +15,7 @@ enum class OperatorSource {
     kTable,  // Nowrouzezahrai 2009, corrected: SVD of the tabulated BRDF in the measures wi and wo cos_o, with u of
              // order 8
     // Nowrouzezahrai 2009 as printed, kept as a reference: SVD of a 16 x 32 latitude-longitude table without weights,
-    // with u of
-    // order 4 and w zero below the horizon.
+    // with u of order 4 and w zero below the horizon.
     kLiteral,
 };
 inline constexpr Word<OperatorSource> kOperatorSourceWords[] = {
