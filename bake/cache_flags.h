@@ -1,5 +1,5 @@
 #pragma once
-// What a point cache does not say itself: visibility and fields have these flags.
+// The flags of visibility and fields that tell what a point cache does not say itself.
 #include "formats/cache/point_cache.h"
 #include "formats/common/options.h"
 

@@ -105,7 +105,7 @@ void refuseWrong(const RenderCommand& command) {
     const bool shows_overlays = !command.output.empty() && command.errors.sheet.file.empty() && !command.imageError() &&
                                 channel != Channel::kNormals;
     if (compared && !command.imageError())
-        throw UsageError("--flip and --fail-above image-rmse compare pictures of --channel shaded or ao, not of " +
+        throw UsageError("--flip and --fail-metric image-rmse compare pictures of --channel shaded or ao, not of " +
                          in_channel);
     if (command.isScene() && channel != Channel::kShaded && channel != Channel::kAmbient && channel != Channel::kError)
         throw UsageError(in_channel + ": a scene is drawn as shaded, ao or error");

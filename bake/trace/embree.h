@@ -39,7 +39,7 @@ inline void intersect8(const int* valid, RTCScene scene, RayQuery& query, RTCRay
 
 constexpr RTCSceneFlags kSceneTakesFilters = RTC_SCENE_FLAG_FILTER_FUNCTION_IN_ARGUMENTS;
 
-// The same query for Embree 4. It takes the filter and the flags apart from the context.
+// A query as Embree 4 wants it: the filter and the flags stand apart from the context.
 struct RayQuery {
     RTCRayQueryContext context;
     RTCOccludedArguments occluded;

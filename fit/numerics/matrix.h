@@ -48,7 +48,7 @@ BasicMatrix<T> centredRows(const BasicMatrix<T>& m, std::span<const std::size_t>
         for (std::size_t c = 0; c < m.columns; ++c) out(r, c) = T(double(m(rows[r], c)) - mean[c]);
     return out;
 }
-// The same with their own mean.
+// Subtracts the mean of these rows.
 template <class T>
 BasicMatrix<T> centredRows(const BasicMatrix<T>& m, std::span<const std::size_t> rows) {
     return centredRows(m, rows, meanOfRows(m, rows));

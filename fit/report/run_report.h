@@ -1,5 +1,5 @@
 #pragma once
-// What the verbs of penumbra-fit do and tell alike.
+// The verbs of penumbra-fit share how they run, and what they tell of it.
 #include "fit/visibility/fit_visibility.h"
 #include "fit/visibility/predict.h"
 #include "formats/common/command_line.h"

@@ -23,7 +23,7 @@ namespace penumbra {
 // Keys a second where a file does not tell.
 constexpr double kCacheFps = 24;
 
-// What a file does not say itself.
+// The caller says with these what a file does not say itself.
 struct PointCacheOptions {
     double metres = 1;  // of one unit of the file, > 0 (metresOfUnit())
     bool z_up = false;  // (x, y, z) of the file is (x, z, -y) here

@@ -1,6 +1,6 @@
 #pragma once
-// What a mesh of a scene shows where the shadow of others joins in another way than as a product (cast_way.h). This is
-// all that the window knows of these ways.
+// Computes what a mesh of a scene shows where the shadow of others joins in another way than as a product
+// (cast_way.h). The window knows nothing else of these ways.
 #include "player/papers/cast_shader.h"
 #include "runtime/cast/cast_shadow.h"
 

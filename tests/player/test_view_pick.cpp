@@ -76,7 +76,8 @@ TEST(VisibilityLobe, TurnsWithTheLocalFrame) {
 
 TEST(VertexFigures, AreTheDrawnNumbersOfTheVertex) {
     const SyntheticAsset synthetic;
-    Character character;
+    const auto shown = std::make_unique<Character>();  // on the stack g++ 12 takes its keys for uninitialised
+    Character& character = *shown;
     character.asset = synthetic.asset;
     character.posed.evaluator = std::make_unique<Evaluator>(character.asset);
     character.posed.evaluator->setPose(synthetic.asset.animation.bonesOf(1), synthetic.asset.animation.poseOf(1));

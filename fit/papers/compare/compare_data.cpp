@@ -120,7 +120,7 @@ void addRow(const Json& json, std::string& header, std::string& rows) {
 
 Json runJson(const TransferRun& run) {
     return {{"model", run.name},
-            {"of_paper_002", run.of_paper ? "yes" : "no"},
+            {"linear_transfer", run.of_paper ? "yes" : "no"},
             {"prior", run.regularised ? "yes" : "no"},
             {"alpha", number(run.alpha)},
             {"bytes", run.bytes},

@@ -93,7 +93,7 @@ std::string fact(const std::string& name, const std::string& value) {
     return tag("dt", "", escapeXml(name)) + tag("dd", "", escapeXml(value));
 }
 
-// What the pages of the two kinds of comparison tell each in its own way.
+// The parts in which the pages of the two kinds of comparison differ.
 struct PageParts {
     std::string title, counts;                 // "Models of visibility compared", and what is counted beside vertices
     std::pair<std::string, std::string> fact;  // name and value of the last fact

@@ -1,6 +1,6 @@
 #pragma once
-// What fits learn in the comparisons of Nowrouzezahrai 2009, figures 8 and 9: other numbers of a vertex than those of
-// models that become files. As in the paper, predictions are not clamped.
+// The fits of figures 8 and 9 of Nowrouzezahrai 2009 learn other numbers of a vertex than models that become files do.
+// This file has these numbers. As in the paper, predictions are not clamped.
 #include "fit/visibility/local_numbers.h"
 
 namespace penumbra {
