@@ -32,12 +32,12 @@ Offset<fbs::PartField> writePart(FlatBufferBuilder& builder, const PartFields& f
     if (bytes.values.size() != part.pointCount() * kFieldNumbers ||
         bytes.distances.size() != part.boxes[0].pointCount())
         throw InvalidInput(what + ": does not have the bytes of its points");
-    const auto centre = writePoint(builder, part.centre);
+    const auto center = writePoint(builder, part.center);
     const auto box_vector = builder.CreateVector(boxes);
     const auto scale = builder.CreateVector(part.scale[0].data(), kFieldLevels * kFieldOrder);
     const auto values = writeVector<std::int8_t>(builder, bytes.values);
     const auto distances = writeVector<std::int8_t>(builder, bytes.distances);
-    return fbs::CreatePartField(builder, std::uint16_t(part.joint), centre, part.radius, box_vector, scale,
+    return fbs::CreatePartField(builder, std::uint16_t(part.joint), center, part.radius, box_vector, scale,
                                 part.distance_scale, values, distances);
 }
 

@@ -117,7 +117,7 @@ std::vector<double> turnToPrincipalAxes(ClusterModel& cluster, std::span<const f
         keepComponents(cluster, 1);
         return {0.0};
     }
-    // 2. The mean score moves into the stored mean, so that the turned scores are centred.
+    // 2. The mean score moves into the stored mean, so that the turned scores are centered.
     cluster.mean = asFloats(asRows(cluster.mean, 1) + mean.transpose() * basis);
     // 3. Turn the components one way, and the regression's weights and bias the other way.
     const MatrixXd bias = asRows(cluster.bias, components) - mean;

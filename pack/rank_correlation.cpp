@@ -11,7 +11,7 @@ namespace penumbra {
 namespace {
 
 // Returns ranks 0 .. n - 1 less their mean; equal values get their mean rank.
-std::vector<double> centredRanks(std::span<const double> values) {
+std::vector<double> centeredRanks(std::span<const double> values) {
     std::vector<std::size_t> order(values.size());
     std::iota(order.begin(), order.end(), std::size_t(0));
     std::sort(order.begin(), order.end(), [&](std::size_t i, std::size_t j) { return values[i] < values[j]; });
@@ -27,7 +27,7 @@ std::vector<double> centredRanks(std::span<const double> values) {
 }  // namespace
 
 double rankCorrelation(std::span<const double> a, std::span<const double> b) {
-    const std::vector<double> x = centredRanks(a), y = centredRanks(b);
+    const std::vector<double> x = centeredRanks(a), y = centeredRanks(b);
     double xx = 0, yy = 0, xy = 0;
     for (std::size_t i = 0; i < x.size(); ++i) {
         xx += x[i] * x[i];

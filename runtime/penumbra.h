@@ -406,7 +406,7 @@ PENUMBRA_API penumbra_status penumbra_scene_cast(const penumbra_scene* scene, si
 
 /* How many spheres characters of the asset cast by (penumbra-pack asset --blockers); 0: none. */
 PENUMBRA_API size_t penumbra_asset_sphere_count(const penumbra_asset* asset);
-/* Writes the spheres of a character as it is posed now, [sphere_count,4]: the centre in the scene, and the radius.
+/* Writes the spheres of a character as it is posed now, [sphere_count,4]: the center in the scene, and the radius.
  * Shaders read them as PENUMBRA_SPHERE (penumbra_cast_get_glsl). `to_scene` is that of penumbra_scene_set_caster. No
  * scene is needed, and an asset with fields has its spheres here, too. Allocates nothing. */
 PENUMBRA_API penumbra_status penumbra_character_get_spheres(const penumbra_character* character, const float* to_scene,
@@ -499,7 +499,7 @@ PENUMBRA_API penumbra_status penumbra_shading_set_light_rotation(penumbra_shadin
 typedef struct penumbra_sun {
     float direction[3];  /* unit, towards the sun */
     float irradiance[3]; /* at normal incidence, linear Rec.709 */
-    float radius;        /* radians from the centre of the disc to its rim; 0: a point */
+    float radius;        /* radians from the center of the disc to its rim; 0: a point */
 } penumbra_sun;
 
 /* Suns are off at first, and the light is shaded as it is. While they are on (`on` is not 0), penumbra_shading_shade

@@ -70,7 +70,7 @@ Vec3d pixelDirection(const Camera& camera, double x, double y, int width, int he
 void clipFromModel(const Camera& camera, double aspect, double radius, std::span<float, 16> out) {
     const Axes axes = axesOf(camera);
     const Vec3d eye = cameraPosition(camera);
-    // Four radii leave room for a target far from the model's centre.
+    // Four radii leave room for a target far from the model's center.
     const double far = camera.distance + 4 * radius;
     const double near = std::max(camera.distance - 4 * radius, 1e-3 * std::min(camera.distance, far));
     const double fy = 1 / std::tan(camera.vertical_fov / 2), fx = fy / aspect;

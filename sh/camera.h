@@ -20,7 +20,7 @@ struct Camera {
 };
 
 // Parses any subset of "yaw=30,pitch=10,fov=35,distance=3,target=0/1/0", in degrees; "" means all defaults. What is not
-// given is framed: `target` becomes the centre of the box of `positions`, the distance makes the sphere of radius
+// given is framed: `target` becomes the center of the box of `positions`, the distance makes the sphere of radius
 // `radius` around it fill the frame, and the pitch is `pitch` (radians). Positions and the result count from `origin`,
 // which stands in the frame of a given target. Throws std::invalid_argument with a sentence.
 Camera makeCamera(std::string_view text, std::span<const Vec3> positions, double radius, double pitch = 0,
@@ -32,7 +32,7 @@ Camera makeCamera(std::string_view text, std::span<const Vec3> positions, double
 double defaultPitch(std::span<const Vec3> rest_positions);
 
 Vec3d cameraPosition(const Camera& camera);
-// Returns the unit direction through pixel coordinates of a width x height picture: x right, y down, pixel centres at
+// Returns the unit direction through pixel coordinates of a width x height picture: x right, y down, pixel centers at
 // +0.5.
 Vec3d pixelDirection(const Camera& camera, double x, double y, int width, int height);
 

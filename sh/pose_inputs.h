@@ -14,7 +14,7 @@ constexpr float kRangeMargin = 0.1f;
 // Writes 13 inputs: the direction and the logarithm of the distance at which the cluster sees the bone, and how the
 // bone is turned, scaled to how large it looks from there. What a bone hides of the sky depends on these and not on the
 // scale of the scene.
-//   position: from the cluster's centre to the bone's centre, in the cluster bone's rest frame, in box diagonals;
+//   position: from the cluster's center to the bone's center, in the cluster bone's rest frame, in box diagonals;
 //   turned: R_c^T R_j - I;
 //   spread: square root of the second moments of the bone's rest vertices, in box diagonals. |turned spread|_F is then
 //   the root mean square distance by which the rotation moves them.

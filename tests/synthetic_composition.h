@@ -34,22 +34,22 @@ inline std::vector<float> ballField(Vec3 offset, float radius) {
     return out;
 }
 
-// Adds the field of a ball around `centre`.
-inline void addBall(PartFields& fields, std::uint32_t joint, Vec3 centre, const CompositionOptions& o) {
+// Adds the field of a ball around `center`.
+inline void addBall(PartFields& fields, std::uint32_t joint, Vec3 center, const CompositionOptions& o) {
     PartField part;
     part.joint = joint;
-    part.centre = centre;
+    part.center = center;
     part.radius = o.radius;
     for (int b = 0; b < 2; ++b) {
         const float half = b == 0 ? 1.25f * o.radius : 2.5f * o.radius;
         part.boxes[std::size_t(b)] = {
-            centre - Vec3{half, half, half}, centre + Vec3{half, half, half}, {o.cells, o.cells, o.cells}};
+            center - Vec3{half, half, half}, center + Vec3{half, half, half}, {o.cells, o.cells, o.cells}};
     }
     const std::vector<Vec3> points = fieldPoints(part);
     const std::size_t fine = part.boxes[0].pointCount(), boxes = fine + part.boxes[1].pointCount();
     std::vector<float> values;
     for (Vec3 point : points) {
-        const Vec3 offset = point - centre;
+        const Vec3 offset = point - center;
         const float scale = dot(offset, offset) + 0.25f * o.radius * o.radius;
         for (float x : ballField(offset, o.radius)) values.push_back(scale * x);
     }
@@ -64,7 +64,7 @@ inline void addBall(PartFields& fields, std::uint32_t joint, Vec3 centre, const 
     part.distance_scale = o.radius / 64;
     for (std::size_t p = 0; p < fine; ++p)
         distances.push_back(std::int8_t(
-            std::clamp(std::lround((length(points[p] - centre) - o.radius) / part.distance_scale), -127L, 127L)));
+            std::clamp(std::lround((length(points[p] - center) - o.radius) / part.distance_scale), -127L, 127L)));
     fields.parts.push_back(part);
     fields.values.push_back(bytes);
     fields.distances.push_back(distances);
@@ -95,10 +95,10 @@ inline void addComposition(Model& model, const TubeOptions& tube, const Composit
 }
 
 // Adds a ball that stands still beside a composed model, as an occluder of its bake does. All parts see it.
-inline void addStillBall(Model& model, Vec3 centre, const CompositionOptions& options = {}) {
+inline void addStillBall(Model& model, Vec3 center, const CompositionOptions& options = {}) {
     Composition& composition = *model.composition;
     const std::size_t before = composition.fields.parts.size(), after = before + 1;
-    addBall(composition.fields, kStillJoint, centre, options);
+    addBall(composition.fields, kStillJoint, center, options);
     std::vector<std::uint8_t> steps(after * after, 255);
     for (std::size_t a = 0; a < before; ++a)
         std::copy_n(composition.steps.begin() + std::ptrdiff_t(a * before), before,

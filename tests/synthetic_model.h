@@ -198,7 +198,7 @@ inline void turnJointsApart(Model& model) {
         const Mat3d about_y{{std::cos(y), 0, std::sin(y), 0, 1, 0, -std::sin(y), 0, std::cos(y)}};
         const Mat3d about_z{{std::cos(z), -std::sin(z), 0, std::sin(z), std::cos(z), 0, 0, 0, 1}};
         const Mat3d turn = about_x * (about_y * about_z);
-        const Vec3d centre = toDouble(model.joint_centers[b % joints]), t = centre - turn * centre;
+        const Vec3d center = toDouble(model.joint_centers[b % joints]), t = center - turn * center;
         const auto& m = turn.m;
         model.bones[b] = {{float(m[0]), float(m[1]), float(m[2]), float(t.x), float(m[3]), float(m[4]), float(m[5]),
                            float(t.y), float(m[6]), float(m[7]), float(m[8]), float(t.z)}};

@@ -176,7 +176,7 @@ void quantizeField(const FieldSamples& samples, float fade, PartField& part, std
     // 1. What is stored varies less with the distance than V - 1 does.
     std::vector<float> scaled = samples.values;
     for (std::size_t p = 0; p < points.size(); ++p) {
-        const Vec3 offset = points[p] - part.centre;
+        const Vec3 offset = points[p] - part.center;
         const float factor = dot(offset, offset) + 0.25f * part.radius * part.radius;
         for (std::size_t i = 0; i < kFieldNumbers; ++i) scaled[p * kFieldNumbers + i] *= factor;
     }

@@ -30,25 +30,25 @@ PartMesh partMesh(std::span<const Vec3> positions, std::span<const Triangle> tri
     return out;
 }
 
-// Moves the centre towards the farthest point by ever smaller steps (Badoiu and Clarkson 2003, "Smaller core-sets for
-// balls"), and keeps the best centre on the way.
+// Moves the center towards the farthest point by ever smaller steps (Badoiu and Clarkson 2003, "Smaller core-sets for
+// balls"), and keeps the best center on the way.
 BoundingSphere boundingSphere(std::span<const Vec3> points) {
     constexpr int kSteps = 200;
     const BoundingBox box = boundsOf(points);
-    Vec3d centre = (toDouble(box.low) + toDouble(box.high)) * 0.5;
-    BoundingSphere best{centre, std::numeric_limits<double>::infinity()};
+    Vec3d center = (toDouble(box.low) + toDouble(box.high)) * 0.5;
+    BoundingSphere best{center, std::numeric_limits<double>::infinity()};
     for (int step = 0; step < kSteps; ++step) {
         Vec3d farthest;
         double square = -1;
         for (const Vec3& point : points) {
-            const Vec3d offset = toDouble(point) - centre;
+            const Vec3d offset = toDouble(point) - center;
             if (const double d = dot(offset, offset); d > square) {
                 square = d;
                 farthest = offset;
             }
         }
-        if (std::sqrt(square) < best.radius) best = {centre, std::sqrt(square)};
-        centre += farthest / double(step + 2);
+        if (std::sqrt(square) < best.radius) best = {center, std::sqrt(square)};
+        center += farthest / double(step + 2);
     }
     return best;
 }
@@ -74,7 +74,7 @@ PartField placeField(const PartMesh& mesh, double cells) {
     const BoundingSphere sphere = boundingSphere(mesh.positions);
     const BoundingBox bounds = boundsOf(mesh.positions);
     PartField part;
-    part.centre = toFloat(sphere.centre);
+    part.center = toFloat(sphere.center);
     // A little more than the sphere, so that every triangle lies in the cone that a point is traced in.
     part.radius = float(sphere.radius * 1.001);
     // The coarse box also holds the smallest of the spheres of points, which take over from there.
@@ -82,8 +82,8 @@ PartField placeField(const PartMesh& mesh, double cells) {
     for (int axis = 0; axis < 3; ++axis) {
         const float sphere_radius = part.radius / kFieldSphereScales.back();
         fine_border[axis] = kFineBorder * part.radius;
-        low[axis] = std::min(low[axis] - kCoarseBorder * part.radius, part.centre[axis] - sphere_radius);
-        high[axis] = std::max(high[axis] + kCoarseBorder * part.radius, part.centre[axis] + sphere_radius);
+        low[axis] = std::min(low[axis] - kCoarseBorder * part.radius, part.center[axis] - sphere_radius);
+        high[axis] = std::max(high[axis] + kCoarseBorder * part.radius, part.center[axis] + sphere_radius);
     }
     part.boxes = {boxOf(bounds.low - fine_border, bounds.high + fine_border, cells), boxOf(low, high, cells)};
     return part;
@@ -149,20 +149,20 @@ NearestSurface::NearestSurface(std::span<const Vec3> positions, std::span<const 
     for (const Triangle& triangle : triangles) {
         const std::array<Vec3d, 3> corners{toDouble(positions[triangle[0]]), toDouble(positions[triangle[1]]),
                                            toDouble(positions[triangle[2]])};
-        const Vec3 centre = toFloat((corners[0] + corners[1] + corners[2]) / 3.0);
+        const Vec3 center = toFloat((corners[0] + corners[1] + corners[2]) / 3.0);
         double radius = 0;
-        for (const Vec3d& corner : corners) radius = std::max(radius, length(corner - toDouble(centre)));
+        for (const Vec3d& corner : corners) radius = std::max(radius, length(corner - toDouble(center)));
         corners_.push_back(corners);
-        x_.push_back(centre.x);
-        y_.push_back(centre.y);
-        z_.push_back(centre.z);
+        x_.push_back(center.x);
+        y_.push_back(center.y);
+        z_.push_back(center.z);
         radius_.push_back(float(radius * 1.0001));
     }
 }
 
 NearestPoint NearestSurface::nearest(Vec3 point) const {
     const std::size_t count = corners_.size();
-    // 1. No triangle can be nearer than its sphere, and some point of it is no farther than its centre.
+    // 1. No triangle can be nearer than its sphere, and some point of it is no farther than its center.
     thread_local std::vector<float> least;
     least.resize(count);
     float bound = std::numeric_limits<float>::infinity();

@@ -19,7 +19,7 @@ PartMesh partMesh(std::span<const Vec3> positions, std::span<const Triangle> tri
 
 // A sphere around all points. It is deterministic, and at most a few percent larger than the smallest one.
 struct BoundingSphere {
-    Vec3d centre;
+    Vec3d center;
     double radius = 0;
 };
 BoundingSphere boundingSphere(std::span<const Vec3> points);

@@ -57,7 +57,7 @@ ConeDirections makeConeDirections(int count, std::uint64_t seed) {
 PartTracer::PartTracer(const PartMesh& mesh, const PartField& field, const ConeDirections& directions)
     : directions_(directions),
       scale_(sceneScale(mesh.positions, boxDiagonal(mesh.positions))),
-      centre_((toDouble(field.centre) - scale_.centre) / scale_.diagonal),
+      center_((toDouble(field.center) - scale_.center) / scale_.diagonal),
       radius_(double(field.radius) / scale_.diagonal),
       scene_(scaled(scale_, mesh.positions), mesh.triangles),
       surface_(scaled(scale_, mesh.positions), exposed(scaled(scale_, mesh.positions), mesh.triangles)) {}
@@ -76,11 +76,11 @@ std::array<Vec3d, 2> frameAround(Vec3d z) {
 // From outside of the bounding sphere only the cone that holds the sphere is traced, and every ray stands for 1/N of
 // that cone.
 PartTracer::Seen PartTracer::see(Vec3 point, const ConeDirections& directions) const {
-    const Vec3d to_centre = centre_ - toDouble(point);
-    const double distance = length(to_centre);
+    const Vec3d to_center = center_ - toDouble(point);
+    const double distance = length(to_center);
     const double cosine =
         distance > radius_ ? std::sqrt(1 - radius_ * radius_ / (distance * distance)) : -1;  // of the cone's angle
-    const Vec3d z = distance > 0 ? to_centre / distance : Vec3d{0, 0, 1};
+    const Vec3d z = distance > 0 ? to_center / distance : Vec3d{0, 0, 1};
     const auto [x, y] = frameAround(z);
     thread_local std::vector<DirectionPacket> packets;
     thread_local std::vector<LaneSides> sides;

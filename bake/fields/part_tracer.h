@@ -49,7 +49,7 @@ private:
 
     const ConeDirections& directions_;
     SceneScale scale_;
-    Vec3d centre_;  // of the bounding sphere, scaled
+    Vec3d center_;  // of the bounding sphere, scaled
     double radius_ = 0;
     OcclusionScene scene_;
     NearestSurface surface_;

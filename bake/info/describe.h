@@ -74,7 +74,7 @@ template <class Spheres, class Joints, class Names>
 Json describeSpheres(const Spheres& spheres, const Joints& joints, const Names& joint_names) {
     Json json = Json::array();
     for (std::size_t s = 0; s < spheres.size(); ++s) {
-        const Vec3 center = spheres[s].centre;
+        const Vec3 center = spheres[s].center;
         json.push_back({{"joint", joint_names[joints[s]]},
                         {"center", {center.x, center.y, center.z}},
                         {"radius", spheres[s].radius}});

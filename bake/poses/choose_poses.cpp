@@ -4,7 +4,7 @@
 // that every other frame has a chosen one near it. Distance is that of pose_features.h, in rest diagonals.
 //
 // Naive: take every k-th frame. A pose that the character holds for a second is then baked many times, and a quick
-// move not at all. The best choice itself cannot be computed: both the least largest gap (k-centre) and the least
+// move not at all. The best choice itself cannot be computed: both the least largest gap (k-center) and the least
 // mean gap (k-median) are NP-hard.
 //
 // Here: two greedy methods that are provably near the best, one for each goal, and random choice to compare with.

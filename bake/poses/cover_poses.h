@@ -5,7 +5,7 @@
 // and common combinations come again and again. Here each choice is, of a pool of mixed poses, the one that is farthest
 // from all frames and all poses chosen before.
 //
-// The local features of bone i are, for each bone j within 2 steps of it, the centre of what j moves and the rotation
+// The local features of bone i are, for each bone j within 2 steps of it, the center of what j moves and the rotation
 // of j, both seen from i. Steps go along the skeleton, in which bones that move no vertices do not count. Bones within
 // 2 steps share deforming skin with i, so what is there has to be learned from examples. The squared distance of two
 // poses around i is

@@ -53,7 +53,7 @@ void relativePositions(const Rig& rig, const MovingBones& bones, const std::vect
     }
 }
 
-// Returns the mean squared distance of the centres of every ordered pair, in diagonals, seen from the first: [count,
+// Returns the mean squared distance of the centers of every ordered pair, in diagonals, seen from the first: [count,
 // count].
 std::vector<double> meanSquaredDistances(const Rig& rig, const MovingBones& bones, std::span<const RigFrame> frames,
                                          int threads) {

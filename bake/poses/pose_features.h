@@ -1,12 +1,12 @@
 #pragma once
 // Tells how different two poses of a rig are for shadows. Root motion does not count, and near bones count most.
 //
-// For a bone i and another bone j, p_ij is the centre of what j moves, seen from i (in i's rest space), in diagonals
+// For a bone i and another bone j, p_ij is the center of what j moves, seen from i (in i's rest space), in diagonals
 // of the rest box. These are the relative positions that fit/models/features.h predicts from. The distance of two
 // poses a and b is
 //     d(a, b)^2 = sum_i s_i sum_j n_ij |p_ij(a) - p_ij(b)|^2,   n_ij = w_ij^2 / sum_j w_ij^2,
 //     w_ij = 1 / (0.02 + d_ij^2)
-// Here s_i is the share of the skin weights that bone i has, d_ij is the distance of the two centres over all frames
+// Here s_i is the share of the skin weights that bone i has, d_ij is the distance of the two centers over all frames
 // (rms), and j runs over the 24 bones nearest to i. So d is the root of a weighted mean over the vertices of how far
 // their neighbours moved. 0.02 and the form of w are those of fit/models/features.h, where cross-validation chose
 // them.

@@ -59,7 +59,7 @@ Vec3d shade(const ReferenceScene& scene, const Corners& corners, const SurfacePo
     }
 }
 
-// Returns the fixed points inside a pixel that its camera rays go through: a Hammersley set, or the centre for one
+// Returns the fixed points inside a pixel that its camera rays go through: a Hammersley set, or the center for one
 // ray.
 double pixelOffset(int i, int n, bool vertical) {
     if (!vertical) return (i + 0.5) / n;
@@ -72,7 +72,7 @@ double pixelOffset(int i, int n, bool vertical) {
 void renderPixel(const ReferenceScene& scene, const Camera& camera, const EnvironmentLight& light,
                  const ReferenceOptions& options, std::size_t index, Image& image) {
     const int x = int(index % std::size_t(options.width)), y = int(index / std::size_t(options.width));
-    const Vec3 eye = toFloat((cameraPosition(camera) - scene.scale.centre) / scene.scale.diagonal);
+    const Vec3 eye = toFloat((cameraPosition(camera) - scene.scale.center) / scene.scale.diagonal);
     Vec3d sum;
     int covered = 0;
     for (int i = 0; i < options.camera_rays; ++i) {

@@ -56,7 +56,7 @@ struct ReferenceFrame {
     std::span<const Vec3> albedo = {};  // [V] what the mesh reflects; needed with bounces
     // [V] what a two-sided mesh sends to the side of the vertex of the light on its other side; empty: nothing
     std::span<const Vec3> transmission = {};
-    // The ray tracer's frame, of which floats are finest near its centre; unset: that of the box of the mesh.
+    // The ray tracer's frame, of which floats are finest near its center; unset: that of the box of the mesh.
     std::optional<SceneScale> scale = {};
 };
 // Renders the picture. Its colours are multiplied by coverage, and its alpha is coverage. The same options give the

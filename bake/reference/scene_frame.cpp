@@ -99,7 +99,7 @@ public:
         const auto first = std::uint32_t(out_.frame.positions.size());
         for (const auto& [x, z] : {std::pair{-0.5, -0.5}, {-0.5, 0.5}, {0.5, -0.5}, {0.5, 0.5}})
             out_.frame.positions.push_back(
-                toFloat(Vec3d{ground.centre.x + x * ground.size, ground.height, ground.centre.z + z * ground.size}));
+                toFloat(Vec3d{ground.center.x + x * ground.size, ground.height, ground.center.z + z * ground.size}));
         out_.frame.normals.resize(out_.frame.positions.size(), {0, 1, 0});
         for (std::uint32_t v = first; v < out_.frame.positions.size(); ++v) out_.back_of_vertex.push_back(v);
         out_.mesh.triangles.push_back({first, first + 1, first + 2});

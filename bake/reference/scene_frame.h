@@ -15,7 +15,7 @@ struct SceneFrame {
     // then these.
     std::vector<Vec3> unseen_positions;
     std::vector<Triangle> unseen_triangles;
-    // Centred on everyone, in diagonals of the smallest of them: on a wide ground rays start as near to a body as on a
+    // Centered on everyone, in diagonals of the smallest of them: on a wide ground rays start as near to a body as on a
     // small one. Unset where nobody has an extent.
     std::optional<SceneScale> scale;
     bool ends_at_horizon = false;               // a ground with heights goes on for ever: no light comes from below

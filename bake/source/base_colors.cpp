@@ -57,7 +57,7 @@ Vec3d texel(const Surface& surface, std::int64_t column, std::int64_t row) {
     return {linear[rgb[0]], linear[rgb[1]], linear[rgb[2]]};
 }
 
-// Interpolates the four texels around a place, whose centres are at half numbers.
+// Interpolates the four texels around a place, whose centers are at half numbers.
 Vec3d pictureAt(const Surface& surface, double u, double v) {
     const double x = u * surface.picture->width - 0.5, y = v * surface.picture->height - 0.5;
     const auto column = std::int64_t(std::floor(x)), row = std::int64_t(std::floor(y));

@@ -87,15 +87,15 @@ private:
     std::unique_ptr<Impl> impl_;
 };
 
-// Maps the model frame to the ray tracer's by (p - centre) / diagonal. A model of 1 mm and one of 1 km, here or far
+// Maps the model frame to the ray tracer's by (p - center) / diagonal. A model of 1 mm and one of 1 km, here or far
 // from the origin, then trace the same rays.
 struct SceneScale {
-    Vec3d centre;
+    Vec3d center;
     double diagonal = 1;
 
-    Vec3 apply(Vec3 p) const { return toFloat((toDouble(p) - centre) / diagonal); }
+    Vec3 apply(Vec3 p) const { return toFloat((toDouble(p) - center) / diagonal); }
 };
-// Centres the scale on the box of `positions`. `diagonal` is the unit of length and must be > 0.
+// Centers the scale on the box of `positions`. `diagonal` is the unit of length and must be > 0.
 SceneScale sceneScale(std::span<const Vec3> positions, double diagonal);
 
 }  // namespace penumbra

@@ -48,7 +48,7 @@ struct BlockerFit {
 // any number of threads.
 BlockerFit fitBlockers(const Model& model, const BlockerOptions& options, int threads);
 
-// The steps of it, for tests. Groups the points around `count` centres: a foot (-1: none) gets two spheres at least,
+// The steps of it, for tests. Groups the points around `count` centers: a foot (-1: none) gets two spheres at least,
 // and more by its share of the points, as long as a sphere is left for the rest. Radii are mean distances.
 struct SurfaceSamples;
 struct GroupedBlockers {

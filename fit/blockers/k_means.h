@@ -1,5 +1,5 @@
 #pragma once
-// k-means: points in groups around centres, so that the squares of the distances to the centres add up to little.
+// k-means: points in groups around centers, so that the squares of the distances to the centers add up to little.
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -11,11 +11,11 @@ namespace penumbra {
 struct PointGroups {
     std::vector<Vec3d> centers;                 // [k], the mean of each group
     std::vector<std::uint32_t> group_of_point;  // [N] < k
-    double squares = 0;                         // sum of the squares of all distances to the own centre
+    double squares = 0;                         // sum of the squares of all distances to the own center
 };
 
-// Moves the centres to the means of the points that are nearest to them, until no point changes its group (or 100
-// times). A centre without points is dropped. There must be a point and a centre.
+// Moves the centers to the means of the points that are nearest to them, until no point changes its group (or 100
+// times). A center without points is dropped. There must be a point and a center.
 PointGroups improveGroups(std::span<const Vec3d> points, std::vector<Vec3d> centers);
 
 // Returns the best of `kGroupStarts` runs of improveGroups(), each from random points that are far from one another

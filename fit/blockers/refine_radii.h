@@ -19,7 +19,7 @@ struct RadiusRefinement {
     int steps = 0;                 // that made it smaller
 };
 
-// Least squares over the logarithms of the radii; centres stay. What is compared is the silhouette in
+// Least squares over the logarithms of the radii; centers stay. What is compared is the silhouette in
 // kSilhouetteBands bands of each view. A weak pull towards the radii of before keeps those that no band tells. The
 // error never grows, and the result is the same for any number of threads.
 RadiusRefinement refineRadii(std::span<const Triangle> triangles, const SilhouettePoses& poses,

@@ -89,7 +89,7 @@ void cutTriangle(const std::array<Projected, 3>& corners, ScanLines& rows) {
 
 void cutSpheres(std::span<const CasterSphere> spheres, const Plane& plane, ScanLines& rows) {
     for (const CasterSphere& sphere : spheres) {
-        const double x = dot(toDouble(sphere.centre), plane.right), y = dot(toDouble(sphere.centre), plane.up);
+        const double x = dot(toDouble(sphere.center), plane.right), y = dot(toDouble(sphere.center), plane.up);
         const std::size_t end = rows.rowFrom(y + sphere.radius);
         for (std::size_t row = rows.rowFrom(y - sphere.radius); row < end; ++row) {
             const double off = rows.heightOf(row) - y;
@@ -128,7 +128,7 @@ double silhouetteArea(std::span<const CasterSphere> spheres, Vec3d view) {
     const Plane plane(view);
     double low = std::numeric_limits<double>::infinity(), high = -low;
     for (const CasterSphere& sphere : spheres) {
-        const double y = dot(toDouble(sphere.centre), plane.up);
+        const double y = dot(toDouble(sphere.center), plane.up);
         low = std::min(low, y - sphere.radius);
         high = std::max(high, y + sphere.radius);
     }

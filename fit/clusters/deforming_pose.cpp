@@ -58,14 +58,14 @@ void appendInputBones(std::span<const InputJoint> joints, std::span<const Vec3> 
 std::vector<float> reducedAngles(std::span<const float> mean, std::span<const float> basis,
                                  std::span<const float> angles) {
     assert(mean.size() == angles.size());
-    std::vector<float> centred(angles.size()), out;
+    std::vector<float> centered(angles.size()), out;
     // 1. Turn the angles towards their means.
     for (std::size_t e = 0; e < angles.size(); ++e)
-        centred[e] = addTurns(angles[e], turnsTowards(mean[e], angles[e])) - mean[e];
+        centered[e] = addTurns(angles[e], turnsTowards(mean[e], angles[e])) - mean[e];
     // 2. Project on the rows of the basis.
     for (std::size_t row = 0; row < basis.size(); row += angles.size()) {
         double sum = 0;
-        for (std::size_t e = 0; e < angles.size(); ++e) sum += double(basis[row + e]) * double(centred[e]);
+        for (std::size_t e = 0; e < angles.size(); ++e) sum += double(basis[row + e]) * double(centered[e]);
         out.push_back(float(sum));
     }
     return out;

@@ -103,16 +103,16 @@ void addInputJoints(const VisibilityHeader& header, const RawPoses& raw, const P
 void reduceAngles(const RawPoses& raw, const PoseRequest& request, PoseTable& poses) {
     const std::vector<double> mean = meanOfRows(raw.angles, request.train);
     poses.pose_mean.assign(mean.begin(), mean.end());
-    MatrixF centred(request.train.size(), raw.angles.columns);
-    for (std::size_t r = 0; r < centred.rows; ++r)
-        for (std::size_t e = 0; e < centred.columns; ++e) {
+    MatrixF centered(request.train.size(), raw.angles.columns);
+    for (std::size_t r = 0; r < centered.rows; ++r)
+        for (std::size_t e = 0; e < centered.columns; ++e) {
             const float angle = raw.angles(request.train[r], e), middle = poses.pose_mean[e];
-            centred(r, e) = addTurns(angle, turnsTowards(middle, angle)) - middle;
+            centered(r, e) = addTurns(angle, turnsTowards(middle, angle)) - middle;
         }
-    const Pca pca = principalComponents(centred);
+    const Pca pca = principalComponents(centered);
     if (pca.energies.empty()) return;  // nothing moves
-    poses.pose_basis = basisOf(pca, centred, componentsFor(pca, request.angle_variance)).values;
-    const auto scale = float(1 / std::sqrt(pca.energies[0] / double(centred.rows)));
+    poses.pose_basis = basisOf(pca, centered, componentsFor(pca, request.angle_variance)).values;
+    const auto scale = float(1 / std::sqrt(pca.energies[0] / double(centered.rows)));
     for (float& x : poses.pose_basis) x *= scale;
 }
 

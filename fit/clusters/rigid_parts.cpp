@@ -233,18 +233,18 @@ std::vector<Piece> mergedDownTo(PieceGraph graph, std::size_t count) {
     return pieces;
 }
 
-// Cuts a piece at the median along a principal axis of its triangles' centres. Axis 0 is the longest.
+// Cuts a piece at the median along a principal axis of its triangles' centers. Axis 0 is the longest.
 std::array<Piece, 2> halvesOf(const Piece& piece, const DeformingFrames& mesh, const MatrixF& motions,
                               std::size_t which_axis) {
     std::vector<std::uint32_t> order = piece.triangles;
-    std::vector<Vec3> centres;
-    const auto centre = [&](std::uint32_t t) {
+    std::vector<Vec3> centers;
+    const auto center = [&](std::uint32_t t) {
         const Triangle& c = mesh.triangles[t];
         return toFloat((toDouble(mesh.rest[c[0]]) + toDouble(mesh.rest[c[1]]) + toDouble(mesh.rest[c[2]])) / 3.0);
     };
-    for (std::uint32_t t : order) centres.push_back(centre(t));
-    const Vec3d axis = principalAxes(centres)[which_axis];
-    const auto along = [&](std::uint32_t t) { return dot(toDouble(centre(t)), axis); };
+    for (std::uint32_t t : order) centers.push_back(center(t));
+    const Vec3d axis = principalAxes(centers)[which_axis];
+    const auto along = [&](std::uint32_t t) { return dot(toDouble(center(t)), axis); };
     std::sort(order.begin(), order.end(),
               [&](std::uint32_t a, std::uint32_t b) { return std::pair(along(a), a) < std::pair(along(b), b); });
     const auto middle = order.begin() + std::ptrdiff_t(order.size() / 2);

@@ -27,7 +27,7 @@ struct VertexClusters {
 // 4. When there are too few, the largest is cut at the median along its longest principal axis.
 //
 // clusterParts() does the same for a deforming mesh (influences = 1). It starts from the parts, and step 3 merges those
-// whose centres are near (Ward on rest positions). A front and a back are never in one cluster: for a two-sided mesh
+// whose centers are near (Ward on rest positions). A front and a back are never in one cluster: for a two-sided mesh
 // the steps run on the fronts with half the number, rounded up, and then each cluster of fronts gets a cluster of their
 // backs.
 VertexClusters clusterVertices(const Mesh& mesh, const Skin& skin, std::size_t count, int threads);

@@ -29,7 +29,7 @@ Mat3d inverseLinear(const Affine& bone, const Mat3& rotation) {
 
 Vec3d applyAffine(const Affine& bone, Vec3d p) { return toDouble(bone.linear()) * p + toDouble(bone.translation()); }
 
-// Returns, for each joint [J], the mean over `rows` of the squared distance of its centre from the cluster's, in box
+// Returns, for each joint [J], the mean over `rows` of the squared distance of its center from the cluster's, in box
 // diagonals. It is 0 for the cluster's own joint.
 std::vector<double> squaredDistances(const FeatureRecipe& recipe, const ClusterPlace& place, const Matrix& raw,
                                      std::span<const std::size_t> rows) {
@@ -44,7 +44,7 @@ std::vector<double> squaredDistances(const FeatureRecipe& recipe, const ClusterP
             continue;
         }
         const Vec3d rest = (toDouble(recipe.joint_centers[j]) - toDouble(place.center)) / recipe.scale;
-        // The raw features hold how far the joint's centre has moved; adding its rest position gives where it is.
+        // The raw features hold how far the joint's center has moved; adding its rest position gives where it is.
         for (std::size_t r : rows) {
             const Vec3d d = rest + Vec3d{raw(r, at), raw(r, at + 1), raw(r, at + 2)};
             distances[j] += dot(d, d) / double(rows.size());
@@ -94,7 +94,7 @@ void rawFeatures(const FeatureRecipe& recipe, int cluster_joint, std::span<const
             continue;
         }
         const Vec3d moved = to_cluster * (applyAffine(bones[j], center) - toDouble(bones[own].translation()));
-        // 3. Any other bone gives the displacement of its centre and its rotation, both relative to the cluster's bone.
+        // 3. Any other bone gives the displacement of its center and its rotation, both relative to the cluster's bone.
         for (int i = 0; i < 3; ++i) out[at++] = (moved[i] - center[i]) / recipe.scale;
         const Mat3d turned = unrotate * toDouble(rotations[j]);
         for (std::size_t i = 0; i < 9; ++i) out[at++] = turned.m[i] - (i % 4 == 0 ? 1 : 0);

@@ -30,7 +30,7 @@ struct FeatureRecipe {
 };
 FeatureRecipe recipeOf(const Model& model);
 
-// Returns, for each joint, the symmetric square root of the weighted mean of (p - centre)(p - centre)^T / scale^2 over
+// Returns, for each joint, the symmetric square root of the weighted mean of (p - center)(p - center)^T / scale^2 over
 // the rest positions p that the joint moves. It is zero for a joint that moves nothing.
 std::vector<Mat3> jointSpreads(const Mesh& mesh, const Skin& skin, const std::vector<Vec3>& centers, double scale);
 
@@ -40,7 +40,7 @@ std::vector<Mat3> jointSpreads(const Mesh& mesh, const Skin& skin, const std::ve
 void rawFeatures(const FeatureRecipe& recipe, int cluster_joint, std::span<const Affine> bones,
                  std::span<const Mat3> rotations, std::span<const float> pose, std::span<double> out);
 
-// The place of a cluster: its joint and its centre.
+// The place of a cluster: its joint and its center.
 struct ClusterPlace {
     int joint = 0;
     Vec3 center;  // mean rest position of its vertices
@@ -51,7 +51,7 @@ struct ClusterPlace {
 //
 // - Joint angles have the factor 1, as in the paper.
 // - Relative bones: the position of a bone has 1 / (0.02 + d^2) and its rotation 0.3 times that. d^2 is the mean over
-//   `rows` of the squared distance of the bone's centre from the cluster's, in box diagonals. Near bones hide more of
+//   `rows` of the squared distance of the bone's center from the cluster's, in box diagonals. Near bones hide more of
 //   the sky.
 //   Joints that the recipe does not see have 0.
 // - Reduced dihedral angles have the factor 1, and inputs are scaled to a variance of 1.

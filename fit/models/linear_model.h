@@ -1,5 +1,5 @@
 #pragma once
-// Ridge regression with an intercept. For centred X and Y it computes W = (X^T X + alpha^2 I)^-1 X^T Y (Nowrouzezahrai
+// Ridge regression with an intercept. For centered X and Y it computes W = (X^T X + alpha^2 I)^-1 X^T Y (Nowrouzezahrai
 // 2007 section 4.2, which squares alpha too).
 #include <span>
 

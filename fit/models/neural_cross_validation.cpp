@@ -60,16 +60,16 @@ NetFold makeFold(const Matrix& inputs, const Matrix& outputs, const std::vector<
     const std::vector<double> x_mean = meanOfRows(inputs, kept), y_mean = meanOfRows(outputs, kept);
     // 1. Reduce the inputs by the PCA of the kept rows.
     NetFold fold;
-    const Matrix centred = centredRows(inputs, kept, x_mean);
-    const Pca pca = principalComponents(centred);
-    const Matrix basis = basisOf(pca, centred, componentsFor(pca, input_variance));
+    const Matrix centered = centeredRows(inputs, kept, x_mean);
+    const Pca pca = principalComponents(centered);
+    const Matrix basis = basisOf(pca, centered, componentsFor(pca, input_variance));
     fold.x = Matrix(kept.size(), basis.rows);
     fold.x_out = Matrix(out.size(), basis.rows);
-    asEigen(fold.x).noalias() = asEigen(centred) * asEigen(basis).transpose();
-    asEigen(fold.x_out).noalias() = asEigen(centredRows(inputs, out, x_mean)) * asEigen(basis).transpose();
-    // 2. Centre the outputs by the means of the kept rows.
-    fold.y = centredRows(outputs, kept, y_mean);
-    fold.y_out = centredRows(outputs, out, y_mean);
+    asEigen(fold.x).noalias() = asEigen(centered) * asEigen(basis).transpose();
+    asEigen(fold.x_out).noalias() = asEigen(centeredRows(inputs, out, x_mean)) * asEigen(basis).transpose();
+    // 2. Center the outputs by the means of the kept rows.
+    fold.y = centeredRows(outputs, kept, y_mean);
+    fold.y_out = centeredRows(outputs, out, y_mean);
     // 3. Scale both to a root mean square length of 1.
     const double input_scale = scaleOf(fold.x);
     fold.output_scale = scaleOf(fold.y);

@@ -9,12 +9,12 @@
 // smallest weights are then dropped, chooses badly: units that overlap share their weight, so all of them look small.
 //
 // Here: the kernel is a sum over groups, sum_g w_g exp(-|x_g - x'_g|^2 / 2), where w_g is the weight of group g. Its
-// subset-of-regressors form needs no training frames. It has units phi_h = sqrt(w_g) exp(-|x_g - centre_h|^2 / 2) and
-// the prior c^T P c on their coefficients, where P_hh' is the kernel between centres of one group and 0 between groups.
+// subset-of-regressors form needs no training frames. It has units phi_h = sqrt(w_g) exp(-|x_g - center_h|^2 / 2) and
+// the prior c^T P c on their coefficients, where P_hh' is the kernel between centers of one group and 0 between groups.
 // All components have the same noise, and component k has a signal of its own energy E_k. Its prior therefore weighs
 // lambda_k = lambda E_1 / E_k.
 //
-// 1. The candidate centres of a group are training inputs that lie far apart (makeCandidates).
+// 1. The candidate centers of a group are training inputs that lie far apart (makeCandidates).
 // 2. Regularised orthogonal least squares picks the units, one at a time (chooseUnits; Chen, Cowan, Grant 1991). This
 //    is a Cholesky factorisation of Phi^T Phi + lambda_0 P whose next pivot is the unit that lowers the objective most.
 //    With M candidates, the step that adds unit t costs O(M t) instead of a new fit for each of them.
@@ -35,11 +35,11 @@ namespace penumbra {
 
 namespace {
 
-// Number of candidate centres in each group of a character.
-constexpr std::size_t kCentresPerGroup = 48;
-// The groups of a deforming mesh share this many centres, because such a mesh has more parts than a character has
-// bones. Training takes time in proportion to the square of the number of centres.
-constexpr std::size_t kDeformingCentres = 1024, kMinCentresPerGroup = 12;
+// Number of candidate centers in each group of a character.
+constexpr std::size_t kCentersPerGroup = 48;
+// The groups of a deforming mesh share this many centers, because such a mesh has more parts than a character has
+// bones. Training takes time in proportion to the square of the number of centers.
+constexpr std::size_t kDeformingCenters = 1024, kMinCentersPerGroup = 12;
 constexpr std::size_t kUnitCounts[] = {16, 32, 48, 64, 96, 128};
 constexpr double kLambdas[] = {3e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1, 1.0};
 constexpr double kSelectionLambda = 1e-3;
@@ -56,7 +56,7 @@ constexpr float kMinIdleWeight = 0.05f;  // as a part of the largest group weigh
 
 struct Candidates {
     std::vector<std::size_t> group;  // index into the model's groups
-    Matrix centres;                  // [M, D] the inputs at which each unit is largest
+    Matrix centers;                  // [M, D] the inputs at which each unit is largest
     Eigen::MatrixXd phi;             // [n, M] values of the units on the training rows
 };
 
@@ -84,7 +84,7 @@ std::vector<std::size_t> farthestRows(const Matrix& x, std::size_t count) {
 double priorOf(const Candidates& all, Eigen::Index i, Eigen::Index j) {
     const std::size_t a = std::size_t(i), b = std::size_t(j);
     if (all.group[a] != all.group[b]) return 0;
-    return std::exp(-0.5 * squaredDistance(all.centres.row(a), all.centres.row(b)));
+    return std::exp(-0.5 * squaredDistance(all.centers.row(a), all.centers.row(b)));
 }
 
 // Returns the inputs of one group on every training row, [n, D].
@@ -98,37 +98,37 @@ Matrix groupRows(const RegressionProblem& problem, std::size_t group) {
 // Makes the candidate units of all groups and evaluates them on the training rows.
 Candidates makeCandidates(const RegressionProblem& problem, const ClusterModel& model) {
     Candidates all;
-    // 1. Decide how many centres a group may have.
-    const std::size_t centres_per_group =
-        problem.recipe.deforming ? std::clamp(kDeformingCentres / std::max<std::size_t>(model.groups.size(), 1),
-                                              kMinCentresPerGroup, kCentresPerGroup)
-                                 : kCentresPerGroup;
+    // 1. Decide how many centers a group may have.
+    const std::size_t centers_per_group =
+        problem.recipe.deforming ? std::clamp(kDeformingCenters / std::max<std::size_t>(model.groups.size(), 1),
+                                              kMinCentersPerGroup, kCentersPerGroup)
+                                 : kCentersPerGroup;
     std::vector<Eigen::VectorXd> columns;
-    std::vector<double> centres;
-    // 2. Choose the centres of each group among its training inputs, and evaluate their units.
+    std::vector<double> centers;
+    // 2. Choose the centers of each group among its training inputs, and evaluate their units.
     for (std::size_t g = 0; g < model.groups.size(); ++g) {
         const Matrix x = groupRows(problem, model.groups[g]);
-        const std::vector<std::size_t> rows = farthestRows(x, centres_per_group);
+        const std::vector<std::size_t> rows = farthestRows(x, centers_per_group);
         if (rows.size() == 1) continue;  // the group does not move, so nothing can be learned from it
         for (std::size_t c : rows) {
             all.group.push_back(g);
-            centres.insert(centres.end(), x.row(c).begin(), x.row(c).end());
+            centers.insert(centers.end(), x.row(c).begin(), x.row(c).end());
             Eigen::VectorXd& phi = columns.emplace_back(x.rows);
             for (std::size_t r = 0; r < x.rows; ++r)
                 phi[Eigen::Index(r)] = std::exp(-0.5 * squaredDistance(x.row(r), x.row(c)));
             phi *= std::sqrt(double(model.group_weight[g]));
         }
     }
-    // 3. Gather centres and columns into matrices.
-    all.centres = Matrix(columns.size(), groupInputs(problem.recipe.kind));
-    all.centres.values = centres;
+    // 3. Gather centers and columns into matrices.
+    all.centers = Matrix(columns.size(), groupInputs(problem.recipe.kind));
+    all.centers.values = centers;
     const auto count = Eigen::Index(columns.size());
     all.phi.resize(Eigen::Index(problem.train.size()), count);
     for (Eigen::Index i = 0; i < count; ++i) all.phi.col(i) = columns[std::size_t(i)];
     return all;
 }
 
-// The second moments of a set of rows, Phi^T Phi and Phi^T Y, and the sums that centre() needs to take the means off
+// The second moments of a set of rows, Phi^T Phi and Phi^T Y, and the sums that center() needs to take the means off
 // them.
 struct Moments {
     Eigen::MatrixXd gram, cross;
@@ -150,7 +150,7 @@ void removeRows(const Eigen::MatrixXd& phi, const Eigen::MatrixXd& y, Moments& m
 }
 
 // Turns moments about zero into moments about the means.
-void centre(Moments& m) {
+void center(Moments& m) {
     m.gram.noalias() -= m.phi_sum.transpose() * (m.phi_sum / m.rows);
     m.cross.noalias() -= m.phi_sum.transpose() * (m.y_sum / m.rows);
 }
@@ -161,7 +161,7 @@ Eigen::RowVectorXd selectionWeights(const Eigen::RowVectorXd& ratios) {
     return (1 + kSelectionShare * ratios.array()).inverse();
 }
 
-// Returns up to `count` candidates, the most useful first. `m` holds centred moments. After t steps the factorisation
+// Returns up to `count` candidates, the most useful first. `m` holds centered moments. After t steps the factorisation
 // has done two things: row i of `residual` is the inner product of candidate i with what the chosen units leave of the
 // outputs, and pivots[i] is the candidate's penalised energy that the chosen units do not share.
 std::vector<Eigen::Index> chooseUnits(const Candidates& all, const Moments& m, const Eigen::RowVectorXd& ratios,
@@ -208,7 +208,7 @@ public:
         for (Eigen::Index i = 0; i < prior.rows(); ++i)
             for (Eigen::Index j = 0; j < prior.cols(); ++j)
                 prior(i, j) = priorOf(all, rows[std::size_t(i)], rows[std::size_t(j)]);
-        prior.diagonal().array() += 1e-9;  // keeps P positive definite when centres nearly repeat one another
+        prior.diagonal().array() += 1e-9;  // keeps P positive definite when centers nearly repeat one another
         // 2. Solve G V = P V diag(s) with V^T P V = I, and project Phi^T Y on V.
         EigenPairs pairs = generalizedEigenPairs(gram, prior);
         vectors_ = std::move(pairs.vectors);
@@ -231,13 +231,13 @@ private:
 
 using ErrorTable = std::vector<std::vector<double>>;  // [unit count][lambda] squared error
 
-// Adds the squared errors on one fold, for every number of units and every lambda. `kept` holds the centred moments of
+// Adds the squared errors on one fold, for every number of units and every lambda. `kept` holds the centered moments of
 // the rows outside the fold.
 void addFoldErrors(const Candidates& all, const Eigen::MatrixXd& y, const Eigen::RowVectorXd& ratios,
                    const Moments& kept, const std::vector<Eigen::Index>& left_out, ErrorTable& errors) {
     // 1. Choose units without the fold. The first n of them are the choice for n units.
     const std::vector<Eigen::Index> units = chooseUnits(all, kept, ratios, std::end(kUnitCounts)[-1]);
-    // 2. Centre the rows of the fold by the means of the other rows.
+    // 2. Center the rows of the fold by the means of the other rows.
     const Eigen::RowVectorXd phi_mean = kept.phi_sum / kept.rows, y_mean = kept.y_sum / kept.rows;
     const Eigen::MatrixXd truth = y(left_out, Eigen::all).rowwise() - y_mean;
     // 3. For each number of units, one decomposition gives the errors for all lambdas.
@@ -273,7 +273,7 @@ Choice choose(const ErrorTable& errors) {
 
 // Cross-validates over blocks of frames. No output of a fold takes part in what is predicted for the fold. The
 // candidates are shared by all folds; they are inputs of all training frames. `whole` holds the moments of all rows,
-// not centred.
+// not centered.
 Choice crossValidate(const Candidates& all, const Eigen::MatrixXd& y, const Eigen::RowVectorXd& ratios,
                      const std::vector<int>& folds, const Moments& whole) {
     const int fold_count = folds.empty() ? 0 : 1 + *std::max_element(folds.begin(), folds.end());
@@ -284,7 +284,7 @@ Choice crossValidate(const Candidates& all, const Eigen::MatrixXd& y, const Eige
             if (folds[i] == f) left_out.push_back(Eigen::Index(i));
         Moments kept = whole;
         removeRows(all.phi(left_out, Eigen::all), y(left_out, Eigen::all), kept);
-        centre(kept);
+        center(kept);
         addFoldErrors(all, y, ratios, kept, left_out, errors);
     }
     return choose(errors);
@@ -296,7 +296,7 @@ void store(const Candidates& all, const std::vector<Eigen::Index>& units, const 
     for (Eigen::Index unit : units) {
         const std::size_t u = std::size_t(unit);
         model.unit_group.push_back(std::uint32_t(all.group[u]));
-        model.hidden.insert(model.hidden.end(), all.centres.row(u).begin(), all.centres.row(u).end());
+        model.hidden.insert(model.hidden.end(), all.centers.row(u).begin(), all.centers.row(u).end());
     }
     for (Eigen::Index k = 0; k < weights.cols(); ++k)
         for (Eigen::Index h = 0; h < weights.rows(); ++h) {
@@ -339,7 +339,7 @@ RegressionErrors trainAdditive(const RegressionProblem& problem, ClusterModel& m
     const Candidates all = makeCandidates(problem, model);
     const double dropped = problem.outputs.total - y.squaredNorm();
     const double none = std::numeric_limits<double>::quiet_NaN();
-    model.bias.assign(problem.components, 0.0f);  // scores are centred
+    model.bias.assign(problem.components, 0.0f);  // scores are centered
     // Nothing can be learned when no group moves, or when the outputs never change (vertices that are always blocked).
     if (all.group.empty() || y.squaredNorm() == 0) return {problem.outputs.total, none};
 
@@ -348,20 +348,21 @@ RegressionErrors trainAdditive(const RegressionProblem& problem, ClusterModel& m
     const Eigen::RowVectorXd energies = y.colwise().squaredNorm();
     Eigen::RowVectorXd ratios = Eigen::RowVectorXd::Ones(energies.size());
     // 3. Choose lambda and the number of units by cross-validation.
-    Moments centred = momentsOf(all.phi, y);
+    Moments centered = momentsOf(all.phi, y);
     Choice choice{std::end(kUnitCounts)[-1], 0, none};
     if (problem.prior) {
         ratios = energies[0] / energies.array().max(1e-12 * energies[0]);
-        choice = crossValidate(all, y, ratios, problem.folds, centred);
+        choice = crossValidate(all, y, ratios, problem.folds, centered);
     }
     // 4. Choose the units again on all training rows and compute their coefficients.
-    centre(centred);
-    const std::vector<Eigen::Index> units = chooseUnits(all, centred, ratios, choice.units);
-    const RidgePath path(all, centred, units);
+    center(centered);
+    const std::vector<Eigen::Index> units = chooseUnits(all, centered, ratios, choice.units);
+    const RidgePath path(all, centered, units);
     if (choice.lambda == 0) choice.lambda = kNoAdditivePrior * path.largest();
     const Eigen::MatrixXd weights = path.solve(choice.lambda, ratios);
-    // 5. The bias moves the centred prediction back: mean of y less the mean of the units times their coefficients.
-    const Eigen::RowVectorXd offset = centred.y_sum / centred.rows - centred.phi_sum(units) / centred.rows * weights;
+    // 5. The bias moves the centered prediction back: mean of y less the mean of the units times their coefficients.
+    const Eigen::RowVectorXd offset =
+        centered.y_sum / centered.rows - centered.phi_sum(units) / centered.rows * weights;
     for (std::size_t k = 0; k < problem.components; ++k) model.bias[k] = float(offset[Eigen::Index(k)]);
     store(all, units, weights, model);
     dropIdleGroups(model);

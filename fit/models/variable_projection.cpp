@@ -7,7 +7,7 @@
 // weight makes the output weights wrong, and the search needs further steps to bring them back.
 //
 // Here: for fixed d and d0 the objective is a ridge regression in c and c0, which one Cholesky factorisation solves
-// exactly. So the search runs over d and d0 only and always sees the best c. Centred activations and outputs take care
+// exactly. So the search runs over d and d0 only and always sees the best c. Centered activations and outputs take care
 // of c0. At the best c the derivative by c is zero, so the gradient of this projected objective is the gradient of
 // eq 13 by d with c held: no derivative of the ridge regression is needed. L-BFGS with the Gauss-Newton diagonal
 // minimises it.
@@ -84,7 +84,7 @@ private:
         kernels_.addProduct(neurons_, data_.inputs, stride, x.data(), width(), data_.x.data(), h_.data());
         // 2. Apply tanh.
         kernels_.tanhAndSlope(h_.size(), h_.data(), slope_.data());
-        // 3. Centre every row over the frames and clear the padding.
+        // 3. Center every row over the frames and clear the padding.
         for (std::size_t n = 0; n < neurons_; ++n) {
             Eigen::Map<Eigen::ArrayXd> row(&h_[n * stride], Eigen::Index(frames));
             h_mean_[n] = row.mean();

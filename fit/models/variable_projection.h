@@ -10,7 +10,7 @@
 
 namespace penumbra {
 
-// Inputs and centred outputs, one row per input or output and one column per frame (net_kernels.h). Rows are padded
+// Inputs and centered outputs, one row per input or output and one column per frame (net_kernels.h). Rows are padded
 // with zeros to `stride`. One NetData serves many fits.
 struct NetData {
     std::size_t frames = 0, stride = 0, inputs = 0, outputs = 0;

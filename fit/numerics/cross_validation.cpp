@@ -47,12 +47,12 @@ struct Reduced {
 
 Reduced reduce(const Matrix& all, const Fold& fold, double variance) {
     const std::vector<double> mean = meanOfRows(all, fold.kept);
-    const Matrix kept = centredRows(all, fold.kept, mean);
+    const Matrix kept = centeredRows(all, fold.kept, mean);
     Reduced out{principalComponents(kept), 0, {}};
     out.count = std::min(componentsFor(out.pca, variance), out.pca.energies.size());
     out.left_out = Matrix(fold.left_out.size(), out.count);
     asEigen(out.left_out).noalias() =
-        asEigen(centredRows(all, fold.left_out, mean)) * asEigen(basisOf(out.pca, kept, out.count)).transpose();
+        asEigen(centeredRows(all, fold.left_out, mean)) * asEigen(basisOf(out.pca, kept, out.count)).transpose();
     return out;
 }
 
@@ -81,7 +81,7 @@ std::vector<double> foldErrors(const Matrix& features, const Matrix& outputs, co
     Reduced inputs = reduce(features, fold, input_variance);
     if (expand) inputs = expanded(inputs, fold, expand);
     const std::vector<double> y_mean = meanOfRows(outputs, fold.kept);
-    const Matrix y = centredRows(outputs, fold.kept, y_mean), y_out = centredRows(outputs, fold.left_out, y_mean);
+    const Matrix y = centeredRows(outputs, fold.kept, y_mean), y_out = centeredRows(outputs, fold.left_out, y_mean);
     const auto n = Eigen::Index(inputs.count);
     const double square = asEigen(y_out).squaredNorm();
     // When inputs or outputs never change, the prediction is the mean.

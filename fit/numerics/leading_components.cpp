@@ -52,7 +52,7 @@ void overTiles(Index size, int threads, const Body& body) {
 }
 
 // Takes the mean off every column and returns the means.
-std::vector<float> centre(MatrixF& block, int threads) {
+std::vector<float> center(MatrixF& block, int threads) {
     std::vector<float> mean(block.columns);
     auto m = asEigen(block);
     overTiles(m.cols(), threads, [&](Index first, Index count) {
@@ -90,7 +90,7 @@ Rows randomImage(const ColumnBlocks& matrix, Index width, int threads, double& t
     for (std::size_t b = 0; b < matrix.count; ++b) {
         throwIfInterrupted();
         MatrixF block = matrix.read(b);
-        centre(block, threads);
+        center(block, threads);
         for (std::size_t r = 0; r < block.rows; ++r) total += double(asEigen(block).row(Index(r)).squaredNorm());
         Rows random(Index(block.columns), width);
         for (Index c = 0; c < random.rows(); ++c)
@@ -112,7 +112,7 @@ Pass multiply(const ColumnBlocks& matrix, const Rows& q, int threads) {
     for (std::size_t b = 0; b < matrix.count; ++b) {
         throwIfInterrupted();
         MatrixF block = matrix.read(b);
-        centre(block, threads);
+        center(block, threads);
         const Rows z = transposedTimes(block, q, threads);
         const MatrixXd transposed = z.transpose().cast<double>();
         pass.gram.selfadjointView<Eigen::Lower>().rankUpdate(transposed);
@@ -172,7 +172,7 @@ LeadingComponents componentsIn(const LeadingSpace& space, const ColumnBlocks& ma
     for (std::size_t b = 0; b < matrix.count; ++b) {
         throwIfInterrupted();
         MatrixF block = matrix.read(b);
-        const std::vector<float> mean = centre(block, threads);
+        const std::vector<float> mean = center(block, threads);
         const Rows basis = transposedTimes(block, u, threads) * inverse.asDiagonal();  // [columns of the block, k]
         addProduct(block, basis, threads, scores);
         asEigen(out.basis).middleCols(Index(out.mean.size()), basis.rows()) = basis.transpose();

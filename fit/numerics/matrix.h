@@ -42,7 +42,7 @@ std::vector<double> meanOfRows(const BasicMatrix<T>& m, std::span<const std::siz
 
 // Returns the given rows minus `mean`.
 template <class T>
-BasicMatrix<T> centredRows(const BasicMatrix<T>& m, std::span<const std::size_t> rows, std::span<const double> mean) {
+BasicMatrix<T> centeredRows(const BasicMatrix<T>& m, std::span<const std::size_t> rows, std::span<const double> mean) {
     BasicMatrix<T> out(rows.size(), m.columns);
     for (std::size_t r = 0; r < rows.size(); ++r)
         for (std::size_t c = 0; c < m.columns; ++c) out(r, c) = T(double(m(rows[r], c)) - mean[c]);
@@ -50,8 +50,8 @@ BasicMatrix<T> centredRows(const BasicMatrix<T>& m, std::span<const std::size_t>
 }
 // Subtracts the mean of these rows.
 template <class T>
-BasicMatrix<T> centredRows(const BasicMatrix<T>& m, std::span<const std::size_t> rows) {
-    return centredRows(m, rows, meanOfRows(m, rows));
+BasicMatrix<T> centeredRows(const BasicMatrix<T>& m, std::span<const std::size_t> rows) {
+    return centeredRows(m, rows, meanOfRows(m, rows));
 }
 
 // sqrt(sum weight (ours - exact)^2 / sum weight exact^2), and 0 where all exact values are.

@@ -9,7 +9,7 @@
 
 namespace penumbra {
 
-// All principal components of n centred rows of d numbers, in descending order. rows = scores * basis, and the basis
+// All principal components of n centered rows of d numbers, in descending order. rows = scores * basis, and the basis
 // rows are orthonormal.
 struct Pca {
     // [r] sum over rows of the squared score; components below 1e-12 of the total are left out.
@@ -20,7 +20,7 @@ struct Pca {
     double total = 0;       // sum of all energies
 };
 
-// Computes the principal components of rows that are already centred. The result is deterministic: in each computed
+// Computes the principal components of rows that are already centered. The result is deterministic: in each computed
 // eigenvector the entry of largest magnitude (the first of equals) is positive.
 Pca principalComponents(const MatrixF& rows);
 Pca principalComponents(const Matrix& rows);

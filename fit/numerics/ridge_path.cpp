@@ -38,7 +38,7 @@ VectorXd kept(const VectorXd& sigma, double alpha) {
 }
 
 // Returns the Gram matrix of the outputs less their mean over all rows.
-MatrixXd centredGram(const Matrix& gram) {
+MatrixXd centeredGram(const Matrix& gram) {
     const MatrixXd g = asEigen(gram);
     const Eigen::RowVectorXd mean = g.colwise().mean();
     return (g.rowwise() - mean).colwise() - (mean.transpose().array() - mean.mean()).matrix();
@@ -105,8 +105,8 @@ double errorOf(const LeftOut& fold, double alpha) {
 RidgeSvd makeRidgeSvd(const Matrix& inputs, std::size_t most) {
     assert(inputs.rows > 0);
     const Eigen::RowVectorXd mean = asEigen(inputs).colwise().mean();
-    const MatrixXd centred = asEigen(inputs).rowwise() - mean;
-    const ThinSvd svd = thinSvd(centred);
+    const MatrixXd centered = asEigen(inputs).rowwise() - mean;
+    const ThinSvd svd = thinSvd(centered);
     Index k = 0;
     while (k < svd.sigma.size() && std::size_t(k) < most && svd.sigma[k] > 0 &&
            svd.sigma[k] > kInputRankTolerance * svd.sigma[0])
@@ -141,7 +141,7 @@ std::size_t strongestOfBest(std::span<const double> errors) {
 std::vector<double> leaveOneOutErrors(const RidgeSvd& path, const Matrix& gram, std::span<const double> alphas) {
     assert(gram.rows == path.u.rows && gram.columns == gram.rows);
     const auto u = asEigen(path.u);
-    const MatrixXd g = centredGram(gram);
+    const MatrixXd g = centeredGram(gram);
     const MatrixXd projected = u.transpose() * g;  // [k, n]
     const MatrixXd inner = projected * u;          // [k, k]
     std::vector<double> errors;
@@ -160,7 +160,7 @@ std::vector<double> leaveOneOutErrors(const RidgeSvd& path, const Matrix& gram, 
 std::vector<double> foldErrors(const Matrix& inputs, const Matrix& gram, const std::vector<int>& folds,
                                std::size_t most, std::span<const double> alphas) {
     assert(folds.size() == inputs.rows && gram.rows == inputs.rows);
-    const MatrixXd g = centredGram(gram);
+    const MatrixXd g = centeredGram(gram);
     std::vector<double> errors(alphas.size());
     const int last = *std::max_element(folds.begin(), folds.end());
     for (int f = 0; last > 0 && f <= last; ++f) {

@@ -55,7 +55,7 @@ std::uint32_t placeOccluder(const Model& model, const OccluderMotion& motion, Pa
     const auto found = std::find(names.begin(), names.end(), motion.follows);
     const std::uint32_t joint = model.input_joints[std::size_t(found - names.begin())].joint;
     const Vec3 way = model.joint_centers[joint] - motion.origin;
-    part.centre += way;
+    part.center += way;
     for (FieldBox& box : part.boxes) {
         box.low += way;
         box.high += way;

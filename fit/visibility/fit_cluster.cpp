@@ -99,10 +99,10 @@ ClusterFit fitCluster(const ClusterProblem& problem, MatrixF& numbers) {
     fit.errors.variance = squaredNorms(numbers);
 
     // 2. Reduce the outputs by PCA over the training frames.
-    const MatrixF centred = selectRows(numbers, problem.train);
-    const Pca outputs = principalComponents(centred);
+    const MatrixF centered = selectRows(numbers, problem.train);
+    const Pca outputs = principalComponents(centered);
     const std::size_t components = componentsFor(outputs, problem.output_variance);
-    fit.model.basis = basisOf(outputs, centred, components).values;
+    fit.model.basis = basisOf(outputs, centered, components).values;
     for (std::size_t k = components; k < outputs.energies.size(); ++k) fit.left_by_pca += outputs.energies[k];
 
     // 3. Compute the features, and train a model of the scores.

@@ -20,7 +20,7 @@ struct ClusterProblem {
     bool clamp = true;                   // moves predictions to where E lies in [0, 1]
     double input_variance = 0.9, output_variance = 0.95;
     int joint = 0;
-    Vec3 center;        // centre of the cluster in the rest pose
+    Vec3 center;        // center of the cluster in the rest pose
     bool prior = true;  // RegressionProblem::prior
 };
 

@@ -43,7 +43,7 @@ PartFieldView partOf(const fbs::PartField& stored, const Field& at, std::size_t 
     PartFieldView part;
     part.field.joint = stored.joint();
     if (stored.joint() != kStillJoint) checkRange(at / "joint", stored.joint(), 0, std::int64_t(joints) - 1);
-    part.field.centre = pointOf(stored.center(), at / "center");
+    part.field.center = pointOf(stored.center(), at / "center");
     part.field.radius = lengthOf(stored.radius(), at / "radius");
     if (!stored.boxes() || stored.boxes()->size() != 2) (at / "boxes").fail("has not 2 elements");
     for (std::size_t b = 0; b < 2; ++b)
@@ -116,8 +116,8 @@ BlockersView blockersOf(const fbs::Asset& stored, const Field& file, std::size_t
     for (std::size_t s = 0; s < blockers.spheres.size(); ++s) {
         const CasterSphere& sphere = blockers.spheres[s];
         for (int i = 0; i < 3; ++i)
-            at[s].require(std::abs(sphere.centre[i]) <= kLargestBlockerLength,
-                          "has a centre that is not finite, or above 1e15");
+            at[s].require(std::abs(sphere.center[i]) <= kLargestBlockerLength,
+                          "has a center that is not finite, or above 1e15");
         at[s].require(sphere.radius >= 1 / kLargestBlockerLength && sphere.radius <= kLargestBlockerLength,
                       "has a radius that is not in [1e-15, 1e15]");
     }

@@ -140,7 +140,7 @@ BrdfReading decodeMerl(std::string_view bytes, const std::string& name) {
     for (std::size_t cell = 0; cell < known.size(); ++cell) {
         measured += known[cell];
         if (known[cell]) continue;
-        const auto [wi, wo] = directionsOf(table.centre(cell));
+        const auto [wi, wo] = directionsOf(table.center(cell));
         unmeasured += wi.z > 0 && wo.z > 0;
     }
     if (measured == 0) throw InvalidInput(name + ": no cell has a measurement (all values are negative)");

@@ -165,7 +165,7 @@ BrdfReading decodeScattered(std::string_view text, const std::string& name, int 
     parallelFor(kHistogramCells * kHistogramCells, threads, [&](std::size_t row) {
         throwIfInterrupted();
         for (std::size_t cell = row * kHistogramCells; cell < (row + 1) * kHistogramCells; ++cell)
-            table.values[cell] = toFloat(regress(samples, placeOf(table.centre(cell))));
+            table.values[cell] = toFloat(regress(samples, placeOf(table.center(cell))));
     });
     RgbBrdf brdf = interpolated(name, std::move(table));
     if (!parts.narrow.empty())

@@ -26,7 +26,7 @@ std::pair<Vec3d, Vec3d> directionsOf(const HalfDifference& angles) {
     return {toNormal(d), toNormal({-d.x, -d.y, d.z})};
 }
 
-HalfDifference HalfDifferenceTable::centre(std::size_t cell) const {
+HalfDifference HalfDifferenceTable::center(std::size_t cell) const {
     const auto at = [](std::size_t k, int n) { return (double(k) + 0.5) / n; };
     const double root = at(cell / (std::size_t(phi_d) * std::size_t(theta_d)), theta_h);
     return {kRightAngle * root * root, kRightAngle * at(cell / std::size_t(phi_d) % std::size_t(theta_d), theta_d),
@@ -34,7 +34,7 @@ HalfDifference HalfDifferenceTable::centre(std::size_t cell) const {
 }
 
 namespace {
-// The two centres around a place, which is 0..1 along an axis of n cells.
+// The two centers around a place, which is 0..1 along an axis of n cells.
 struct BetweenSamples {
     std::size_t below, above;
     float share;  // of `above`

@@ -9,7 +9,7 @@ namespace penumbra {
 
 // More spheres than about 20 gain nothing: their silhouettes overlap, and few bands of SH count the overlaps twice.
 constexpr std::size_t kMaxBlockers = 64;
-// Bounds of centres and radii: the squares of such lengths, and their inverses, are still numbers.
+// Bounds of centers and radii: the squares of such lengths, and their inverses, are still numbers.
 constexpr float kLargestBlockerLength = 1e15f;
 
 struct SphereBlockers {

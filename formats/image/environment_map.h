@@ -1,9 +1,9 @@
 #pragma once
-// Reads pictures of a whole sphere of radiance, seen from its centre. In the model frame the middle of a lat-long
-// picture, the centre of an angular map and of a mirror ball and the front face of a cube all look along +x with +y
+// Reads pictures of a whole sphere of radiance, seen from its center. In the model frame the middle of a lat-long
+// picture, the center of an angular map and of a mirror ball and the front face of a cube all look along +x with +y
 // up.
 // - lat-long: twice as wide as high; latLongDirection() has the formula; rightwards is +z.
-// - angular: a square, Debevec's light probe. r = polar angle from +x / pi, 0 at the centre, 1 on the rim (-x);
+// - angular: a square, Debevec's light probe. r = polar angle from +x / pi, 0 at the center, 1 on the rim (-x);
 //   rightwards is +z.
 // - ball: a square, the cropped photograph of a mirror ball by a distant camera at +x. r = sin(polar angle / 2). The
 //   picture is mirrored as the ball does it, so that rightwards is -z.

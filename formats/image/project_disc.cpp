@@ -85,7 +85,7 @@ void addOutside(const DiscBasis& basis, DiscPoint a, DiscPoint b, Sums& sum) {
 void addInside(const DiscBasis& basis, MapLayout layout, std::span<const WeightedDirection> nodes, DiscPoint a,
                DiscPoint b, Sums& sum) {
     const double area = a.u * b.v - a.v * b.u;  // r^2 dq per unit of the parameter, which is the same all along
-    if (area == 0) return;                      // towards the centre: the azimuth stays
+    if (area == 0) return;                      // towards the center: the azimuth stays
     Sums integral;
     for (const auto& [node, weight] : nodes) {
         const DiscPoint p = between(a, b, (node.z + 1) / 2);

@@ -3,7 +3,7 @@
 // Stokes' theorem (section 6 of docs/formulas.md): with azimuth q and polar angle t(r), the integral of y_lm dw =
 // q_lm(t) {cos, sin}(mq) sin t dt dq is that of I_lm(t) {cos, sin}(mq) dq, I_lm(t) = integral of q_lm sin from 0 to
 // t. Borders that two pixels of one colour share cancel to the last bit. The density is 0 outside of the disc, so
-// that the rim needs no clipping. In the frame here z' points towards the centre of the disc, x' = u' and y' = v. u'
+// that the rim needs no clipping. In the frame here z' points towards the center of the disc, x' = u' and y' = v. u'
 // = u for balls and -u for angular maps (right-handed).
 #include <array>
 #include <span>

@@ -35,7 +35,7 @@ RowMoments momentsOfRow(std::span<const Vec3> row, int order) {
     RowMoments moments;
     const double width = 2 * pi / double(row.size());
     for (int m = 0; m < order; ++m) {
-        // The integrals of cos mp and sin mp over a pixel are their values at its centre times sin(m width/2) /
+        // The integrals of cos mp and sin mp over a pixel are their values at its center times sin(m width/2) /
         // (m/2).
         const double chord = m == 0 ? width : std::sin(m * width / 2) / (m / 2.0);
         for (std::size_t x = 0; x < row.size(); ++x) {

@@ -56,17 +56,17 @@ SunDisc measureSun(const EnvironmentMap& map, Vec3d near) {
     if (background > brightest / 2) disc.radius = kAround;
     const double peak = brightest - background;
     if (disc.radius > 0 || !(peak > 0)) return disc;
-    // 2. Flux and centre of what stands out.
+    // 2. Flux and center of what stands out.
     double flux = 0;
-    Vec3d centre;
+    Vec3d center;
     for (const Pixel& pixel : pixels) {
         if (pixel.luminance == brightest) ++disc.flat_pixels;
         const double above = pixel.luminance - background;
         if (above < kPartOfDisc * peak) continue;
         flux += above * pixel.solid_angle;
-        centre += above * pixel.solid_angle * pixel.direction;
+        center += above * pixel.solid_angle * pixel.direction;
     }
-    disc.direction = normalized(centre);
+    disc.direction = normalized(center);
     disc.radius = std::acos(std::max(-1.0, 1 - flux / (2 * pi * peak)));
     return disc;
 }
@@ -199,9 +199,9 @@ EnvironmentMap paintLights(const LightParts& parts, int width) {
             rgb = toFloat(sum);
         });
     };
-    paint(true);   // 1. How much of each disc the pixels' centres meet.
+    paint(true);   // 1. How much of each disc the pixels' centers meet.
     paint(false);  // 2. Discs with their whole flux.
-    // 3. Deltas, and discs so small that they lie between the centres.
+    // 3. Deltas, and discs so small that they lie between the centers.
     const auto add = [&](Vec3d direction, Vec3d flux) {
         const MapPixel at = mapPixel(map.shape(), direction);
         map.image.pixels[std::size_t(at.y) * std::size_t(width) + std::size_t(at.x)] +=

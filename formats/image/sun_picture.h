@@ -8,7 +8,7 @@
 namespace penumbra {
 
 struct SunDisc {
-    Vec3d direction;              // centre of the light in the disc
+    Vec3d direction;              // center of the light in the disc
     double radius = 0;            // radians
     std::size_t flat_pixels = 0;  // that have exactly the luminance of the brightest one
 };

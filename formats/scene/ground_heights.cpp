@@ -34,9 +34,9 @@ std::span<const TexelBox> GroundHeights::pose(std::optional<double> seconds) {
 Vec3 GroundHeights::point(int row, int column) const {
     const HeightGrid& grid = field_.grid();
     const float height = field_.heights()[std::size_t(row) * std::size_t(grid.columns) + std::size_t(column)];
-    return toFloat({double(ground_.centre.x) + (column - 0.5 * (grid.columns - 1)) * double(grid.cell_y),
+    return toFloat({double(ground_.center.x) + (column - 0.5 * (grid.columns - 1)) * double(grid.cell_y),
                     ground_.height + double(height),
-                    double(ground_.centre.z) + (row - 0.5 * (grid.rows - 1)) * double(grid.cell_x)});
+                    double(ground_.center.z) + (row - 0.5 * (grid.rows - 1)) * double(grid.cell_x)});
 }
 
 namespace {
@@ -70,8 +70,8 @@ Vec3 GroundHeights::normal(int row, int column) const {
 
 Vec3d GroundHeights::exactCorner() const {
     const HeightGrid& grid = field_.grid();
-    return {double(ground_.centre.x) - 0.5 * (grid.columns - 1) * double(grid.cell_y), ground_.height,
-            double(ground_.centre.z) - 0.5 * (grid.rows - 1) * double(grid.cell_x)};
+    return {double(ground_.center.x) - 0.5 * (grid.columns - 1) * double(grid.cell_y), ground_.height,
+            double(ground_.center.z) - 0.5 * (grid.rows - 1) * double(grid.cell_x)};
 }
 
 double GroundHeights::heightAt(double x, double z) const { return heightOfField(field_, exactCorner(), x, z); }

@@ -128,7 +128,7 @@ SceneGround readGround(const JsonNode& node, const std::filesystem::path& folder
     node.requireKeys({"height", "centre", "size", "resolution", "albedo", "heights", "material"});
     SceneGround out;
     if (node.has("height")) out.height = node.at("height").number(-kFar, kFar);
-    if (node.has("centre")) out.centre = node.at("centre").vector(-kFar, kFar);
+    if (node.has("centre")) out.center = node.at("centre").vector(-kFar, kFar);
     if (node.has("size")) out.size = node.at("size").number(1e-3, kFar);
     if (node.has("resolution")) out.resolution = node.at("resolution").whole(2, kMaxGroundResolution);
     if (node.has("albedo")) out.albedo = node.at("albedo").vector(0, 1);

@@ -52,10 +52,10 @@ struct SceneHeights {
     double refine = double(kHeightTolerance);  // HeightVisibility::tolerance()
 };
 
-// A square that faces up, or a height field whose middle is `centre`, with its columns along x and its rows along z.
+// A square that faces up, or a height field whose middle is `center`, with its columns along x and its rows along z.
 struct SceneGround {
     double height = 0;                         // y, metres
-    Vec3 centre;                               // x and z count
+    Vec3 center;                               // x and z count
     double size = 4;                           // side, metres
     int resolution = 128;                      // vertices a side
     Vec3 albedo{0.5f, 0.5f, 0.5f};             // linear

@@ -21,7 +21,7 @@ void moveOrigin(SceneDescription& scene, Vec3d origin, double lowered) {
         }
     if (!scene.ground) return;
     SceneGround& ground = *scene.ground;
-    ground.centre = toFloat(toDouble(ground.centre) - Vec3d{origin.x, 0, origin.z});
+    ground.center = toFloat(toDouble(ground.center) - Vec3d{origin.x, 0, origin.z});
     ground.height -= origin.y - lowered;
     if (!ground.heights) return;
     HeightSource& source = ground.heights->source;

@@ -46,7 +46,7 @@ void writeBlockers(const std::filesystem::path& path, const BlockerFile& blocker
     std::vector<Vec3> centers;
     std::vector<float> radii;
     for (const CasterSphere& sphere : spheres) {
-        centers.push_back(sphere.centre);
+        centers.push_back(sphere.center);
         radii.push_back(sphere.radius);
     }
     PartialFile partial(path);

@@ -1,5 +1,5 @@
 #pragma once
-// Reads CSV tables of numbers that a pose depends on besides the mesh (the centre of a ball, the wind), frame by
+// Reads CSV tables of numbers that a pose depends on besides the mesh (the center of a ball, the wind), frame by
 // frame.
 //
 // The first line names the columns. The first column is `frame` (number of the frame in a point cache, from 0) or

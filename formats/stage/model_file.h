@@ -22,17 +22,17 @@ constexpr FileFormat kModelFormat{"penumbra.model", 1};
 // again):
 // - kJointAngles: the frame's pose vector, P numbers.
 // - kRelativeBones: 12 numbers for every joint j except the cluster's own joint c, in ascending order. The first 3
-//   are the position of j's centre in c's rest frame, M_c^-1 M_j centre_j - centre_j, divided by `feature_scale`. The
+//   are the position of j's center in c's rest frame, M_c^-1 M_j center_j - center_j, divided by `feature_scale`. The
 //   other 9 are the entries, row-major, of R_c^T R_j - I, R = nearestRotation(M.linear()). M are the frame's skinning
-//   matrices. An absolute joint (InputJoint) does not know the cluster's motion: it has the position (M_j centre_j -
-//   centre_j) / feature_scale, and 9 zeros.
+//   matrices. An absolute joint (InputJoint) does not know the cluster's motion: it has the position (M_j center_j -
+//   center_j) / feature_scale, and 9 zeros.
 // - kDihedrals: the frame's pose vector, P numbers: angles of a deforming mesh after PCA, then inputs (Model).
 //
 // These give the inputs x [I] of a cluster:
 // - kLinear, kQuadratic, kNeural: x = input_basis (raw - feature_mean).
 // - kAdditive: the inputs of one group after the other.
 // Groups are what the cluster sees move. With kRelativeBones a group is a joint j != c with D = 13 inputs:
-// boneInputs() (sh/pose_inputs.h) of its raw position + (centre_j - center) / feature_scale, its rotation and
+// boneInputs() (sh/pose_inputs.h) of its raw position + (center_j - center) / feature_scale, its rotation and
 // joint_spreads[j]. An absolute joint has its raw position, then zeros. With kJointAngles a group is a joint with D =
 // 3 inputs, its numbers of the pose. With kDihedrals it is a number of the pose, D = 1. Every model knows the ranges
 // of the group inputs over training frames: out of range^2 = sum over g of group_weight_g |x_g - clamp(x_g)|^2,
@@ -84,7 +84,7 @@ struct ClipError {
 };
 
 // A joint that moves no vertex but stands for inputs, which are numbers that are no part of the mesh (such as the
-// centre of a ball). Its bone is a translation (inputBone(), sh/rigid_fit.h).
+// center of a ball). Its bone is a translation (inputBone(), sh/rigid_fit.h).
 struct InputJoint {
     std::uint32_t joint = 0;
     std::uint32_t column = 0;     // the first of its columns among the X inputs

@@ -41,17 +41,17 @@ void writeBoxes(hid_t file, const std::vector<PartField>& parts) {
 void writeParts(hid_t file, const std::vector<PartField>& parts) {
     const hsize_t count = parts.size();
     std::vector<std::int64_t> joint;
-    std::vector<Vec3> centre;
+    std::vector<Vec3> center;
     std::vector<float> radius, scale, distance_scale;
     for (const PartField& part : parts) {
         joint.push_back(part.joint);
-        centre.push_back(part.centre);
+        center.push_back(part.center);
         radius.push_back(part.radius);
         for (const auto& bands : part.scale) scale.insert(scale.end(), bands.begin(), bands.end());
         distance_scale.push_back(part.distance_scale);
     }
     writeIntegers(file, "/parts/joint", joint, {count}, H5T_STD_U16LE);
-    writeVectors(file, "/parts/centre", centre);
+    writeVectors(file, "/parts/centre", center);
     writeFloats(file, "/parts/radius", radius, {count});
     writeBoxes(file, parts);
     writeFloats(file, "/parts/scale", scale, {count, kFieldLevels, kFieldOrder});
@@ -129,9 +129,9 @@ std::vector<PartField> readParts(const Hdf5Reader& in, const PartJoints& joints)
     if (count == 0 || count > kMaxParts + kMaxOccluders)
         throw InvalidInput(in.name + ": /parts/joint: " + std::to_string(count) + " parts, not 1 to " +
                            std::to_string(kMaxParts + kMaxOccluders));
-    const std::vector<Vec3> centre = readVectors(in, "/parts/centre", count);
+    const std::vector<Vec3> center = readVectors(in, "/parts/centre", count);
     const std::vector<float> radius = readExactly(in, "/parts/radius", {count});
-    checkLengths(in, "/parts/centre", floatsOf(centre), count);
+    checkLengths(in, "/parts/centre", floatsOf(center), count);
     checkLengths(in, "/parts/radius", radius, count);
     const std::vector<FieldBox> boxes = readBoxes(in, count);
     const std::vector<float> scale = readScales(in, "/parts/scale", {count, kFieldLevels, kFieldOrder});
@@ -143,7 +143,7 @@ std::vector<PartField> readParts(const Hdf5Reader& in, const PartJoints& joints)
             refuse(in, "/parts/joint", p, "moves with joint " + std::to_string(joint[p]) + ", which there is not");
         if (p > 0 && own && joint[p] <= joint[p - 1]) refuse(in, "/parts/joint", p, "does not have a later joint");
         if (!(radius[p] > 0)) refuse(in, "/parts/radius", p, "has a radius that is not above 0");
-        parts[p] = {std::uint32_t(joint[p]), centre[p], radius[p], {boxes[kBoxes * p], boxes[kBoxes * p + 1]}, {}, 0};
+        parts[p] = {std::uint32_t(joint[p]), center[p], radius[p], {boxes[kBoxes * p], boxes[kBoxes * p + 1]}, {}, 0};
         for (std::size_t i = 0; i < kFieldLevels * kFieldOrder; ++i)
             parts[p].scale[i / kFieldOrder][i % kFieldOrder] = scale[p * kFieldLevels * kFieldOrder + i];
         parts[p].distance_scale = distance_scale[p];

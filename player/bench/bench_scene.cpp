@@ -36,7 +36,7 @@ SceneDescription copiesOf(const SceneDescription& scene, int count) {
     const double size = ground.size + kCopySpacing * double(columns - 1);
     ground.resolution = int(std::min<double>(kMaxGroundResolution, std::round(ground.resolution * size / ground.size)));
     ground.size = size;
-    ground.centre = {};
+    ground.center = {};
     return out;
 }
 

@@ -56,8 +56,8 @@ float* writeSpheres(const GlCaster& caster, float* at) {
     const BlockersView& blockers = caster.evaluator->asset().blockers;
     for (std::size_t s = 0; s < blockers.spheres.size(); ++s) {
         const CasterSphere posed = movedBy(caster.evaluator->bones()[blockers.joints[s]], blockers.spheres[s]);
-        const Vec3 centre = caster.to_scene.point(posed.centre);
-        for (const float x : {centre.x, centre.y, centre.z, posed.radius}) *at++ = x;
+        const Vec3 center = caster.to_scene.point(posed.center);
+        for (const float x : {center.x, center.y, center.z, posed.radius}) *at++ = x;
     }
     return at;
 }

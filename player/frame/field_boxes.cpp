@@ -42,7 +42,7 @@ std::vector<BoxEdge> sphereEdges(const BlockersView& blockers, std::span<const A
             for (int piece = 0; piece < kPieces; ++piece) {
                 const auto at = [&](int i) {
                     const double angle = 2 * std::numbers::pi * i / kPieces;
-                    Vec3 p = sphere.centre;
+                    Vec3 p = sphere.center;
                     p[(axis + 1) % 3] += sphere.radius * float(std::cos(angle));
                     p[(axis + 2) % 3] += sphere.radius * float(std::sin(angle));
                     return p;

@@ -11,7 +11,7 @@ namespace penumbra {
 
 class OffscreenTarget {
 public:
-    // `samples` counts samples a pixel (1: only the centre). `color` is GL_RGBA32F, or GL_RGBA8 as windows have it.
+    // `samples` counts samples a pixel (1: only the center). `color` is GL_RGBA32F, or GL_RGBA8 as windows have it.
     // Throws Unsupported when the size or the samples are above GL's limits.
     OffscreenTarget(int width, int height, int samples, GLenum color = GL_RGBA32F);
 

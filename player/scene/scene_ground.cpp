@@ -99,7 +99,7 @@ GroundVertices groundMesh(const SceneGround& ground) {
         for (std::uint32_t j = 0; j < side; ++j) {
             const double x = ground.size * (double(i) / (side - 1) - 0.5),
                          z = ground.size * (double(j) / (side - 1) - 0.5);
-            out.positions.push_back(toFloat(Vec3d{ground.centre.x + x, ground.height, ground.centre.z + z}));
+            out.positions.push_back(toFloat(Vec3d{ground.center.x + x, ground.height, ground.center.z + z}));
         }
     out.normals.assign(out.positions.size(), {0, 1, 0});
     out.tangents.assign(out.positions.size(), {0, 0, 1});

@@ -20,7 +20,7 @@ std::vector<float> placesSideBySide(std::span<const BoundingBox> boxes) {
 SceneGround groundUnder(const BoundingBox& box) {
     constexpr double kRadii = 8;  // of the box, a side
     SceneGround ground;
-    ground.centre = (box.low + box.high) * 0.5f;
+    ground.center = (box.low + box.high) * 0.5f;
     ground.height = double(box.low.y);
     ground.size = std::max(kRadii * box.radius(), 1e-3);
     ground.resolution = kGroundUnderResolution;

@@ -7,7 +7,7 @@ vec3 skyTexel(ivec2 at) {
     return texelFetch(sky, y * sky_size.x + x).rgb;
 }
 
-// The radiance from a unit direction in the light's own frame, linear between the centres of texels.
+// The radiance from a unit direction in the light's own frame, linear between the centers of texels.
 vec3 skyRadiance(vec3 direction) {
     const float pi = 3.14159265;
     vec2 coordinates = vec2(atan(direction.z, direction.x) / (2.0 * pi) + 0.5, acos(clamp(direction.y, -1.0, 1.0)) / pi);

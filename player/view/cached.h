@@ -20,7 +20,9 @@ public:
     }
     // The same for who keeps the value elsewhere.
     bool update(const Key& key) {
-        return update(key, [](Value&) {});
+        const bool changed = key_ != key;
+        if (changed) key_ = key;
+        return changed;
     }
     void forget() { key_.reset(); }
 

@@ -156,8 +156,8 @@ penumbra_status penumbra_character_get_spheres(const penumbra_character* charact
         const BlockersView& blockers = character->asset->view.blockers;
         for (std::size_t s = 0; s < blockers.spheres.size(); ++s) {
             const CasterSphere posed = movedBy(character->evaluator.bones()[blockers.joints[s]], blockers.spheres[s]);
-            const Vec3 centre = placed.point(posed.centre);
-            for (const float x : {centre.x, centre.y, centre.z, posed.radius}) *spheres++ = x;
+            const Vec3 center = placed.point(posed.center);
+            for (const float x : {center.x, center.y, center.z, posed.radius}) *spheres++ = x;
         }
     });
 }

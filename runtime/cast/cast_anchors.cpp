@@ -84,7 +84,7 @@ std::size_t CastShadow::evaluateRun(const CastRun& run, CasterChoice choice, std
     thread_local std::vector<std::uint16_t> near_parts;
     thread_local std::vector<CasterSphere> near_spheres;
     CasterSphere around = sphereAround(run.vertices.positions);
-    for (const Vec3 p : run.anchors.positions) around.radius = std::max(around.radius, length(p - around.centre));
+    for (const Vec3 p : run.anchors.positions) around.radius = std::max(around.radius, length(p - around.center));
     findParts(around, choice, found);
     const bool has_fields = !found.parts.empty(), has_spheres = !found.spheres.empty();
     if (!has_fields && !has_spheres) return evaluate(run.vertices, choice, out);

@@ -56,7 +56,7 @@ CasterSphere sphereAround(std::span<const Vec3> points) {
             high[axis] = std::max(high[axis], p[axis]);
         }
     CasterSphere sphere{(low + high) * 0.5f, 0};
-    for (const Vec3 p : points) sphere.radius = std::max(sphere.radius, length(p - sphere.centre));
+    for (const Vec3 p : points) sphere.radius = std::max(sphere.radius, length(p - sphere.center));
     return sphere;
 }
 
@@ -120,12 +120,12 @@ std::vector<CasterSphere> CastShadow::spheresOf(CasterChoice choice) const {
 
 // `sphereOf` returns the bounding sphere of each of the parts.
 void CastShadow::bound(Caster& caster, std::size_t parts, const auto& sphereOf) {
-    caster.centre = {};
-    for (std::size_t p = 0; p < parts; ++p) caster.centre += sphereOf(p).centre * (1 / float(parts));
+    caster.center = {};
+    for (std::size_t p = 0; p < parts; ++p) caster.center += sphereOf(p).center * (1 / float(parts));
     caster.radius = caster.largest_part = 0;
     for (std::size_t p = 0; p < parts; ++p) {
         const CasterSphere part = sphereOf(p);
-        caster.radius = std::max(caster.radius, length(part.centre - caster.centre));
+        caster.radius = std::max(caster.radius, length(part.center - caster.center));
         caster.largest_part = std::max(caster.largest_part, part.radius);
     }
 }
@@ -147,7 +147,7 @@ void CastShadow::pose(std::size_t index, std::span<const Affine> bones, const Af
     caster.pose.set(*caster.tables, caster.bones, to_scene);
     std::copy(caster.pose.parts.begin(), caster.pose.parts.end(), posed_.begin() + std::ptrdiff_t(caster.first_part));
     bound(caster, caster.pose.posed.size(), [&](std::size_t p) {
-        return CasterSphere{caster.pose.posed[p].centre, caster.pose.posed[p].radius};
+        return CasterSphere{caster.pose.posed[p].center, caster.pose.posed[p].radius};
     });
 }
 
@@ -157,7 +157,7 @@ float CastShadow::leastOf(const Caster& caster) const {
 
 bool CastShadow::reaches(std::size_t index, const CasterSphere& points) const {
     const Caster& caster = casters_[index];
-    const float distance = length(caster.centre - points.centre) - points.radius - caster.radius;
+    const float distance = length(caster.center - points.center) - points.radius - caster.radius;
     return !caster.hidden && !countsNowhere(caster.largest_part, distance, leastOf(caster));
 }
 
@@ -169,13 +169,13 @@ void CastShadow::findParts(const CasterSphere& points, CasterChoice choice, Foun
         if (!choice.has(c) || !reaches(c, points)) continue;
         const float least = leastOf(caster);
         const auto counts = [&](Vec3 at, float size) {
-            return !countsNowhere(size, length(at - points.centre) - points.radius, least);
+            return !countsNowhere(size, length(at - points.center) - points.radius, least);
         };
         for (std::size_t p = 0; p < caster.pose.posed.size(); ++p)
-            if (const PosedPart& part = caster.pose.posed[p]; counts(part.centre, part.radius))
+            if (const PosedPart& part = caster.pose.posed[p]; counts(part.center, part.radius))
                 found.parts.push_back(std::uint16_t(caster.first_part + p));
         for (std::size_t s = 0; s < caster.blockers.spheres.size(); ++s)
-            if (const CasterSphere& sphere = spheres_[caster.first_part + s]; counts(sphere.centre, sphere.radius))
+            if (const CasterSphere& sphere = spheres_[caster.first_part + s]; counts(sphere.center, sphere.radius))
                 found.spheres.push_back(sphere);
     }
 }

@@ -88,7 +88,7 @@ private:
         std::vector<Affine> bones;  // in the scene
         FarPose pose;
         BlockersView blockers = {};
-        Vec3 centre = {};  // bounding sphere of the parts' centres, in the scene
+        Vec3 center = {};  // bounding sphere of the parts' centers, in the scene
         float radius = 0;
         float largest_part = 0;  // radius
     };

@@ -126,7 +126,7 @@ float ModelEvaluator::clampedInputs(const Group& group, std::size_t index, std::
 }
 
 // Returns the square of the distance out of range. An additive model has its units in the groups, so it evaluates
-// them on the way: exp(-d^2 / 2) of the distance d from the unit's centre (docs/formulas.md, section 4).
+// them on the way: exp(-d^2 / 2) of the distance d from the unit's center (docs/formulas.md, section 4).
 float ModelEvaluator::additiveUnits(std::span<const float> features, std::span<float> units) const {
     std::array<float, kBoneInputs> x;
     float out_of_range = 0;
@@ -138,9 +138,9 @@ float ModelEvaluator::additiveUnits(std::span<const float> features, std::span<f
         std::fill_n(squared, group.units, 0.0f);
         const std::size_t size = hidden_.size() / units_;
         for (std::size_t i = 0; i < size; ++i) {
-            const float* centre = hidden_.data() + i * units_ + group.first_unit;
+            const float* center = hidden_.data() + i * units_ + group.first_unit;
             for (std::size_t h = 0; h < group.units; ++h) {
-                const float d = x[i] - centre[h];
+                const float d = x[i] - center[h];
                 squared[h] += d * d;
             }
         }

@@ -23,7 +23,7 @@ private:
     // The inputs that come from one bone, or from one joint of the pose.
     struct Group {
         std::size_t feature = 0;  // its first raw feature
-        Vec3 rest;                // (centre_j - center) / feature_scale
+        Vec3 rest;                // (center_j - center) / feature_scale
         Mat3 spread;
         bool absolute = false;                  // the joint stands for a number, so it has a position alone
         std::size_t first_unit = 0, units = 0;  // first_unit: after sorting by group

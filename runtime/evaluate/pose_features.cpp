@@ -29,7 +29,7 @@ std::span<const float> PoseFeatures::of(int joint) {
     return seen_;
 }
 
-// Computes M_c^-1 M_j centre_j - centre_j in units of feature_scale and R_c^T R_j - I, for every joint j but c
+// Computes M_c^-1 M_j center_j - center_j in units of feature_scale and R_c^T R_j - I, for every joint j but c
 // (model_file.h). From a bone that cannot be inverted (scaled to nothing) others are seen where its rotation alone
 // would put them. A joint that stands for a number is seen as it is.
 void PoseFeatures::lookFrom(std::size_t joint) {
@@ -41,16 +41,16 @@ void PoseFeatures::lookFrom(std::size_t joint) {
     float* out = seen_.data();
     for (std::size_t j = 0; j < bones_.size(); ++j) {
         if (j == joint) continue;
-        const Vec3 centre = asset_->model.joint_centers[j];
+        const Vec3 center = asset_->model.joint_centers[j];
         if (absolute_[j]) {
-            const Vec3 moved = (bones_[j].point(centre) - centre) * scale;
+            const Vec3 moved = (bones_[j].point(center) - center) * scale;
             for (int i = 0; i < 3; ++i) *out++ = moved[i];
             out = std::fill_n(out, 9, 0.0f);
             continue;
         }
-        const Vec3 offset = bones_[j].point(centre) - bones_[joint].translation();
+        const Vec3 offset = bones_[j].point(center) - bones_[joint].translation();
         const Vec3 seen = determinant != 0 ? (adjugate * offset) / determinant : to_rest * offset;
-        const Vec3 moved = (seen - centre) * scale;
+        const Vec3 moved = (seen - center) * scale;
         const Mat3 turned = to_rest * rotations_[j];
         for (int i = 0; i < 3; ++i) *out++ = moved[i];
         for (int i = 0; i < 9; ++i) *out++ = turned.m[i] - (i % 4 == 0 ? 1.0f : 0.0f);

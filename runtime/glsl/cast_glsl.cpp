@@ -47,7 +47,7 @@ void addProduct(std::string& sum, double value, const std::string& what) {
 
 constexpr const char* kCastHead =
     R"(// What casters hide from a point. Where they are spheres, the shader defines before:
-//   #define PENUMBRA_SPHERE(i): sphere i as vec4(centre, radius). One of radius 0 hides nothing.
+//   #define PENUMBRA_SPHERE(i): sphere i as vec4(center, radius). One of radius 0 hides nothing.
 //   #define PENUMBRA_CAP_LOG(texel): the vec4 at `texel` of penumbra_get_cap_logs()
 // Where they are parts with fields:
 //   #define PENUMBRA_PART(part, row): the vec4 `row` (0 to 6) of a part, penumbra_character_get_parts()
@@ -56,11 +56,11 @@ constexpr const char* kCastHead =
 )";
 
 constexpr const char* kSphereSight =
-    R"(// The direction to the sphere's centre, the place of its cap among the entries of the table, and its weight. Returns
+    R"(// The direction to the sphere's center, the place of its cap among the entries of the table, and its weight. Returns
 // whether the sphere counts. From inside its cap shrinks, and from afar its weight falls to 0.
 bool penumbra_see_sphere(vec4 sphere, vec3 position, out vec3 direction, out float entry, out float weight) {
-    vec3 to_centre = sphere.xyz - position;
-    float distance = length(to_centre);
+    vec3 to_center = sphere.xyz - position;
+    float distance = length(to_center);
     direction = vec3(0.0);
     entry = weight = 0.0;
     if (!(sphere.w > 0.0 && distance >= 1e-6)) return false;
@@ -75,7 +75,7 @@ std::string sightGlsl() {
            glslFloat(1 / (double(kSphereFade.full) - double(kSphereFade.least))) + R"(, 0.0, 1.0);
     if (!(sine > 0.0 && weight > 0.0)) return false;
     sine = min(sine, 1.0);
-    direction = to_centre / distance;
+    direction = to_center / distance;
     entry = sine / sqrt(2.0 + 2.0 * sqrt((1.0 - sine) * (1.0 + sine))) * )" +
            glslFloat(double(kCapLogEntries - 1) / half_sine) + ";\n    return true;\n}\n\n";
 }

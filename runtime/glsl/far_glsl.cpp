@@ -36,7 +36,7 @@ static_assert(kPlaceOfScales + 3 * kOrder <= kFarPartWords);
 void addPart(std::vector<std::uint32_t>& words, const FarTable& table) {
     const std::size_t first = words.size();
     for (const FarBox& box : table.boxes) addBox(words, box);
-    addFloats(words, table.centre, 3);
+    addFloats(words, table.center, 3);
     words.push_back(bits(table.radius));
     words.push_back(bits(table.per_fade));
     words.push_back(std::uint32_t(table.first_sphere));
@@ -139,7 +139,7 @@ void writeFieldBlock(const FarTables& tables, const CompositionView& composition
 
 void writePosedPart(const PosedPart& part, const Affine& placement, std::uint32_t first_word, float* rows) {
     const Mat3 turn = placement.linear(), back = transposed(turn), into = part.to_part.linear() * back;
-    const Vec3 moved = part.to_part.point(back * -placement.translation()), centre = placement.point(part.centre);
+    const Vec3 moved = part.to_part.point(back * -placement.translation()), center = placement.point(part.center);
     const Mat3 out_of = turn * part.turn;
     for (std::size_t i = 0; i < 3; ++i) {
         rows = std::copy_n(into.m.data() + 3 * i, 3, rows);
@@ -149,7 +149,7 @@ void writePosedPart(const PosedPart& part, const Affine& placement, std::uint32_
         rows = std::copy_n(out_of.m.data() + 3 * i, 3, rows);
         *rows++ = i == 0 ? float(first_word / 4) : 0;
     }
-    for (const float x : {centre.x, centre.y, centre.z, part.radius}) *rows++ = x;
+    for (const float x : {center.x, center.y, center.z, part.radius}) *rows++ = x;
 }
 
 // --- GLSL ------------------------------------------------------------------------------------------------------------

@@ -14,7 +14,7 @@ namespace penumbra {
 // Tables of 32-bit words. Floats are there by their bits.
 struct FarWords {
     // kFarPartWords for each part: its boxes, fine and coarse, each low, high, cells a unit, cells (3 floats each), 1 /
-    // fading width, steps along y and z, first point; then centre, radius, 1 / fading depth, the first point of its
+    // fading width, steps along y and z, first point; then center, radius, 1 / fading depth, the first point of its
     // spheres, the words of its points and of its signed distances among the bytes (set by setFieldWords()), the scale
     // of the distances, and the scales [3 levels][6 bands].
     std::vector<std::uint32_t> parts;

@@ -46,7 +46,7 @@ struct MapRows {
 int firstCenter(std::int64_t low) { return int((low + kSubTexels / 2 - 1) >> 8); }
 int lastCenter(std::int64_t high) { return int((high - kSubTexels / 2) >> 8); }
 
-// Draws a triangle of places (column, row, depth). Depths are linear over it, at the centres of texels.
+// Draws a triangle of places (column, row, depth). Depths are linear over it, at the centers of texels.
 void drawTriangle(const MapRows& map, std::array<Vec3, 3> corner) {
     std::array<GridPoint, 3> p;
     for (std::size_t i = 0; i < 3; ++i)

@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kMinEigenvalue = 0.02;  // of the largest; anything from .005 to .04 gives as good shadows
 constexpr double kFadeFrom = 0.85;       // distance / radius where a sphere begins to hide something
-constexpr double kMinDistance = 1e-6;    // no axis can be told nearer to the centre
+constexpr double kMinDistance = 1e-6;    // no axis can be told nearer to the center
 
 double mostHalfSine() { return std::sin(kMaxCapAngle / 2); }
 
@@ -67,10 +67,10 @@ float sineOfCap(float distance, float radius) { return sineOfCapAny(distance, ra
 double sineOfCap(double distance, double radius) { return sineOfCapAny(distance, radius); }
 
 Cap capOf(const CasterSphereD& sphere, Vec3d position) {
-    const Vec3d to_centre = sphere.centre - position;
-    const double distance = length(to_centre);
+    const Vec3d to_center = sphere.center - position;
+    const double distance = length(to_center);
     if (distance < kMinDistance || sphere.radius <= 0) return {{0, 0, 1}, 0};
-    return {to_centre / distance, std::asin(std::min(1.0, sineOfCap(distance, sphere.radius)))};
+    return {to_center / distance, std::asin(std::min(1.0, sineOfCap(distance, sphere.radius)))};
 }
 
 // f = U ln(D') / (D' - 1) U^T (g - 1) with M = U D U^T and D' = max(D, 0.02 max D). g - 1 is zonal, so only the block
@@ -156,12 +156,12 @@ void netLogOfSpheres(const BasicCapLogTable<T>& table, std::span<const BasicCast
     const T per_entry = T((kCapLogEntries - 1) / mostHalfSine());
     T sum[coefficientCount(Order)] = {};
     for (const BasicCasterSphere<T>& sphere : spheres) {
-        const BasicVec3<T> to_centre = sphere.centre - position;
-        const T distance = std::sqrt(dot(to_centre, to_centre));
+        const BasicVec3<T> to_center = sphere.center - position;
+        const T distance = std::sqrt(dot(to_center, to_center));
         if (!(distance >= T(kMinDistance)) || sphere.radius <= 0) continue;
         const T sine = std::min(T(1), sineOfCapAny(distance, sphere.radius));
         if (sine <= 0) continue;
-        addCapLog<Order>(table, to_centre * (1 / distance), halfSine(sine) * per_entry, sum);
+        addCapLog<Order>(table, to_center * (1 / distance), halfSine(sine) * per_entry, sum);
     }
     std::copy_n(sum, coefficientCount(Order), out.data());
 }

@@ -31,13 +31,13 @@ struct Cap {
     double angle = 0;
 };
 
-// Returns the sine of the half-angle of the cap that a sphere hides from a point at `distance` from its centre; 0 where
+// Returns the sine of the half-angle of the cap that a sphere hides from a point at `distance` from its center; 0 where
 // it hides nothing. From outside this is radius / distance. The spheres of a character reach out of its skin, so a
 // receiver may be inside of one: the cap then shrinks, and from 15% of the radius inwards nothing is left of it.
 float sineOfCap(float distance, float radius);
 double sineOfCap(double distance, double radius);
 
-// Returns the cap that a sphere hides from `position`; its angle is 0 where sineOfCap() is, or the centre is less than
+// Returns the cap that a sphere hides from `position`; its angle is 0 where sineOfCap() is, or the center is less than
 // 1e-6 away.
 Cap capOf(const CasterSphereD& sphere, Vec3d position);
 

@@ -22,14 +22,14 @@ constexpr float kEntryOfHalfSine = 515.40939f;  // (kCapLogEntries - 1) / sin(kM
 constexpr int kMaxCastSquarings = 8;
 constexpr float kMaxNorm = 24;  // of a logarithm; those of one person are below 15
 
-// The unit direction to the centre, and the place of the cap in the table; both are 0 where nothing is hidden.
+// The unit direction to the center, and the place of the cap in the table; both are 0 where nothing is hidden.
 struct CapLanes {
     Lanes x, y, z, entry;
 };
 
 // Returns whether any receiver sees the sphere. The comments are in sineOfCap(). `weight` is that of its logarithm.
-// Spheres that fade with distance also fade towards their centres instead of near their surfaces: sin^2, and with it E
-// where the normal points at the centre, is linear in the distance from there.
+// Spheres that fade with distance also fade towards their centers instead of near their surfaces: sin^2, and with it E
+// where the normal points at the center, is linear in the distance from there.
 inline bool seeSphere(const CastScene& scene, const float* sphere, const Lanes* at, CapLanes& cap, Lanes& weight) {
     const Lanes x = sphere[0] - at[0], y = sphere[1] - at[1], z = sphere[2] - at[2];
     const float radius = sphere[3];

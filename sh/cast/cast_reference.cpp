@@ -17,9 +17,9 @@ namespace {
 
 // The sphere as it counts from `position`: (r / 2d)^2 grows from 0 at fade.least to its own value at fade.full.
 CasterSphereD fadedSphere(const CasterSphere& sphere, Vec3 position, const CastFade& fade) {
-    CasterSphereD out{toDouble(sphere.centre), sphere.radius};
+    CasterSphereD out{toDouble(sphere.center), sphere.radius};
     if (!(fade.full > 0)) return out;
-    const double half = 0.5 * out.radius / std::max(length(out.centre - toDouble(position)), 1e-6);
+    const double half = 0.5 * out.radius / std::max(length(out.center - toDouble(position)), 1e-6);
     const double weight =
         std::clamp((half * half - double(fade.least)) / (double(fade.full) - double(fade.least)), 0.0, 1.0);
     out.radius *= std::sqrt(weight);
@@ -83,8 +83,8 @@ void castMirroredReference(const CastExponential& exponential, std::span<const C
     for (std::size_t r = 0; r < points.positions.size(); ++r) {
         const Vec3 n = points.normals[r], t = points.tangents[r], b = cross(n, t);
         for (std::size_t s = 0; s < spheres.size(); ++s) {
-            const Vec3 way = spheres[s].centre - points.positions[r];
-            local[s].centre = {dot(way, t), dot(way, b), dot(way, n)};
+            const Vec3 way = spheres[s].center - points.positions[r];
+            local[s].center = {dot(way, t), dot(way, b), dot(way, n)};
         }
         castReference(exponential, kCastOrder, local, {}, fade, v);
         std::copy(v.begin(), v.end(), floats.begin());

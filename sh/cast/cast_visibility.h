@@ -20,7 +20,7 @@ struct CastPoints {
 };
 // A sphere whose (r / 2d)^2, the share of all directions that it hides from afar, is below `least` does not count, and
 // one above `full` counts whole, so that spheres fade out with distance. With `full` they also fade up to their
-// centres.
+// centers.
 struct CastFade {
     float least = 0, full = 0;
 };

@@ -8,7 +8,7 @@ namespace penumbra {
 
 template <class T>
 struct BasicCasterSphere {
-    BasicVec3<T> centre;
+    BasicVec3<T> center;
     T radius{};  // > 0
     constexpr bool operator==(const BasicCasterSphere&) const = default;
 };
@@ -21,7 +21,7 @@ inline CasterSphere movedBy(const Affine& bone, const CasterSphere& sphere) {
     const Mat3 a = bone.linear();
     const float determinant =
         dot(Vec3{a.m[0], a.m[1], a.m[2]}, cross(Vec3{a.m[3], a.m[4], a.m[5]}, Vec3{a.m[6], a.m[7], a.m[8]}));
-    return {bone.point(sphere.centre), sphere.radius * std::cbrt(std::abs(determinant))};
+    return {bone.point(sphere.center), sphere.radius * std::cbrt(std::abs(determinant))};
 }
 
 }  // namespace penumbra

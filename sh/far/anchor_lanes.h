@@ -7,7 +7,7 @@ namespace penumbra {
 
 namespace {
 
-// Tells how near a sphere is for anchors so far apart (kNearSpacings): 1 near, 0 far. `way` leads to its centre.
+// Tells how near a sphere is for anchors so far apart (kNearSpacings): 1 near, 0 far. `way` leads to its center.
 inline void nearness(const Lanes* way, float radius, float spacing, Lanes& near) {
     Lanes distance = way[0] * way[0] + way[1] * way[1] + way[2] * way[2];
     root(distance);

@@ -23,14 +23,14 @@ struct FarBox {
 struct FarTable {
     FarBox boxes[2];
     std::int32_t first_sphere;
-    float centre[3], radius;
+    float center[3], radius;
     float per_fade;      // 1 / depth over which a point inside goes dark
     float scale[3][40];  // [level]
     const std::int8_t* points;
 };
 // A PosedPart.
 struct FarPart {
-    float to_part[12], turn[9], centre[3], radius;
+    float to_part[12], turn[9], center[3], radius;
     const float* to_model;  // blocks of the rotation, band after band
 };
 

@@ -143,7 +143,7 @@ inline void anchorLanes(const FarConstants& constants, const FarScene& scene, co
             clamp(nears[p], kZeros, kZeros + 1);
             if (scene.spacing > 0) {
                 Lanes way[3], by_distance;
-                for (int axis = 0; axis < 3; ++axis) way[axis] = posed.centre[axis] - seen.frames.position[axis];
+                for (int axis = 0; axis < 3; ++axis) way[axis] = posed.center[axis] - seen.frames.position[axis];
                 nearness(way, posed.radius, scene.spacing, by_distance);
                 most(nears[p], by_distance, nears[p]);
                 sine = kZeros;  // the horizons of the receivers around do not agree with that of the anchor

@@ -125,7 +125,7 @@ inline void sample(const FarConstants& constants, const FarTable& table, const F
     for (int axis = 0; axis < 3; ++axis) {
         const float* m = posed.to_part + 4 * axis;
         point[axis] = m[0] * p[0] + m[1] * p[1] + m[2] * p[2] + m[3];
-        offset[axis] = point[axis] - table.centre[axis];
+        offset[axis] = point[axis] - table.center[axis];
     }
     const Lanes square = offset[0] * offset[0] + offset[1] * offset[1] + offset[2] * offset[2];
     Level levels[3] = {};
@@ -165,7 +165,7 @@ inline void sample(const FarConstants& constants, const FarTable& table, const F
 inline void heightOf(const FarConstants& constants, const FarPart& posed, const Frames& frames, Lanes& height,
                      Lanes& sine, Ints& small) {
     Lanes way[3];
-    for (int axis = 0; axis < 3; ++axis) way[axis] = posed.centre[axis] - frames.position[axis];
+    for (int axis = 0; axis < 3; ++axis) way[axis] = posed.center[axis] - frames.position[axis];
     const Lanes* n = frames.normal;
     const Lanes along = way[0] * n[0] + way[1] * n[1] + way[2] * n[2];
     height = along * (1 / posed.radius);

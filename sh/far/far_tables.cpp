@@ -63,7 +63,7 @@ FarTable tableOf(const FieldTable& field) {
     out.boxes[0] = boxOf(field.boxes[0], 0, kFieldBlendWidth[0] * field.radius);
     out.boxes[1] = boxOf(field.boxes[1], fine, kFieldBlendWidth[1] * field.radius);
     out.first_sphere = std::int32_t(boxes);
-    for (std::size_t axis = 0; axis < 3; ++axis) out.centre[axis] = field.centre[int(axis)];
+    for (std::size_t axis = 0; axis < 3; ++axis) out.center[axis] = field.center[int(axis)];
     out.radius = field.radius;
     out.per_fade = 1 / field.fade;
     for (std::size_t level = 0; level < kFieldLevels; ++level)
@@ -185,7 +185,7 @@ FarPart farPart(const PosedPart& posed) {
     FarPart out;
     std::copy(posed.to_part.m.begin(), posed.to_part.m.end(), out.to_part);
     std::copy(posed.turn.m.begin(), posed.turn.m.end(), out.turn);
-    for (std::size_t axis = 0; axis < 3; ++axis) out.centre[axis] = posed.centre[int(axis)];
+    for (std::size_t axis = 0; axis < 3; ++axis) out.center[axis] = posed.center[int(axis)];
     out.radius = posed.radius;
     out.to_model = posed.to_model.blocks.data();
     return out;

@@ -33,7 +33,7 @@ Affine inverseOf(const Affine& bone) {
 // Tells how high a part stands over the horizon of a receiver: 1 when its sphere is all above, -1 when it is all below
 // or covers too little to count.
 float heightOf(const PosedPart& part, const Receiver& receiver) {
-    const Vec3 way = part.centre - receiver.position;
+    const Vec3 way = part.center - receiver.position;
     // A sphere of radius r at the distance d covers less than r^2 / (4 (d^2 - r^2)) of all directions.
     if (part.radius * part.radius < 4 * kMinBlocked * (dot(way, way) - part.radius * part.radius)) return -1;
     return std::clamp(dot(way, receiver.normal) / part.radius, -1.0f, 1.0f);
@@ -60,7 +60,7 @@ void poseParts(const FarFields& fields, std::span<const Affine> bones, std::span
         out[p].to_part = inverseOf(bone);
         out[p].turn = nearestRotation(linear);
         out[p].to_model = makeShRotation(kFieldOrder, out[p].turn);
-        out[p].centre = bone.point(fields.tables[p].centre);
+        out[p].center = bone.point(fields.tables[p].center);
         out[p].radius = fields.tables[p].radius * std::cbrt(std::abs(det));
     }
 }

@@ -28,7 +28,7 @@ struct PosedPart {
     Affine to_part;       // from the model frame to the part's rest frame
     Mat3 turn;            // of the directions: from the rest frame to the model frame
     ShRotation to_model;  // the same for SH functions
-    Vec3 centre;          // bounding sphere, in the model frame
+    Vec3 center;          // bounding sphere, in the model frame
     float radius = 0;
 };
 // Poses all parts by the bones [J] of a frame; out.size() == P. A bone whose linear part cannot be inverted has its

@@ -123,13 +123,13 @@ std::vector<Vec3> fieldPoints(const PartField& part) {
     for (float u : kFieldSphereScales)
         for (std::size_t a = 0; a < kFieldSphereSide; ++a)
             for (std::size_t b = 0; b < kFieldSphereSide; ++b)
-                points.push_back(part.centre + sphereDirection(a, b) * (part.radius / u));
+                points.push_back(part.center + sphereDirection(a, b) * (part.radius / u));
     return points;
 }
 
 FieldTable makeFieldTable(const PartField& part, const FieldBytes& bytes, float fade) {
     assert(bytes.values.size() == part.pointCount() * kFieldNumbers);
-    FieldTable table{part.centre, part.radius, part.boxes, {}, fade, {}};
+    FieldTable table{part.center, part.radius, part.boxes, {}, fade, {}};
     for (std::size_t level = 0; level < kFieldLevels; ++level)
         for (std::size_t i = 0; i < kFieldNumbers; ++i)
             table.scale[level][i] = part.scale[level][std::size_t(bandOfIndex(int(i)))];
@@ -145,7 +145,7 @@ FieldTable makeFieldTable(const PartField& part, const FieldBytes& bytes, float 
 
 float sampleField(const FieldTable& field, Vec3 point, std::span<float> out) {
     assert(out.size() == kFieldNumbers);
-    const Vec3 offset = point - field.centre;
+    const Vec3 offset = point - field.center;
     // 1. Levels blend into one another.
     const float fine = depthInBox(field.boxes[0], point, kFieldBlendWidth[0] * field.radius);
     const float coarse = (1 - fine) * depthInBox(field.boxes[1], point, kFieldBlendWidth[1] * field.radius);

@@ -4,7 +4,7 @@
 // 7). A part moves rigidly, so one field is right for every pose.
 //
 // Three levels hold a part: a fine box close around it, a coarse box, and spheres beyond. What they store is (V - 1)
-// (d^2 + r^2/4), d the distance from the part's centre and r its radius: far away that hardly changes. Points inside
+// (d^2 + r^2/4), d the distance from the part's center and r its radius: far away that hardly changes. Points inside
 // the part hold what its nearest surface point sees, and a signed distance from the surface tells where they are: a
 // point that sinks into a part, as skin does into skin, goes dark there.
 #include <array>
@@ -38,7 +38,7 @@ struct FieldBox {
 constexpr std::uint32_t kStillJoint = 65535;  // of a part that stands still in the model frame
 struct PartField {
     std::uint32_t joint = 0;  // the part moves with its bone
-    Vec3 centre;              // of the part's bounding sphere
+    Vec3 center;              // of the part's bounding sphere
     float radius = 0;         // of that sphere, > 0
     std::array<FieldBox, 2> boxes;
     // [level][band] what a byte 1 stands for; and of the signed distances
@@ -63,7 +63,7 @@ std::vector<Vec3> fieldPoints(const PartField& part);
 // A field laid out for lookups: 40 bytes a point, the coefficients, then the signed distance, then zeros.
 struct FieldTable {
     static constexpr std::size_t kStride = 40;
-    Vec3 centre;
+    Vec3 center;
     float radius = 0;
     std::array<FieldBox, 2> boxes;
     std::array<std::array<float, kStride>, kFieldLevels> scale{};  // of each number of a point

@@ -4,7 +4,7 @@
 // Angles are in degrees.
 //   uniform:radiance=1                                the same from everywhere
 //   directional:direction=0/1/0,irradiance=1          a delta; irradiance at normal incidence
-//   disc:direction=0/1/0,angle=0.267,radiance=1       a disc at infinity; angle from its centre to its rim
+//   disc:direction=0/1/0,angle=0.267,radiance=1       a disc at infinity; angle from its center to its rim
 //   sun:direction=0/1/0,angle=0.267,irradiance=1      a disc, given by its irradiance at normal incidence
 //   overcast:radiance=1,albedo=0                      CIE overcast sky (Moon and Spencer 1942), radiance at the zenith;
 //                                                     below the horizon a ground of this albedo, which the sky lights
@@ -41,8 +41,8 @@ struct DirectionalLight {
     Vec3d irradiance;  // at normal incidence
 };
 struct DiscLight {
-    Vec3d direction;   // unit, towards the centre
-    double angle = 0;  // radians from the centre to the rim
+    Vec3d direction;   // unit, towards the center
+    double angle = 0;  // radians from the center to the rim
     Vec3d radiance;
 
     bool covers(Vec3d d) const;

@@ -18,7 +18,7 @@ template <class T>
 struct BasicSun {
     BasicVec3<T> direction{0, 1, 0};  // unit, towards the light
     BasicVec3<T> irradiance{};        // at normal incidence, linear Rec.709, >= 0
-    T radius = 0;                     // radians from the centre of the disc to its rim; 0 for a point
+    T radius = 0;                     // radians from the center of the disc to its rim; 0 for a point
 };
 using Sun = BasicSun<float>;
 using SunD = BasicSun<double>;

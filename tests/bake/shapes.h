@@ -25,17 +25,17 @@ inline void append(Shape& to, const Shape& more) {
 }
 
 // Makes a latitude-longitude sphere; its vertices lie on the sphere.
-inline Shape sphere(Vec3d centre, double radius, int rings) {
+inline Shape sphere(Vec3d center, double radius, int rings) {
     Shape s;
     const int columns = 2 * rings;
-    s.positions.push_back(toFloat(centre + Vec3d{0, radius, 0}));
+    s.positions.push_back(toFloat(center + Vec3d{0, radius, 0}));
     for (int i = 1; i < rings; ++i)
         for (int j = 0; j < columns; ++j) {
             const double t = std::numbers::pi * i / rings, p = 2 * std::numbers::pi * j / columns;
             s.positions.push_back(
-                toFloat(centre + Vec3d{std::sin(t) * std::cos(p), std::cos(t), std::sin(t) * std::sin(p)} * radius));
+                toFloat(center + Vec3d{std::sin(t) * std::cos(p), std::cos(t), std::sin(t) * std::sin(p)} * radius));
         }
-    s.positions.push_back(toFloat(centre - Vec3d{0, radius, 0}));
+    s.positions.push_back(toFloat(center - Vec3d{0, radius, 0}));
     const auto last = std::uint32_t(s.positions.size() - 1);
     const auto at = [&](int i, int j) { return std::uint32_t(1 + (i - 1) * columns + j % columns); };
     for (int j = 0; j < columns; ++j) {
@@ -69,11 +69,11 @@ inline Shape cavity(double top, int rings) {
     return s;
 }
 
-// Makes a square of half-size `half` through `centre`, perpendicular to `normal`.
-inline Shape square(Vec3d centre, Vec3d normal, double half) {
+// Makes a square of half-size `half` through `center`, perpendicular to `normal`.
+inline Shape square(Vec3d center, Vec3d normal, double half) {
     const Vec3d side = std::abs(normal.x) < 0.5 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
     const Vec3d u = normalized(cross(normal, side)) * half, v = normalized(cross(normal, u)) * half;
-    return {{toFloat(centre - u - v), toFloat(centre + u - v), toFloat(centre + u + v), toFloat(centre - u + v)},
+    return {{toFloat(center - u - v), toFloat(center + u - v), toFloat(center + u + v), toFloat(center - u + v)},
             {{0, 1, 2}, {0, 2, 3}}};
 }
 

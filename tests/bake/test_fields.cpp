@@ -33,7 +33,7 @@ FieldPlan planOf(const std::vector<PartMesh>& meshes, int cells = 12) {
     return plan;
 }
 
-// V - 1 of a sphere: a cap around the way to its centre is blocked.
+// V - 1 of a sphere: a cap around the way to its center is blocked.
 Numbers blockedCap(Vec3d way, double radius) {
     std::array<double, kFieldOrder> zonal;
     std::array<double, kFieldNumbers> lobe;
@@ -52,7 +52,7 @@ TEST(BoundingSphere, IsNearlyTheSmallest) {
     const shapes::Shape ball = shapes::sphere({3, -2, 1}, 0.5, 24);
     const BoundingSphere found = boundingSphere(ball.positions);
     EXPECT_NEAR(found.radius, 0.5, 1e-3);
-    for (Vec3 p : ball.positions) EXPECT_LE(length(toDouble(p) - found.centre), found.radius * 1.000001);
+    for (Vec3 p : ball.positions) EXPECT_LE(length(toDouble(p) - found.center), found.radius * 1.000001);
 }
 
 TEST(NearestSurface, AgreesWithASphere) {
@@ -84,15 +84,15 @@ TEST(PlaceField, CellsAreNearlyCubes) {
 
 // 2048 rays came within .0040 of the closed form. V - 1 has a length of up to 3.
 TEST(PartTracer, ASphereHasTheClosedFormOfACap) {
-    const Vec3d centre{2, -1, 3};
-    const PartMesh mesh = meshOf(shapes::sphere(centre, 0.25, 64));
+    const Vec3d center{2, -1, 3};
+    const PartMesh mesh = meshOf(shapes::sphere(center, 0.25, 64));
     const PartField field = placedField(mesh, 12);
     const ConeDirections directions = makeConeDirections(2048, 1);
     const PartTracer tracer(mesh, field, directions);
     Largest worst;
     for (const Vec3d d : fibonacciSphere(40))
         for (double r : {1.1, 1.5, 3.0, 12.0}) {
-            const PointOfField point = tracer.trace(toFloat(centre + d * (0.25 * r)), true);
+            const PointOfField point = tracer.trace(toFloat(center + d * (0.25 * r)), true);
             worst.add(distanceBetween(point.blocked, blockedCap(-d * (0.25 * r), 0.25)));
             EXPECT_NEAR(point.distance, 0.25 * (r - 1), 1e-3);
         }
@@ -181,7 +181,7 @@ TEST(QuantizeField, ErrorsAreAtMostHalfAByte) {
     for (std::size_t i = 0; i < values.size(); ++i) {
         const std::size_t p = i / kFieldNumbers, level = p < fine ? 0 : p < fine + coarse ? 1 : 2;
         const auto band = std::size_t(bandOfIndex(int(i % kFieldNumbers)));
-        const Vec3 offset = points[p] - part.centre;
+        const Vec3 offset = points[p] - part.center;
         const float stored = samples.values[i] * (dot(offset, offset) + 0.25f * part.radius * part.radius);
         EXPECT_LE(std::abs(float(values[i]) * part.scale[level][band] - stored), 0.5001f * part.scale[level][band]);
         largest[level][band] = std::max(largest[level][band], std::abs(int(values[i])));
@@ -198,14 +198,14 @@ TEST(QuantizeField, ErrorsAreAtMostHalfAByte) {
 // were .101, .063, .355 and .543. Those of the spheres, which are the last two, come of the interpolation
 // (tests/sh/test_part_field.cpp).
 TEST(BakeFields, ASphereInterpolatesTheClosedForm) {
-    const Vec3d centre{0.5, 2, 0};
-    const FieldFile file = bakeFields(planOf({meshOf(shapes::sphere(centre, 0.5, 48))}), {}, 2, ProgressStyle::kNone);
+    const Vec3d center{0.5, 2, 0};
+    const FieldFile file = bakeFields(planOf({meshOf(shapes::sphere(center, 0.5, 48))}), {}, 2, ProgressStyle::kNone);
     const FieldTable table = makeFieldTable(file.fields.parts[0], file.fields.bytesOf(0), file.fields.fade);
     for (const auto& [distance, bound] : {std::pair(1.1, 0.13), {1.5, 0.08}, {3.0, 0.4}, {10.0, 0.6}}) {
         double error = 0, truth = 0;
         for (const Vec3d d : fibonacciSphere(300)) {
             Numbers out;
-            sampleField(table, toFloat(centre + d * (0.5 * distance)), out);
+            sampleField(table, toFloat(center + d * (0.5 * distance)), out);
             const Numbers expected = blockedCap(-d * (0.5 * distance), 0.5);
             error += std::pow(double(distanceBetween(out, expected)), 2);
             truth += std::pow(double(distanceBetween(expected, Numbers{})), 2);

@@ -148,8 +148,8 @@ struct Balls {
 
     Balls() {
         shapes::Shape shape;
-        for (const Vec3d centre : {Vec3d{0, 0, 0}, {10, 0, 0}, {0, 2.4, 0}}) {
-            const shapes::Shape ball = shapes::sphere(centre, 1, 12);
+        for (const Vec3d center : {Vec3d{0, 0, 0}, {10, 0, 0}, {0, 2.4, 0}}) {
+            const shapes::Shape ball = shapes::sphere(center, 1, 12);
             const auto joint = std::uint16_t(skin.joint_names.size());
             skin.joint_names.push_back("ball" + std::to_string(joint));
             skin.parents.push_back(joint - 1);

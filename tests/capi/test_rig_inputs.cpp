@@ -103,7 +103,7 @@ TEST(CApiRigInputs, AreJointsBehindTheRigsOwn) {
     const std::vector<float> expected = synthetic::clothInputs(2 / 3.0);
     const penumbra_frame frame = rig.frame(2);
     EXPECT_EQ(std::vector<float>(frame.inputs, frame.inputs + 4), expected);
-    const float* ball = frame.matrices + 12 * kBall;  // translated from its centre
+    const float* ball = frame.matrices + 12 * kBall;  // translated from its center
     EXPECT_FLOAT_EQ(ball[3], expected[1] - 0.1f);
     EXPECT_FLOAT_EQ(ball[0], 1);
     EXPECT_FLOAT_EQ(frame.matrices[12 * kWind + 3], (expected[0] - 2.5f) * 0.4f);

@@ -200,9 +200,9 @@ TEST(GoldenSphereSet, HasTheSilhouettesOfTheSolid) {
     }
 }
 
-// Each golden centre is the mean of the points that are nearest to it, and the golden radii are mean distances times
+// Each golden center is the mean of the points that are nearest to it, and the golden radii are mean distances times
 // one factor, which the study that the file comes from has as 0.93 to 0.97. Our points on the same solid are others.
-// Measured: centres 17 mm apart at most, radii within 6%, factors 0.940, 0.942 and 0.953.
+// Measured: centers 17 mm apart at most, radii within 6%, factors 0.940, 0.942 and 0.953.
 TEST(GoldenSphereSet, HasMeansAndMeanDistances) {
     const nlohmann::json golden = readGolden("sphere_set.json");
     const std::vector<Vec3d> points = surfacePoints(capsulesOf(golden), 20000);
@@ -229,7 +229,7 @@ TEST(GoldenSphereSet, HasMeansAndMeanDistances) {
     }
 }
 
-// Our k-means of other points, started at the golden centres, stays there. (With 20 groups it finds better ones.)
+// Our k-means of other points, started at the golden centers, stays there. (With 20 groups it finds better ones.)
 TEST(GoldenSphereSet, IsWhereOurGroupsAre) {
     const nlohmann::json golden = readGolden("sphere_set.json");
     const std::vector<Vec3d> points = surfacePoints(capsulesOf(golden), 20000);
@@ -345,9 +345,9 @@ TEST(FitBlockers, SilhouettesAreAsLargeAsTheMeshs) {
     // Each sphere is on the axis, of the joint that it is nearest to.
     for (std::size_t s = 0; s < fit.blockers.spheres.size(); ++s) {
         const CasterSphere& sphere = fit.blockers.spheres[s];
-        EXPECT_NEAR(std::hypot(sphere.centre.x, sphere.centre.z), 0, 0.1);
+        EXPECT_NEAR(std::hypot(sphere.center.x, sphere.center.z), 0, 0.1);
         const std::uint16_t joint = fit.blockers.joints[s];
-        EXPECT_NEAR(model.joint_centers[joint].y, sphere.centre.y, 0.35) << s;
+        EXPECT_NEAR(model.joint_centers[joint].y, sphere.center.y, 0.35) << s;
         EXPECT_GT(sphere.radius, 0.08);
         EXPECT_LT(sphere.radius, 0.25);
     }
@@ -368,7 +368,7 @@ TEST(SilhouetteBands, AddUpToTheArea) {
     }
 }
 
-TEST(RefineRadii, SilhouettesDifferLessAndCentresStay) {
+TEST(RefineRadii, SilhouettesDifferLessAndCentersStay) {
     const Model model = bendingTube();
     const BlockerFit plain = fitBlockers(model, {.spheres = 8}, 2),
                      fit = fitBlockers(model, {.spheres = 8, .refine = true}, 2);
@@ -378,7 +378,7 @@ TEST(RefineRadii, SilhouettesDifferLessAndCentresStay) {
     EXPECT_GT(fit.refinement->steps, 0);
     ASSERT_EQ(fit.blockers.spheres.size(), plain.blockers.spheres.size());
     for (std::size_t s = 0; s < plain.blockers.spheres.size(); ++s)
-        EXPECT_EQ(fit.blockers.spheres[s].centre, plain.blockers.spheres[s].centre);
+        EXPECT_EQ(fit.blockers.spheres[s].center, plain.blockers.spheres[s].center);
     EXPECT_EQ(fitBlockers(model, {.spheres = 8, .refine = true}, 1).blockers.spheres, fit.blockers.spheres);
 }
 
@@ -432,7 +432,7 @@ TEST(FitBlockers, PaperSpheresHoldAllVertices) {
     EXPECT_GT(fit.area, 1.05 * fit.mesh_area);  // they stick out
     for (const Vec3& p : model.mesh.rest_positions) {
         bool held = false;
-        for (const CasterSphere& s : fit.blockers.spheres) held |= length(p - s.centre) <= s.radius * 1.00001f;
+        for (const CasterSphere& s : fit.blockers.spheres) held |= length(p - s.center) <= s.radius * 1.00001f;
         EXPECT_TRUE(held);
     }
 }

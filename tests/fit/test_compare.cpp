@@ -70,11 +70,11 @@ TEST(EigenvalueDecay, OfAllVerticesIsThatOfTheWholeMatrix) {
     request.vertices_of_cluster = all;
     const MatrixF numbers = readClusterNumbers(c.reader, c.poses, request)[0];
     const std::vector<double> mean = meanOfRows(numbers, c.character.train);
-    Matrix centred(c.character.train.size(), numbers.columns);
-    for (std::size_t r = 0; r < centred.rows; ++r)
-        for (std::size_t i = 0; i < centred.columns; ++i)
-            centred(r, i) = double(numbers(c.character.train[r], i)) - mean[i];
-    const Pca pca = principalComponents(centred);
+    Matrix centered(c.character.train.size(), numbers.columns);
+    for (std::size_t r = 0; r < centered.rows; ++r)
+        for (std::size_t i = 0; i < centered.columns; ++i)
+            centered(r, i) = double(numbers(c.character.train[r], i)) - mean[i];
+    const Pca pca = principalComponents(centered);
     ASSERT_GE(decays[0].shares.size(), pca.energies.size());
     for (std::size_t k = 0; k < pca.energies.size(); ++k)
         EXPECT_NEAR(decays[0].shares[k], pca.energies[k] / pca.total, 1e-9) << k;  // 1.9e-10 measured
@@ -99,7 +99,7 @@ TEST(EigenvalueDecay, OfRowsOfVerticesIsThatOfTheLinearModels) {
         for (std::size_t v = 0; v < rows.columns; ++v) rows(r, v) = numbers(c.character.train[r / n], v * n + r % n);
     std::vector<std::size_t> every(rows.rows);
     for (std::size_t r = 0; r < every.size(); ++r) every[r] = r;
-    const Pca pca = principalComponents(centredRows(rows, every, meanOfRows(rows, every)));
+    const Pca pca = principalComponents(centeredRows(rows, every, meanOfRows(rows, every)));
     for (std::size_t k = 0; k < 10; ++k)
         EXPECT_NEAR(decay.shares[k], pca.energies[k] / pca.total, 1e-4 * pca.energies[k] / pca.total) << k;
     EXPECT_EQ(decay.componentsFor(0.9), componentsFor(pca, 0.9));

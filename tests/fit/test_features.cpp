@@ -54,7 +54,7 @@ TEST(RelativeBones, HaveTheValuesOfTheRecipe) {
     frame.bones = {synthetic::affine(synthetic::rotationAbout({0, 1, 0}, right), {0, 0, 0}),
                    synthetic::affine(synthetic::rotationAbout({0, 0, 1}, right), {1, 2, 3})};
     const std::vector<double> raw = featuresOf(recipe, 0, frame);
-    // M_1 (1,0,0) = (0,1,0) + (1,2,3) = (1,3,3). In bone 0 that is (-3,3,1). Then the centre is taken off and the
+    // M_1 (1,0,0) = (0,1,0) + (1,2,3) = (1,3,3). In bone 0 that is (-3,3,1). Then the center is taken off and the
     // result halved.
     const std::vector<double> expected = {-2, 1.5, 0.5, -1, 0, -1, 1, -1, 0, 0, -1, -1};
     ASSERT_EQ(raw.size(), expected.size());

@@ -39,7 +39,7 @@ ColumnBlocks blocksOf(const MatrixF& m, std::size_t width) {
             }};
 }
 
-MatrixF centred(const MatrixF& m) {
+MatrixF centered(const MatrixF& m) {
     MatrixF out = m;
     for (std::size_t c = 0; c < m.columns; ++c) {
         double mean = 0;
@@ -58,7 +58,7 @@ double sumOf(const std::vector<double>& values, std::size_t count) {
 // The bound is the one that the header promises; 4e-8 and 6e-7 of the total were measured.
 TEST(LeadingComponents, CaptureAlmostAllThatTheBestOnesDo) {
     const MatrixF m = slowlyDecaying(400, 300);
-    const Pca exact = principalComponents(centred(m));
+    const Pca exact = principalComponents(centered(m));
     for (const std::size_t count : {8, 60}) {
         const LeadingSpace space = leadingSpace(blocksOf(m, 64), count, 2);
         ASSERT_EQ(space.energies.size(), count);
@@ -70,7 +70,7 @@ TEST(LeadingComponents, CaptureAlmostAllThatTheBestOnesDo) {
 }
 
 TEST(LeadingComponents, BasisIsOrthonormalAndScoresProjectTheRows) {
-    const MatrixF m = slowlyDecaying(200, 170), rows = centred(m);
+    const MatrixF m = slowlyDecaying(200, 170), rows = centered(m);
     const ColumnBlocks blocks = blocksOf(m, 64);
     const LeadingSpace space = leadingSpace(blocks, 12, 1);
     const LeadingComponents found = componentsIn(space, blocks, 1);
@@ -98,7 +98,7 @@ TEST(LeadingComponents, SameForAnyNumberOfThreads) {
 // A matrix of 6 rows has 5 components about its mean. The sixth is zero and not noise.
 TEST(LeadingComponents, SmallMatrixIsExact) {
     const MatrixF m = slowlyDecaying(6, 40);
-    const Pca exact = principalComponents(centred(m));
+    const Pca exact = principalComponents(centered(m));
     const ColumnBlocks blocks = blocksOf(m, 16);
     const LeadingSpace space = leadingSpace(blocks, 9, 2);
     ASSERT_EQ(space.energies.size(), 6u);

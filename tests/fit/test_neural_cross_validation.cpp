@@ -80,15 +80,15 @@ TEST(NeuralCrossValidation, NothingOfAFoldEnters) {
         std::vector<std::size_t> kept, out;
         for (std::size_t r = 0; r < 80; ++r) (int(r / 10) % 4 == f ? out : kept).push_back(r);
         const std::vector<double> x_mean = meanOfRows(x, kept), y_mean = meanOfRows(y, kept);
-        Matrix centred(kept.size(), 5), values(kept.size(), 2);
+        Matrix centered(kept.size(), 5), values(kept.size(), 2);
         for (std::size_t r = 0; r < kept.size(); ++r) {
-            for (std::size_t c = 0; c < 5; ++c) centred(r, c) = x(kept[r], c) - x_mean[c];
+            for (std::size_t c = 0; c < 5; ++c) centered(r, c) = x(kept[r], c) - x_mean[c];
             for (std::size_t k = 0; k < 2; ++k) values(r, k) = y(kept[r], k) - y_mean[k];
         }
-        const Pca pca = principalComponents(centred);
+        const Pca pca = principalComponents(centered);
         const std::size_t count = componentsFor(pca, 0.7);
         ASSERT_LT(count, 5u);
-        const Matrix basis = basisOf(pca, centred, count);
+        const Matrix basis = basisOf(pca, centered, count);
         const auto project = [&](std::span<const double> row, std::span<double> to) {
             for (std::size_t i = 0; i < count; ++i) {
                 to[i] = 0;

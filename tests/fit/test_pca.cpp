@@ -9,7 +9,7 @@
 namespace penumbra {
 namespace {
 
-// Returns centred rows with column scales 1, 1/2, 1/3, ...
+// Returns centered rows with column scales 1, 1/2, 1/3, ...
 template <class T>
 BasicMatrix<T> decayingRows(std::size_t rows, std::size_t columns) {
     std::mt19937 random{3};

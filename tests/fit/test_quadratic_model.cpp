@@ -75,13 +75,13 @@ TEST(QuadraticModel, CrossValidationMatchesFitsByHand) {
                 for (std::size_t r = 0; r < 48; ++r)
                     if (folds[r] != f) kept.push_back(r);
                 const std::vector<double> mean = meanOfRows(x, kept);
-                Matrix centred(kept.size(), inputs), values(kept.size(), 2);
+                Matrix centered(kept.size(), inputs), values(kept.size(), 2);
                 for (std::size_t r = 0; r < kept.size(); ++r) {
-                    for (std::size_t c = 0; c < inputs; ++c) centred(r, c) = x(kept[r], c) - mean[c];
+                    for (std::size_t c = 0; c < inputs; ++c) centered(r, c) = x(kept[r], c) - mean[c];
                     for (std::size_t k = 0; k < 2; ++k) values(r, k) = y(kept[r], k);
                 }
-                const Pca pca = principalComponents(centred);
-                const Matrix basis = basisOf(pca, centred, componentsFor(pca, 0.9));
+                const Pca pca = principalComponents(centered);
+                const Matrix basis = basisOf(pca, centered, componentsFor(pca, 0.9));
                 Matrix reduced(48, basis.rows);
                 for (std::size_t r = 0; r < 48; ++r)
                     for (std::size_t i = 0; i < basis.rows; ++i)

@@ -20,7 +20,7 @@ inline void setMerl(std::string& bytes, std::size_t channel, std::size_t cell, d
     std::memcpy(bytes.data() + kMerlHeader + (channel * kMerlCells + cell) * sizeof value, &value, sizeof value);
 }
 
-// Values at the cell centres; -1 below the horizon.
+// Values at the cell centers; -1 below the horizon.
 inline std::string merlFile(const RgbBrdf& brdf) {
     std::string bytes(kMerlHeader + 3 * kMerlCells * sizeof(double), '\0');
     const std::array<std::int32_t, 3> size = {90, 90, 180};

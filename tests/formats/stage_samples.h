@@ -198,7 +198,7 @@ inline FieldFile fieldFile() {
     for (std::uint32_t p = 0; p < 2; ++p) {
         PartField part;
         part.joint = p;
-        part.centre = {0.5f * float(p), 1, 0};
+        part.center = {0.5f * float(p), 1, 0};
         part.radius = 0.25f;
         part.boxes[0] = {{0, 0.5f, -1}, {1, 1.5f, 1}, {2, 3, 2}};
         part.boxes[1] = {{-1, 0, -2}, {2, 2, 2}, {2, 2, 2}};
@@ -350,7 +350,7 @@ inline Model model(FeatureKind features) {
     return out;
 }
 
-// Makes a model of a strip in two parts with fronts and backs, a ball's centre and a number as inputs, and two edges.
+// Makes a model of a strip in two parts with fronts and backs, a ball's center and a number as inputs, and two edges.
 inline Model deformingModel(FeatureKind features) {
     Model out = model(features == FeatureKind::kDihedrals ? FeatureKind::kJointAngles : features);
     const auto fronts = std::uint32_t(out.mesh.vertexCount()), triangles = std::uint32_t(out.mesh.triangles.size());

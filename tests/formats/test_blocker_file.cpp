@@ -58,7 +58,7 @@ TEST(BlockerFile, WrongFilesAreRefused) {
         {"/blockers/radius", [](B& b) { b.blockers.spheres[1].radius = 0; }},
         {"/blockers/radius", [](B& b) { b.blockers.spheres[1].radius = -0.5f; }},
         {"/blockers/radius", [](B& b) { b.blockers.spheres[0].radius = 1e30f; }},
-        {"/blockers/center", [](B& b) { b.blockers.spheres[2].centre.z = -1e30f; }},
+        {"/blockers/center", [](B& b) { b.blockers.spheres[2].center.z = -1e30f; }},
         {"/skin/joint_names", [](B& b) { b.joint_names[1] = "root"; }},
         {"mesh_sha256", [](B& b) { b.mesh_sha256 = "b"; }},
         {"skin_sha256", [](B& b) { b.skin_sha256[5] = 'C'; }},
@@ -117,7 +117,7 @@ TEST(CasterSphere, MovesAndScalesWithItsBone) {
     const CasterSphere sphere{{1, 2, 3}, 0.5f};
     EXPECT_EQ(movedBy(Affine{}, sphere), sphere);
     const CasterSphere moved = movedBy(Affine{{0, -2, 0, 10, 2, 0, 0, 20, 0, 0, -2, 30}}, sphere);
-    EXPECT_EQ(moved.centre, (Vec3{6, 22, 24}));
+    EXPECT_EQ(moved.center, (Vec3{6, 22, 24}));
     EXPECT_FLOAT_EQ(moved.radius, 1);
     EXPECT_FLOAT_EQ(movedBy(Affine{{8, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}}, sphere).radius, 1);  // as volumes do
 }

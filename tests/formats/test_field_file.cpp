@@ -34,7 +34,7 @@ TEST(FieldFile, RoundTripIsExactAndDeterministic) {
     ASSERT_EQ(back.fields.parts.size(), fields.fields.parts.size());
     for (std::size_t p = 0; p < back.fields.parts.size(); ++p) {
         const PartField &a = back.fields.parts[p], &b = fields.fields.parts[p];
-        EXPECT_TRUE(a.joint == b.joint && a.centre == b.centre && a.radius == b.radius && sameBoxes(a, b)) << p;
+        EXPECT_TRUE(a.joint == b.joint && a.center == b.center && a.radius == b.radius && sameBoxes(a, b)) << p;
         EXPECT_TRUE(a.scale == b.scale && a.distance_scale == b.distance_scale) << p;
     }
     EXPECT_EQ(toJson(back.provenance), toJson(fields.provenance));
@@ -89,7 +89,7 @@ TEST(FieldFile, WrongFilesAreRefused) {
         {"/parts/radius", [](F& f) { f.fields.parts[1].radius = 0; }},
         {"/parts/radius", [](F& f) { f.fields.parts[0].radius = -1; }},
         {"/parts/radius", [](F& f) { f.fields.parts[0].radius = 1e30f; }},
-        {"/parts/centre", [](F& f) { f.fields.parts[0].centre.y = -1e30f; }},
+        {"/parts/centre", [](F& f) { f.fields.parts[0].center.y = -1e30f; }},
         {"/parts/box_high", [](F& f) { f.fields.parts[0].boxes[1].high.z = -2; }},
         {"/parts/box_high", [](F& f) { f.fields.parts[1].boxes[0].high.x = -0.5f; }},
         {"/parts/box_low", [](F& f) { f.fields.parts[1].boxes[0].low.x = -1e38f; }},

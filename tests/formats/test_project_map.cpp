@@ -28,7 +28,7 @@ const std::vector<Layout> kLayouts = {
     {"angular", 4, 4}, {"angular", 5, 5},    {"angular", 100, 100}, {"angular", 301, 301},
     {"ball", 4, 4},    {"ball", 5, 5},       {"ball", 100, 100},    {"ball", 301, 301}};
 
-// Pixels whose centre is outside of the light get `outside`.
+// Pixels whose center is outside of the light get `outside`.
 EnvironmentMap makeMap(const Layout& layout, const std::function<Vec3(Vec3d)>& radiance, Vec3 outside = {}) {
     Image image{layout.width, layout.height, {}, {}};
     image.pixels.resize(std::size_t(layout.width) * std::size_t(layout.height));
@@ -48,7 +48,7 @@ TEST(ProjectMap, UniformPictureHasBandZeroOnly) {
     for (const Layout& layout : kLayouts) {
         EnvironmentMap map = makeMap(layout, [](Vec3d) { return Vec3{1, 2, 0.5f}; });
         const bool cross = std::string_view(layout.name) == "cube";
-        for (Vec3& p : map.image.pixels)  // rim pixels whose centre is outside are partly on the disc
+        for (Vec3& p : map.image.pixels)  // rim pixels whose center is outside are partly on the disc
             if (!cross) p = {1, 2, 0.5f};
         const MapProjection projection = projectMap(map, 8, 2);
         const double y0 = std::sqrt(4 * pi);
@@ -99,7 +99,7 @@ TEST(ProjectMap, EveryLayoutMatchesGolden) {
             const float value = float(radiance(d));
             return Vec3{value, value, value};
         });
-        // Rim pixels whose centre is off the disc get what the rim shows.
+        // Rim pixels whose center is off the disc get what the rim shows.
         const Vec3d back{-1, 0, 0};
         for (Vec3& p : map.image.pixels)
             if (layout.width == layout.height && p == Vec3{}) p = Vec3{1, 1, 1} * float(radiance(back));
@@ -172,7 +172,7 @@ TEST(EnvironmentMap, PixelsAndDirectionsAgree) {
 }
 
 // Seen from inside along +x with +y up, +z is right of the middle. In a mirror ball left and right change places.
-TEST(EnvironmentMap, CentresLookAlongXAndAreUpright) {
+TEST(EnvironmentMap, CentersLookAlongXAndAreUpright) {
     for (const Layout& layout : {Layout{"latlong", 400, 200}, Layout{"angular", 200, 200}, Layout{"ball", 200, 200},
                                  Layout{"cube", 300, 400}, Layout{"cube", 400, 300}}) {
         const MapShape shape = makeMap(layout, [](Vec3d) { return Vec3{}; }).shape();

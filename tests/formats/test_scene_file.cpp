@@ -180,7 +180,7 @@ TEST(SceneOrigin, IsNearTheFirstMember) {
     EXPECT_EQ(far.origin, (Vec3d{39936, 9216, -2048}));
     EXPECT_EQ(far.characters[0].position, (Vec3{65.5f, 7, 48}));
     EXPECT_EQ(far.props[0].position, (Vec3{64, -9215, 2050}));
-    EXPECT_EQ(far.ground->centre, (Vec3{64, 0, 2048}));
+    EXPECT_EQ(far.ground->center, (Vec3{64, 0, 2048}));
     EXPECT_EQ(far.ground->height, 9001.25 - 9216);
     const auto [high, y] = moved(R"("position": [1.5, 7, 0], "on_ground": true)",
                                  R"("height": 2500.5, "heights": {"analytic": "waves:height=0", "offset": 9000.25})");

@@ -68,8 +68,8 @@ TEST(BlockersAsset, WrongNumbersAreRefused) {
     EXPECT_EQ(refusalAfter(sphere(0, 1)), "accepted");
     const std::string radius = "x.pnb: blocker_spheres[1] has a radius that is not in [1e-15, 1e15]";
     for (const float bad : {0.0f, -1.0f, NAN, INFINITY, 1e30f}) EXPECT_EQ(refusalAfter(sphere(7, bad)), radius) << bad;
-    const std::string centre = "x.pnb: blocker_spheres[2] has a centre that is not finite, or above 1e15";
-    for (const float bad : {NAN, -INFINITY, 1e30f}) EXPECT_EQ(refusalAfter(sphere(9, bad)), centre) << bad;
+    const std::string center = "x.pnb: blocker_spheres[2] has a center that is not finite, or above 1e15";
+    for (const float bad : {NAN, -INFINITY, 1e30f}) EXPECT_EQ(refusalAfter(sphere(9, bad)), center) << bad;
     EXPECT_EQ(refusalAfter([](fbs::Asset& a) { a.mutable_blocker_joints()->Mutate(1, 3); }),
               "x.pnb: blocker_joints[1] is 3, beyond the last of 3");
 }

@@ -41,7 +41,7 @@ TEST(ComposedAsset, HoldsWhatTheModelHas) {
     for (std::size_t p = 0; p < view.parts.size(); ++p) {
         const PartField &a = view.parts[p].field, &b = composition.fields.parts[p];
         EXPECT_EQ(a.joint, b.joint);
-        EXPECT_EQ(a.centre, b.centre);
+        EXPECT_EQ(a.center, b.center);
         EXPECT_EQ(a.radius, b.radius);
         EXPECT_EQ(a.scale, b.scale);
         EXPECT_EQ(a.distance_scale, b.distance_scale);

@@ -48,7 +48,7 @@ def sheet(side, frames):
     return positions.reshape(frames, -1, 3).astype("f4"), faces.astype("i4")
 
 
-def ball(centre, radius, rings=12):
+def ball(center, radius, rings=12):
     t, p = np.meshgrid(np.pi * np.arange(1, rings) / rings, np.pi * np.arange(2 * rings) / rings, indexing="ij")
     middle = np.stack([np.sin(t) * np.cos(p), np.cos(t), np.sin(t) * np.sin(p)], -1).reshape(-1, 3)
     positions = np.concatenate([[[0, 1, 0]], middle, [[0, -1, 0]]])
@@ -58,7 +58,7 @@ def ball(centre, radius, rings=12):
     for i in range(1, rings - 1):
         for j in range(2 * rings):
             faces += [[at(i, j), at(i, j + 1), at(i + 1, j)], [at(i + 1, j), at(i, j + 1), at(i + 1, j + 1)]]
-    return (np.asarray(centre) + radius * positions).astype("f4"), np.array(faces, "i4")
+    return (np.asarray(center) + radius * positions).astype("f4"), np.array(faces, "i4")
 
 
 def angles_of(positions, edges):

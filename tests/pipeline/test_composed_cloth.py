@@ -44,37 +44,37 @@ def ball_mesh(radius):
     return points.reshape(-1, 3), faces
 
 
-def ball_centres():
+def ball_centers():
     f = np.arange(FRAMES)
     return np.stack([0.8 * np.sin(0.11 * f), 0.55 + 0.1 * np.cos(0.3 * f), 0.6 * np.cos(0.17 * f)], -1)
 
 
-def write_ball(path, centres, turn=0.0):
+def write_ball(path, centers, turn=0.0):
     points, faces = ball_mesh(0.25)
     points = points + [0.03, 0, 0]  # the table's point is not the middle of the mesh
     frames = []
-    for f, centre in enumerate(centres):
+    for f, center in enumerate(centers):
         c, s = np.cos(turn * f), np.sin(turn * f)
-        frames.append(points @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]) + centre)
+        frames.append(points @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]) + center)
     np.savez(path, verts=np.array(frames, "f4"), faces=faces, fps=30)
 
 
-def write_table(path, centres, name="ball"):
+def write_table(path, centers, name="ball"):
     with open(path, "w") as table:
         table.write(f"frame,{name}.x,{name}.y,{name}.z\n")
-        for f, point in enumerate(centres.tolist()):
+        for f, point in enumerate(centers.tolist()):
             table.write(",".join(map(str, [f, *point])) + "\n")
 
 
 def make_inputs():
     write_sheet("sheet.npz")
-    centres = ball_centres()
-    write_ball("ball.npz", centres)
-    write_ball("turning.npz", centres, turn=0.1)
-    write_ball("still.npz", centres[:1])
-    write_table("ball.csv", centres)
-    write_table("other.csv", centres * 2)
-    write_table("named.csv", centres, "sphere")
+    centers = ball_centers()
+    write_ball("ball.npz", centers)
+    write_ball("turning.npz", centers, turn=0.1)
+    write_ball("still.npz", centers[:1])
+    write_table("ball.csv", centers)
+    write_table("other.csv", centers * 2)
+    write_table("named.csv", centers, "sphere")
 
 
 def bake(out, *words):

@@ -72,13 +72,13 @@ SphereInputs someCasters(std::size_t receivers) {
         if (r % 8 == 0) {  // near the surface of a sphere, on either side of it
             const CasterSphere& sphere = inputs.spheres[r / 8 % 30];
             const Vec3 away = normalized(Vec3{noise(), noise(), noise()});
-            position = sphere.centre + away * (sphere.radius * (1 + 0.2f * noise()));
+            position = sphere.center + away * (sphere.radius * (1 + 0.2f * noise()));
         }
         inputs.positions.push_back(position);
         inputs.normals.push_back(normalized(Vec3{noise(), noise(), noise()}));
         inputs.tangents.push_back(tangentOf(inputs.normals.back(), {noise(), noise(), noise()}));
     }
-    inputs.positions[1] = inputs.spheres[0].centre;
+    inputs.positions[1] = inputs.spheres[0].center;
     inputs.texts = castText(nullptr);
     return inputs;
 }
@@ -129,7 +129,7 @@ TEST(CastGlsl, GivesTheVisibilityOverTheWholeSphere) {
     inputs.spheres.erase(inputs.spheres.begin() + 15, inputs.spheres.end());
     for (CasterSphere& sphere : inputs.spheres) sphere.radius = std::max(sphere.radius, 0.08f);
     std::erase_if(inputs.spheres, [](const CasterSphere& s) {
-        return length(s.centre - Vec3{0, 1, 0}) < s.radius + 0.2f;
+        return length(s.center - Vec3{0, 1, 0}) < s.radius + 0.2f;
     });
     inputs.spheres.push_back({{0, 1, 0}, 0});  // hides nothing
     std::vector<float> expected(300 * 25);
@@ -174,7 +174,7 @@ struct CastPair {
             const penumbra_character* character = characters[c].get();
             status |= penumbra_character_set_frame(characters[c].get(), c, nullptr);
             status |= penumbra_scene_set_caster(scene.get(), c, character, kPlaces[c], nullptr);
-            status |= penumbra_character_get_spheres(character, kPlaces[c], &spheres[c * count].centre.x, nullptr);
+            status |= penumbra_character_get_spheres(character, kPlaces[c], &spheres[c * count].center.x, nullptr);
         }
         EXPECT_EQ(status, PENUMBRA_OK);
     }

@@ -131,7 +131,7 @@ TEST(PoseInterpolation, GoesToSampledFramesWithoutAStep) {
     }
 }
 
-// A ball joint's pivot is where it is bound, and a hinge's is on its axis. The weight of the centre moves them by
+// A ball joint's pivot is where it is bound, and a hinge's is on its axis. The weight of the center moves them by
 // 1e-4 / (the mean square of what the turn changes): 0.4 mm of 0.23 m measured.
 TEST(PoseInterpolation, FindsWhereJointsTurn) {
     const Chain chain;
@@ -151,7 +151,7 @@ TEST(PoseInterpolation, IsTheMotionOfTheJoints) {
     for (std::size_t f = 0; f + 1 < kFrames; ++f)
         for (const double part : {0.25, 0.5, 0.9}) {
             between.evaluate(f, f + 1, part);
-            // The hips turn about the centre of what they move here, not about their joint; only what hangs on them
+            // The hips turn about the center of what they move here, not about their joint; only what hangs on them
             // matters.
             const std::array<Place, kJoints> truth = truePose(f, part);
             const auto seen = [&](std::size_t j, Vec3d p) {

@@ -190,8 +190,8 @@ TEST(Render, OpenWhiteSurfaceUnderEvenLightIsWhite) {
         for (const Channel channel : {Channel::kShaded, Channel::kAmbient}) {
             options.channel = channel;
             const Image image = render(options, data);
-            const Vec3 centre = image.pixels[std::size_t(48 * 96 + 48)];
-            for (int c = 0; c < 3; ++c) EXPECT_NEAR(centre[c], 1, 5e-4) << convention;
+            const Vec3 center = image.pixels[std::size_t(48 * 96 + 48)];
+            for (int c = 0; c < 3; ++c) EXPECT_NEAR(center[c], 1, 5e-4) << convention;
             EXPECT_EQ(image.alpha[48 * 96 + 48], 1);
             EXPECT_EQ(image.alpha[0], 0);
         }

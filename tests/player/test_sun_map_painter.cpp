@@ -95,7 +95,7 @@ Receiver groundReceiver(const char* fragment = kReceiverFragment) {
     return {fragment, kCorners, kTriangles};
 }
 
-// Values of the two paths differ where a texel's centre lies on an edge of a triangle in one of them only.
+// Values of the two paths differ where a texel's center lies on an edge of a triangle in one of them only.
 TEST(SunMapPainter, GivesThePictureOfTheCpu) {
     const auto context = createGlContext(GlBackend::kOsMesa);
     SunMapPainter maps(2, 512);

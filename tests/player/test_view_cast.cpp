@@ -88,7 +88,7 @@ TEST_F(ViewCast, AssetsStandAsTheyAreRendered) {
     EXPECT_NEAR(row.ground->height, rest.low.y, 1e-6);
     EXPECT_NEAR(row.ground->height, scene.ground_file->height, 1e-6);
     EXPECT_NEAR(row.ground->size, scene.ground_file->size, 1e-5);
-    EXPECT_NEAR(length(row.ground->centre - scene.ground_file->centre), 0, 1e-6);
+    EXPECT_NEAR(length(row.ground->center - scene.ground_file->center), 0, 1e-6);
     EXPECT_EQ(PosedScene(row).cast().casterCount(), 3u);
 }
 

@@ -144,9 +144,9 @@ TEST(FieldBoxes, CirclesLieOnTheirSpheres) {
     ASSERT_EQ(edges.size(), 2u * 3 * 32);
     for (std::size_t i = 0; i < edges.size(); ++i) {
         const bool first = i < edges.size() / 2;
-        const Vec3 centre = first ? Vec3{7, 4, 6} : Vec3{};
+        const Vec3 center = first ? Vec3{7, 4, 6} : Vec3{};
         EXPECT_EQ(edges[i].part, first ? 1u : 0u);
-        for (const Vec3 end : {edges[i].from, edges[i].to}) EXPECT_NEAR(length(end - centre), first ? 1 : 2, 1e-5);
+        for (const Vec3 end : {edges[i].from, edges[i].to}) EXPECT_NEAR(length(end - center), first ? 1 : 2, 1e-5);
     }
 }
 

@@ -194,12 +194,12 @@ TEST(CastShadow, NothingPopsOnTheWayThrough) {
     ambientWeights(parseConvention("D6"), weights);
     Largest largest;
     double least = 1;
-    const Vec3 centre = crowd.evaluators[0].posedParts()[2].centre;
+    const Vec3 center = crowd.evaluators[0].posedParts()[2].center;
     for (const Vec3 normal : {Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{-1, 0, 0}}) {
         const std::vector<Vec3> normals = {normal}, tangents = {{0, 0, 1}};
         double before = -1;
         for (int step = 0; step < 2000; ++step) {
-            const std::vector<Vec3> positions = {centre + Vec3{-1 + 0.001f * float(step), 0, 0.02f}};
+            const std::vector<Vec3> positions = {center + Vec3{-1 + 0.001f * float(step), 0, 0.02f}};
             const std::vector<float> row = crowd.on({positions, normals, tangents});
             double e = 0;
             for (std::size_t i = 0; i < kFarNumbers; ++i) e += weights[i] * row[i];

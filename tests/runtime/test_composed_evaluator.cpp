@@ -177,7 +177,7 @@ std::vector<float> countedFar(const AssetView& asset, std::span<const Affine> bo
             bool open = true;
             for (const std::uint16_t p : tables.partsSeenBy(composition.part_of_vertex[v])) {
                 const FieldTable& ball = tables.fields().tables[p];
-                const Vec3 way = bones[tables.fields().joints[p]].point(ball.centre) - positions[v];
+                const Vec3 way = bones[tables.fields().joints[p]].point(ball.center) - positions[v];
                 const float along = dot(way, s), square = ball.radius * ball.radius;
                 open = open && (along <= 0 || dot(way, way) - along * along > square);
             }
@@ -337,8 +337,8 @@ std::vector<Affine> curl(const Model& model, double angle) {
     const Mat3d turn{{1, 0, 0, 0, c, -s, 0, s, c}};
     Mat3d rotation;
     Vec3d translation;
-    for (Vec3 centre : model.joint_centers) {
-        const Vec3d at = toDouble(centre);
+    for (Vec3 center : model.joint_centers) {
+        const Vec3d at = toDouble(center);
         translation += rotation * (at - turn * at);
         rotation = rotation * turn;
         const auto& m = rotation.m;

@@ -42,9 +42,9 @@ std::vector<double> referenceFeatures(const Model& model, std::size_t frame, int
     const Mat3 own = nearestRotation(bone(c).linear());
     for (std::size_t j = 0; j < joints; ++j) {
         if (j == c) continue;
-        const Vec3d centre = toDouble(model.joint_centers[j]);
-        const Vec3d moved = linear(j) * centre + toDouble(bone(j).translation()) - toDouble(bone(c).translation());
-        const Vec3d seen = transposed(cofactors) * moved / determinant - centre;
+        const Vec3d center = toDouble(model.joint_centers[j]);
+        const Vec3d moved = linear(j) * center + toDouble(bone(j).translation()) - toDouble(bone(c).translation());
+        const Vec3d seen = transposed(cofactors) * moved / determinant - center;
         const Mat3 turned = transposed(own) * nearestRotation(bone(j).linear());
         for (int i = 0; i < 3; ++i) features.push_back(seen[i] / model.feature_scale);
         for (int i = 0; i < 9; ++i) features.push_back(turned.m[std::size_t(i)] - (i % 4 == 0));

@@ -30,14 +30,14 @@ struct BallField {
     FieldTable table() const { return makeFieldTable(part, {values, distances}, 0.02f); }
 };
 
-// A ball of radius 1 about `centre`, with boxes as penumbra-bake makes them.
-inline BallField ballField(Vec3 centre = {}) {
+// A ball of radius 1 about `center`, with boxes as penumbra-bake makes them.
+inline BallField ballField(Vec3 center = {}) {
     BallField ball;
-    ball.part.centre = centre;
+    ball.part.center = center;
     ball.part.radius = 1;
     for (std::size_t b = 0; b < 2; ++b) {
         const float half = b == 0 ? 1.25f : 2.5f;
-        ball.part.boxes[b] = {centre - Vec3{half, half, half}, centre + Vec3{half, half, half}, {12, 12, 12}};
+        ball.part.boxes[b] = {center - Vec3{half, half, half}, center + Vec3{half, half, half}, {12, 12, 12}};
     }
     // 1. The numbers as they are stored, and what a byte stands for.
     const std::vector<Vec3> points = fieldPoints(ball.part);
@@ -45,7 +45,7 @@ inline BallField ballField(Vec3 centre = {}) {
     std::vector<std::array<float, kFieldNumbers>> numbers;
     for (std::size_t p = 0; p < points.size(); ++p) {
         const std::size_t level = p < fine ? 0 : p < fine + coarse ? 1 : 2;
-        const Vec3d offset = toDouble(points[p] - centre);
+        const Vec3d offset = toDouble(points[p] - center);
         // A point inside has what its nearest surface point has.
         const double d = length(offset), outside = std::max(d, 1.0);
         numbers.push_back(ballBlocks(1, d > 0 ? offset * (outside / d) : Vec3d{0, 0, 1}));
@@ -63,7 +63,7 @@ inline BallField ballField(Vec3 centre = {}) {
             const float scale = ball.part.scale[level][std::size_t(bandOfIndex(int(i)))];
             ball.values.push_back(std::int8_t(std::lround(scale > 0 ? numbers[p][i] / scale : 0)));
         }
-        const double distance = length(toDouble(points[p] - centre)) - 1;
+        const double distance = length(toDouble(points[p] - center)) - 1;
         if (p < fine) ball.distances.push_back(std::int8_t(std::lround(127 * std::clamp(distance, -1.0, 1.0))));
     }
     return ball;

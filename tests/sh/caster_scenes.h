@@ -13,9 +13,9 @@ inline std::vector<Cap> goldenCaps(const nlohmann::json& axes, const nlohmann::j
     return caps;
 }
 
-inline std::vector<CasterSphereD> goldenSpheres(const nlohmann::json& centres, const nlohmann::json& radii) {
+inline std::vector<CasterSphereD> goldenSpheres(const nlohmann::json& centers, const nlohmann::json& radii) {
     std::vector<CasterSphereD> spheres;
-    for (std::size_t k = 0; k < radii.size(); ++k) spheres.push_back({vec3(centres.at(k)), radii.at(k)});
+    for (std::size_t k = 0; k < radii.size(); ++k) spheres.push_back({vec3(centers.at(k)), radii.at(k)});
     return spheres;
 }
 
@@ -27,7 +27,7 @@ inline std::vector<CasterSphereD> goldenPerson() {
 
 inline std::vector<CasterSphere> inFloats(const std::vector<CasterSphereD>& spheres) {
     std::vector<CasterSphere> out;
-    for (const CasterSphereD& s : spheres) out.push_back({toFloat(s.centre), float(s.radius)});
+    for (const CasterSphereD& s : spheres) out.push_back({toFloat(s.center), float(s.radius)});
     return out;
 }
 

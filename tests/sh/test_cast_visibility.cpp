@@ -76,7 +76,7 @@ TEST(CastVisibility, IsMirroredAtEachHorizon) {
         for (std::size_t r = 0; r < places.size(); ++r) {
             std::vector<CasterSphere> local;
             for (const CasterSphere& s : person) {
-                const Vec3 way = s.centre - places[r];
+                const Vec3 way = s.center - places[r];
                 local.push_back(
                     {{dot(way, tangents[r]), dot(way, cross(normals[r], tangents[r])), dot(way, normals[r])},
                      s.radius});
@@ -128,8 +128,8 @@ TEST(CastVisibility, FadesWithDistance) {
     EXPECT_EQ(faded[2 * kMirroredCast], free);
 }
 
-// A point that sinks into a sphere of 5 cm sees it fade: E is linear in the distance from the centre. Measured: .0223.
-TEST(CastVisibility, FadesTowardsTheCentre) {
+// A point that sinks into a sphere of 5 cm sees it fade: E is linear in the distance from the center. Measured: .0223.
+TEST(CastVisibility, FadesTowardsTheCenter) {
     const std::vector<CasterSphere> sphere = {{{0, 0, 0}, 0.05f}};
     std::vector<Vec3> places;
     for (int k = 0; k <= 60; ++k) places.push_back({0, 0, -0.001f * float(k)});

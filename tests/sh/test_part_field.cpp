@@ -12,13 +12,13 @@ namespace penumbra {
 namespace {
 
 constexpr float kRadius = 0.5f;
-constexpr Vec3 kCentre{0.25f, -0.5f, 1};
+constexpr Vec3 kCenter{0.25f, -0.5f, 1};
 constexpr float kFade = 0.05f;
 using Numbers = std::array<float, kFieldNumbers>;
 
-// V - 1 of a solid sphere, seen from outside: a cap around the way to its centre is blocked.
+// V - 1 of a solid sphere, seen from outside: a cap around the way to its center is blocked.
 Numbers blockedBySphere(Vec3 point) {
-    const Vec3d way = toDouble(kCentre) - toDouble(point);
+    const Vec3d way = toDouble(kCenter) - toDouble(point);
     std::array<double, kFieldOrder> zonal;
     std::array<double, kFieldNumbers> lobe;
     capVisibilityZonal(std::asin(std::min(double(kRadius) / length(way), 1.0)), zonal);
@@ -40,20 +40,20 @@ struct SphereField {
 SphereField sphereField() {
     SphereField out;
     PartField& part = out.part;
-    part.centre = kCentre;
+    part.center = kCenter;
     part.radius = kRadius;
     for (std::size_t b = 0; b < 2; ++b) {
         const float side = kRadius * (b ? 2.5f : 1.25f);
-        part.boxes[b] = {kCentre - Vec3{side, side, side}, kCentre + Vec3{side, side, side}, {12, 12, 12}};
+        part.boxes[b] = {kCenter - Vec3{side, side, side}, kCenter + Vec3{side, side, side}, {12, 12, 12}};
     }
     const std::vector<Vec3> points = fieldPoints(part);
     const std::size_t fine = part.boxes[0].pointCount(), coarse = part.boxes[1].pointCount();
     const auto levelOf = [&](std::size_t p) { return p < fine ? 0u : p < fine + coarse ? 1u : 2u; };
     std::vector<Numbers> stored;
     for (std::size_t p = 0; p < points.size(); ++p) {
-        const Vec3 offset = points[p] - kCentre;
+        const Vec3 offset = points[p] - kCenter;
         Numbers numbers =
-            blockedBySphere(length(offset) < kRadius ? kCentre + normalized(offset) * kRadius : points[p]);
+            blockedBySphere(length(offset) < kRadius ? kCenter + normalized(offset) * kRadius : points[p]);
         for (float& x : numbers) x *= dot(offset, offset) + 0.25f * kRadius * kRadius;
         stored.push_back(numbers);
         for (std::size_t i = 0; i < kFieldNumbers; ++i) {
@@ -68,7 +68,7 @@ SphereField sphereField() {
             out.values.push_back(std::int8_t(std::lround(stored[p][i] / scale)));
         }
     for (std::size_t p = 0; p < fine; ++p) {
-        const float distance = (length(points[p] - kCentre) - kRadius) / part.distance_scale;
+        const float distance = (length(points[p] - kCenter) - kRadius) / part.distance_scale;
         out.distances.push_back(std::int8_t(std::lround(std::clamp(distance, -127.0f, 127.0f))));
     }
     return out;
@@ -114,7 +114,7 @@ TEST(PartField, PointsStandAtTheCornersOfTheBoxesAndOnTheSpheres) {
     EXPECT_EQ(points[part.boxes[0].pointCount()], part.boxes[1].low);
     EXPECT_EQ(points[1].y, points[0].y);  // x runs fastest
     EXPECT_GT(points[1].x, points[0].x);
-    EXPECT_NEAR(length(points.back() - part.centre), kRadius / kFieldSphereScales.back(), 1e-6f);
+    EXPECT_NEAR(length(points.back() - part.center), kRadius / kFieldSphereScales.back(), 1e-6f);
 }
 
 // At a point of the grid only rounding to bytes is left. Far away V - 1 is about 5.3 r^2 / d^2 long, and .156 r^2 /
@@ -126,10 +126,10 @@ TEST(PartField, PointsOfTheGridHaveTheClosedFormOfACap) {
     Largest worst;
     for (std::size_t p = sphere.part.boxes[0].pointCount() + sphere.part.boxes[1].pointCount(); p < points.size();
          ++p) {
-        if (length(points[p] - kCentre) < 3 * kRadius) continue;  // where boxes blend in
+        if (length(points[p] - kCenter) < 3 * kRadius) continue;  // where boxes blend in
         Numbers out;
         sampleField(table, points[p], out);
-        const float factor = dot(points[p] - kCentre, points[p] - kCentre) / (kRadius * kRadius);
+        const float factor = dot(points[p] - kCenter, points[p] - kCenter) / (kRadius * kRadius);
         worst.add(factor * distanceBetween(out, blockedBySphere(points[p])));
     }
     EXPECT_LT(worst, 0.17f);
@@ -147,7 +147,7 @@ TEST(PartField, BetweenPointsTheClosedFormIsNear) {
          {Row{1.1f, 0.15f}, Row{1.5f, 0.08f}, Row{2, 0.08f}, Row{3, 0.4f}, Row{6, 0.6f}, Row{20, 0.6f}}) {
         double error = 0, truth = 0;
         for (int i = 0; i < 500; ++i) {
-            const Vec3 point = kCentre + spiralDirection(i, 500) * (row.distance * kRadius);
+            const Vec3 point = kCenter + spiralDirection(i, 500) * (row.distance * kRadius);
             Numbers out;
             sampleField(table, point, out);
             const Numbers expected = blockedBySphere(point);
@@ -165,7 +165,7 @@ TEST(PartField, ALineThroughAllLevelsHasNoJump) {
         Numbers before{}, here{};
         Largest largest;
         for (int i = 0; i <= steps; ++i) {
-            const Vec3 point = kCentre + Vec3{0.07f, 0.11f, 1} * (kRadius * 30 * (2 * float(i) / float(steps) - 1));
+            const Vec3 point = kCenter + Vec3{0.07f, 0.11f, 1} * (kRadius * 30 * (2 * float(i) / float(steps) - 1));
             sampleField(table, point, here);
             if (i > 0) largest.add(distanceBetween(here, before));
             before = here;
@@ -181,20 +181,20 @@ TEST(PartField, APointInsideGoesDarkWithItsDepth) {
     for (int i = 0; i < 200; ++i) {
         const Vec3 direction = spiralDirection(i, 200);
         Numbers out;
-        EXPECT_EQ(sampleField(table, kCentre + direction * (0.7f * kRadius), out), 1);
+        EXPECT_EQ(sampleField(table, kCenter + direction * (0.7f * kRadius), out), 1);
         EXPECT_LT(out[0], -0.5f);  // it still has what the surface there sees
-        EXPECT_EQ(sampleField(table, kCentre + direction * (1.15f * kRadius), out), 0);
-        EXPECT_EQ(sampleField(table, kCentre + direction * (9 * kRadius), out), 0);
+        EXPECT_EQ(sampleField(table, kCenter + direction * (1.15f * kRadius), out), 0);
+        EXPECT_EQ(sampleField(table, kCenter + direction * (9 * kRadius), out), 0);
     }
 }
 
 TEST(PartField, AnyFinitePointHasAFiniteValue) {
     const FieldTable table = sphereField().table();
-    for (const Vec3 point : {kCentre, Vec3{1e18f, 0, 0}, Vec3{-3e38f, 3e38f, 3e38f}, kCentre + Vec3{0, 0, 1e-30f}}) {
+    for (const Vec3 point : {kCenter, Vec3{1e18f, 0, 0}, Vec3{-3e38f, 3e38f, 3e38f}, kCenter + Vec3{0, 0, 1e-30f}}) {
         Numbers out;
         sampleField(table, point, out);
         const double largest = largestMagnitude(out);
-        if (length(point - kCentre) < kRadius)
+        if (length(point - kCenter) < kRadius)
             EXPECT_GT(largest, 0.5) << "inside of the sphere";
         else
             EXPECT_LT(largest, 1e-6) << point.x;

@@ -90,7 +90,7 @@ std::size_t EigenvalueDecay::componentsFor(double share) const {
 std::vector<EigenvalueDecay> inputDecays(const CompareInput& input, const CompareCharacter& character) {
     std::vector<EigenvalueDecay> decays;
     if (input.poses.pose_size > 0) {
-        const Pca pca = principalComponents(centredRows(poseMatrix(input.poses), character.train));
+        const Pca pca = principalComponents(centeredRows(poseMatrix(input.poses), character.train));
         decays.push_back({input.poses.deforming ? "dihedral angles" : "joint angles", sharesOfSum(pca.energies)});
     }
     if (input.poses.joints < 2) return decays;
@@ -99,7 +99,7 @@ std::vector<EigenvalueDecay> inputDecays(const CompareInput& input, const Compar
     for (std::size_t c = 0; c < character.clusters.vertices.size(); ++c) {
         throwIfInterrupted();
         const Matrix features = boneFeatures(input, character, recipe, c);
-        of_cluster.push_back(sharesOfSum(principalComponents(centredRows(features, character.train)).energies));
+        of_cluster.push_back(sharesOfSum(principalComponents(centeredRows(features, character.train)).energies));
     }
     decays.push_back({"relative bones, mean over clusters", meanShares(of_cluster)});
     return decays;
@@ -124,7 +124,7 @@ std::vector<EigenvalueDecay> outputDecays(const CompareInput& input, const Compa
         parallelFor(numbers.size(), options.threads, [&, begin = begin](std::size_t i) {
             throwIfInterrupted();
             grams[begin + i] = Matrix(train, train);
-            addGram(centredRows(numbers[i], character.train), grams[begin + i]);
+            addGram(centeredRows(numbers[i], character.train), grams[begin + i]);
         });
         if (progress) progress(0.5 * double(end) / double(grams.size()));
     }

@@ -124,23 +124,23 @@ ClusterVectors fitCluster(const VectorJob& job, std::size_t cluster, const Matri
     const std::vector<std::uint32_t>& vertices = job.character.clusters.vertices[cluster];
     const int joint = job.character.clusters.joint[cluster];
     ClusterVectors out;
-    // 1. Centre the numbers and reduce them. The scores of all frames tell all errors.
+    // 1. Center the numbers and reduce them. The scores of all frames tell all errors.
     const std::vector<double> mean = meanOfRows(numbers, train);
-    MatrixF centred = numbers;
-    for (std::size_t f = 0; f < centred.rows; ++f) {
+    MatrixF centered = numbers;
+    for (std::size_t f = 0; f < centered.rows; ++f) {
         double sum = 0;
-        for (std::size_t c = 0; c < centred.columns; ++c) {
-            centred(f, c) = float(double(centred(f, c)) - mean[c]);
-            sum += double(centred(f, c)) * double(centred(f, c));
+        for (std::size_t c = 0; c < centered.columns; ++c) {
+            centered(f, c) = float(double(centered(f, c)) - mean[c]);
+            sum += double(centered(f, c)) * double(centered(f, c));
         }
         out.variance.push_back(sum);
     }
-    const MatrixF kept = selectRows(centred, train);
+    const MatrixF kept = selectRows(centered, train);
     const Pca outputs = principalComponents(kept);
     out.components = componentsFor(outputs, job.output_variance);
     const MatrixF basis = basisOf(outputs, kept, out.components);
-    Matrix truth(centred.rows, out.components);
-    asEigen(truth) = (asEigen(centred) * asEigen(basis).transpose()).cast<double>();
+    Matrix truth(centered.rows, out.components);
+    asEigen(truth) = (asEigen(centered) * asEigen(basis).transpose()).cast<double>();
     // 2. Reduce the features.
     const Matrix raw = rawFeatures(job.recipe, joint, job.input.poses);
     const ClusterPlace place{joint, centerOf(job.input.reader.header().mesh, vertices)};

@@ -29,7 +29,7 @@ PoseComponents poseComponents(const PoseTable& poses, std::span<const std::size_
     Matrix pose(poses.frameCount(), poses.pose_size);
     std::copy(poses.pose.begin(), poses.pose.end(), pose.values.begin());
     const std::vector<double> mean = meanOfRows(pose, train);
-    const Matrix rows = centredRows(pose, train, mean);
+    const Matrix rows = centeredRows(pose, train, mean);
     const Pca pca = principalComponents(rows);
     const Matrix basis = basisOf(pca, rows, componentsFor(pca, share));
     return {{mean.begin(), mean.end()}, {basis.values.begin(), basis.values.end()}};

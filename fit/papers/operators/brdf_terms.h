@@ -19,7 +19,7 @@ struct DirectionGrid {
     double weight(std::size_t i) const { return weights[i / std::size_t(azimuths)]; }
 };
 DirectionGrid gaussGrid(int heights, int azimuths);     // heights are Gauss-Legendre nodes
-DirectionGrid latitudeGrid(int heights, int azimuths);  // heights are centres of equal steps of the polar angle
+DirectionGrid latitudeGrid(int heights, int azimuths);  // heights are centers of equal steps of the polar angle
 
 // The measure in which the SVD is best. On the side of the views, the cosine keeps grazing spikes, which no grid
 // resolves, from ruling the result. kNone gives every entry of the table the same weight.

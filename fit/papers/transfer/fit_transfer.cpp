@@ -73,7 +73,7 @@ struct OutputMoments {
 constexpr Index kGramTile = 64;
 
 // Takes the mean over frames off every column of a coefficient's rows. Returns these means, [n, columns].
-Rows centreFrames(MatrixF& block, std::size_t frames) {
+Rows centerFrames(MatrixF& block, std::size_t frames) {
     const std::size_t n = block.rows / frames;
     Rows mean(Index(n), Index(block.columns));
     for (std::size_t c = 0; c < n; ++c) {
@@ -102,7 +102,7 @@ OutputMoments outputMoments(const TransferSource& source, int threads) {
     for (std::size_t b = 0; b < source.blockCount(); ++b) {
         throwIfInterrupted();
         MatrixF block = source.readBlock(b);
-        const Rows mean = centreFrames(block, source.frames());
+        const Rows mean = centerFrames(block, source.frames());
         for (Index v = 0; v < mean.cols(); ++v)
             for (Index c = 0; c < mean.rows(); ++c) moments.mean.push_back(mean(c, v));
         addFrameGram(block, threads, moments.gram);
@@ -116,7 +116,7 @@ OutputMoments outputMoments(const TransferSource& source, int threads) {
 // What the choice of alpha needs beside the options.
 struct RidgeProblem {
     const Matrix& angles;
-    const Matrix& gram;  // of the centred outputs
+    const Matrix& gram;  // of the centered outputs
     std::vector<int> folds;
     std::size_t components;  // of the angles
 };
@@ -151,7 +151,7 @@ void setLinearWeights(const TransferSource& source, const RidgeSvd& path, int th
     for (std::size_t b = 0; b < source.blockCount(); ++b) {
         throwIfInterrupted();
         MatrixF block = source.readBlock(b);
-        const Rows mean = centreFrames(block, source.frames());
+        const Rows mean = centerFrames(block, source.frames());
         const auto first = Index(source.firstVertex(b));
         parallelFor(std::size_t(n), threads, [&](std::size_t c) {
             Eigen::Map<Rows> map(model.weights.data() + Index(c) * (a + 1) * vertices, a + 1, vertices);
@@ -165,7 +165,7 @@ void setLinearWeights(const TransferSource& source, const RidgeSvd& path, int th
 // --- The reduced models ---------------------------------------------------------------------------------------------
 
 // The scores of the training frames, [frames, n m]: one row has those of all coefficients. Returns their mean.
-Eigen::RowVectorXd centredScores(const Matrix& stacked, std::size_t frames, Matrix& scores) {
+Eigen::RowVectorXd centeredScores(const Matrix& stacked, std::size_t frames, Matrix& scores) {
     const std::size_t n = stacked.rows / frames, m = stacked.columns;
     scores = Matrix(frames, n * m);
     for (std::size_t c = 0; c < n; ++c)
@@ -320,7 +320,7 @@ TransferFit fitTransfer(const VisibilityReader& reader, const std::string& file,
         phase("pca");
         Matrix scores;
         const Matrix stacked = reduceOutputs(source, options, fit.model, fit.report);
-        const Eigen::RowVectorXd mean = centredScores(stacked, split.train.size(), scores);
+        const Eigen::RowVectorXd mean = centeredScores(stacked, split.train.size(), scores);
         Matrix gram(scores.rows, scores.rows);
         asEigen(gram) = asEigen(scores) * asEigen(scores).transpose();
         phase("regression");

@@ -8,7 +8,7 @@ namespace penumbra {
 namespace {
 
 constexpr std::size_t kPivotFrames = 256;  // pivots are found from at most so many frames, spread over the animation
-// A weight against the squared turns of the joint. It pulls the pivot to the centre of what the joint moves, and so
+// A weight against the squared turns of the joint. It pulls the pivot to the center of what the joint moves, and so
 // chooses a point on the axis of a hinge, all of which stay where they are.
 constexpr double kCenterWeight = 1e-4;
 
@@ -97,7 +97,7 @@ Vec3d PoseInterpolation::findPivot(std::size_t joint, Vec3d center) const {
 
 namespace {
 
-// Moves centres to the weighted centroids of what the joints move. Assets of transfer do not store these.
+// Moves centers to the weighted centroids of what the joints move. Assets of transfer do not store these.
 void findCenters(const MeshView& mesh, std::vector<Vec3d>& centers) {
     std::vector<Vec3d> sums(centers.size());
     std::vector<double> weights(centers.size());
@@ -110,7 +110,7 @@ void findCenters(const MeshView& mesh, std::vector<Vec3d>& centers) {
         if (weights[j] > 0) centers[j] = sums[j] / weights[j];
 }
 
-// Returns the centres of what the joints move; those that move nothing get the centre of the whole mesh.
+// Returns the centers of what the joints move; those that move nothing get the center of the whole mesh.
 std::vector<Vec3d> jointCenters(const AssetView& asset) {
     Vec3d middle;
     for (const Vec3& p : asset.mesh.positions) middle += toDouble(p) / double(asset.mesh.positions.size());
@@ -127,7 +127,7 @@ std::vector<Vec3d> jointCenters(const AssetView& asset) {
 
 }  // namespace
 
-// A root turns about its centre, because the point that it moves least may be far away from the character.
+// A root turns about its center, because the point that it moves least may be far away from the character.
 PoseInterpolation::PoseInterpolation(const AssetView& asset)
     : animation_(&asset.animation), joints_(asset.animation.jointCount()) {
     findParents();

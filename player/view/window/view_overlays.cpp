@@ -181,7 +181,7 @@ void partNames(const Character& character, const Pane& pane, const FrameView& vi
     const std::span<const PosedPart> posed = character.posed.evaluator->posedParts();
     NameWriter names;
     for (std::size_t p = 0; p < posed.size(); ++p)
-        if (const std::optional<ImVec2> at = project(view, pane.area, posed[p].centre))
+        if (const std::optional<ImVec2> at = project(view, pane.area, posed[p].center))
             names.write(*at, nameOfPart(character.asset, p));
 }
 
