@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "formats/common/file_format.h"
-#include "formats/scene/json_node.h"
+#include "formats/common/json_node.h"
 #include "sh/camera_response.h"
 #include "sh/pinhole_camera.h"
 
@@ -18,7 +18,7 @@ constexpr FileFormat kCameraPosesFormat{"penumbra.camera_poses", 1};
 constexpr FileFormat kResponseFormat{"penumbra.camera_response", 1};
 
 // One picture of a track.
-struct PosedFrame {
+struct TrackFrame {
     std::string file;  // as it was named when the track was made; "" where the track has no files
     // None: no tag was found here, and the gap was not filled.
     std::optional<CameraPose> pose;
@@ -29,7 +29,7 @@ struct PosedFrame {
 
 struct CameraTrack {
     PinholeCamera camera;
-    std::vector<PosedFrame> frames;  // at least one
+    std::vector<TrackFrame> frames;  // at least one
 };
 
 PinholeCamera readCamera(const std::filesystem::path& path);

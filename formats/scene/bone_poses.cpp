@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "formats/common/errors.h"
-#include "formats/scene/json_node.h"
+#include "formats/common/json_node.h"
 
 namespace penumbra {
 
@@ -74,8 +74,8 @@ std::string bonePosesText(const BonePoses& poses) {
 BonePoses parseBonePoses(const std::string& text, const std::string& name) {
     const nlohmann::json json = parseJson(text, name);
     const JsonNode root(json, name, "");
-    if (root.required("format").text() != kBonePosesFormat.name)
-        root.at("format").fail(std::string("is not \"") + kBonePosesFormat.name + "\"");
+    if (const std::string found = root.required("format").text(); found != kBonePosesFormat.name)
+        root.at("format").fail("is \"" + found + "\", and not \"" + kBonePosesFormat.name + "\"");
     root.requireVersion(kBonePosesFormat);  // before the keys, which another version may not share
     root.requireKeys({"format", "version", "joints", "poses"});
     BonePoses out;

@@ -5,8 +5,8 @@
 
 #include "formats/common/check_readable.h"
 #include "formats/common/errors.h"
+#include "formats/common/json_node.h"
 #include "formats/height/height_file.h"
-#include "formats/scene/json_node.h"
 
 namespace penumbra {
 

@@ -52,7 +52,7 @@ TEST(BonePoses, RefuseWithThePlace) {
     const std::vector<std::pair<std::string, std::string>> cases = {
         {"", "p.json: not JSON"},
         {"{}", "p.json: /: has no \"format\""},
-        {R"({"format": "penumbra.poses"})", "p.json: /format: is not \"penumbra.bone_poses\""},
+        {R"({"format": "penumbra.poses"})", "p.json: /format: is \"penumbra.poses\", and not \"penumbra.bone_poses\""},
         {R"({"format": "penumbra.bone_poses", "version": 2, "bones": []})",
          "p.json: /version: is version 2 of penumbra.bone_poses, and this build reads version 1 alone: make"},
         {R"({"format": "penumbra.bone_poses"})", "p.json: /: has no \"version\""},

@@ -100,6 +100,10 @@ void writeTables(const fs::path& out) {
           R"({"format": "penumbra.bone_poses", "version": 1, "joints": ["hip"], "poses": [{"clip": "walk", "time": 0.5,
 "bones": [[1, 0, 0, 0.5, 0, 1, 0, 0, 0, 0, 1, 0]], "rotations": [[0, 0.1, 0]]}]}
 )");
+    write(out / "fuzz_camera_poses" / "two.poses.json",
+          R"({"format": "penumbra.camera_poses", "version": 1, "camera": {"f": 640, "cx": 319.5, "cy": 239.5, "size": [640, 480], "k1": -0.1, "k2": 0.02},
+"frames": [{"file": "a.jpg", "R": [[1, 0, 0], [0, -1, 0], [0, 0, -1]], "t": [0, 0.1, 2], "margin": 0.9}, {"file": "b.jpg"}]}
+)");
     write(inputs / "frames.csv", "clip,frame,wind\nwave,0,1\nwave,1,2\n\"gust\",0,-3\n");
 }
 

@@ -1,4 +1,4 @@
-#include "formats/scene/json_node.h"
+#include "formats/common/json_node.h"
 
 #include <algorithm>
 #include <fstream>
@@ -81,13 +81,11 @@ void JsonNode::fail(const std::string& what) const {
     throw InvalidInput(file_ + ": " + (at_.empty() ? "/" : at_) + ": " + what);
 }
 
-void JsonNode::requireKeys(std::initializer_list<const char*> known) const {
+void JsonNode::requireKeys(std::initializer_list<const char*> known, std::initializer_list<const char*> more) const {
     if (!json_->is_object()) fail("must be an object");
-    for (const auto& [key, value] : json_->items()) {
-        bool found = false;
-        for (const char* name : known) found = found || key == name;
-        if (!found) at(printableKey(key)).fail("unknown key");
-    }
+    for (const auto& [key, value] : json_->items())
+        if (std::ranges::find(known, key) == known.end() && std::ranges::find(more, key) == more.end())
+            at(printableKey(key)).fail("unknown key");
 }
 
 void JsonNode::requireVersion(const FileFormat& format) const {

@@ -21,7 +21,7 @@ public:
     // Throws InvalidInput. So do all others where a value is not what they return.
     [[noreturn]] void fail(const std::string& what) const;
     // Fails for a key that is not among these.
-    void requireKeys(std::initializer_list<const char*> known) const;
+    void requireKeys(std::initializer_list<const char*> known, std::initializer_list<const char*> more = {}) const;
     std::string place() const { return file_ + ": " + at_; }
     bool has(const char* key) const { return json_->contains(key); }
     JsonNode at(const std::string& key) const;
