@@ -75,7 +75,7 @@ TEST(CameraResponse, KnownCurvesMeetTheirStandards) {
     EXPECT_FALSE(knownResponse("film"));
     const CameraResponse srgb = *knownResponse("srgb");
     EXPECT_NEAR(exposureOf(srgb, 1, 188), 0.5029, 1e-4);  // IEC 61966-2-1
-    EXPECT_NEAR(exposureOf(*knownResponse("rec709"), 0, 127.5f), 0.2597, 1e-4);
+    EXPECT_NEAR(exposureOf(*knownResponse("rec709"), 0, 127.5f), 0.2596, 1e-4);
     EXPECT_NEAR(exposureOf(*knownResponse("linear"), 2, 51), 0.2, 1e-7);
 }
 
