@@ -87,7 +87,7 @@ void SceneFrames::evaluateMembers() {
 void SceneFrames::evaluateGround() {
     if (!scene_.file().ground) return;
     if (scene_.field()) {
-        scene_.field()->update(scene_.cast(), true, threads_, field_);
+        scene_.field()->update(scene_.cast(), FieldPoints::kNew, threads_, field_);
         if (!suns().empty()) scene_.field()->heights().castingPoints(field_casting_);
         return;
     }
