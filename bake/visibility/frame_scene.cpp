@@ -73,7 +73,7 @@ BakeDirections makeBakeDirections(const BakeOptions& options) {
 
 MomentTracer tracerOf(const BakePlan& plan, const FrameScene& posed, const BakeDirections& directions) {
     MomentTracer tracer{posed.scene, directions.whole, posed.scale, plan.bias,
-                        plan.header.ground_y ? kOnFloor : kNoFloor};
+                        plan.header.ground_y ? Floor::kSolid : Floor::kNone};
     if (plan.sheet_rules) tracer.blockers = &plan.blockers;
     tracer.mesh = &plan.header.mesh;
     tracer.vertices = posed.frame.positions;
