@@ -88,7 +88,9 @@ EDGES = {
     r"EGL/|GL/": ["player/gl/"],
     r"GLFW/": ["player/view/window/view_window.cpp"],
     r"imgui|backends/imgui": ["player/view/"],
-    r"Eigen/": ["fit/", "pack/", "tests/"],
+    r"Eigen/": ["fit/", "pack/", "formats/camera/tag_pose.cpp", "tests/"],
+    r"apriltag/": ["formats/camera/tag_family"],
+    r"linux/videodev2\.h": ["formats/camera/video_device.cpp", "tests/formats/test_video_device.cpp"],
     r"ceres/|glog/": ["fit/numerics/quasi_newton.cpp"],  # GPL parts: never in the player or in pack
     r"flatbuffers/|asset_generated\.h": ["formats/asset/", "pack/", "tests/"],
 }
