@@ -23,30 +23,6 @@ constexpr Word<Gaps> kGapWords[] = {{"fill", Gaps::kFill}, {"leave", Gaps::kLeav
 // cam.json.
 constexpr double kLeastMargin = 0.2, kMostResidual = 0.5;
 
-struct PosesCommand {
-    std::vector<std::filesystem::path> pictures;
-    std::filesystem::path camera, output;
-    std::vector<TagChoice> tags;
-    std::string response = "srgb";
-    Gaps gaps = Gaps::kFill;
-    double smooth = 0;
-
-    std::vector<std::filesystem::path> inputs() const {
-        std::vector<std::filesystem::path> files = pictures;
-        files.push_back(camera);
-        return files;
-    }
-};
-
-struct TagSearch {
-    std::vector<TagFrame> frames;
-    std::size_t clipped = 0;            // frames whose paper is clipped
-    double milliseconds = 0;            // a frame, detection alone
-    std::size_t seen(bool any) const {  // frames with a tag, or without one
-        return std::size_t(std::ranges::count_if(frames, [any](const TagFrame& f) { return f.tags.empty() != any; }));
-    }
-};
-
 // Puts the files of a sequence in the place of the pattern that names them.
 std::vector<std::filesystem::path> listed(const std::vector<std::filesystem::path>& named) {
     std::vector<std::filesystem::path> out;
@@ -60,6 +36,30 @@ std::vector<std::filesystem::path> listed(const std::vector<std::filesystem::pat
     }
     return out;
 }
+
+struct PosesCommand {
+    std::vector<std::filesystem::path> pictures;
+    std::filesystem::path camera, output;
+    std::vector<TagChoice> tags;
+    std::string response = "srgb";
+    Gaps gaps = Gaps::kFill;
+    double smooth = 0;
+
+    std::vector<std::filesystem::path> inputs() const {
+        std::vector<std::filesystem::path> files = listed(pictures);
+        files.push_back(camera);
+        return files;
+    }
+};
+
+struct TagSearch {
+    std::vector<TagFrame> frames;
+    std::size_t clipped = 0;            // frames whose paper is clipped
+    double milliseconds = 0;            // a frame, detection alone
+    std::size_t seen(bool any) const {  // frames with a tag, or without one
+        return std::size_t(std::ranges::count_if(frames, [any](const TagFrame& f) { return f.tags.empty() != any; }));
+    }
+};
 
 TexturePicture readFrame(const std::filesystem::path& file, const PinholeCamera& camera) {
     TexturePicture picture = readTexture(file, file.string());

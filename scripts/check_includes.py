@@ -12,7 +12,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 SH = {"sh", "sh/brdf", "sh/cast", "sh/far", "sh/height", "sh/light"}  # everybody sees the maths
 # Folder or room -> the rooms that it may include beside itself. A room that is not listed may not exist.
 FORMATS = {f"formats/{room}" for room in ("common", "asset", "brdf", "image", "stage", "rig", "cache", "source", "scene",
-                                      "height")}
+                                      "height", "camera")}
 RUNTIME = {"runtime", *(f"runtime/{room}" for room in ("papers", "evaluate", "sun", "shade", "cast", "glsl", "capi"))}
 FIT = {f"fit/{room}" for room in ("numerics", "clusters", "models", "light", "reflectance", "blockers", "visibility")}
 PAPERS = {f"fit/papers/{room}" for room in ("transfer", "lobes", "operators", "compare")}
