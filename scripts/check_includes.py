@@ -11,7 +11,7 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 SH = {"sh", "sh/brdf", "sh/cast", "sh/far", "sh/height", "sh/light"}  # everybody sees the maths
 # Folder or room -> the rooms that it may include beside itself. A room that is not listed may not exist.
-FORMATS = {f"formats/{room}" for room in ("common", "asset", "brdf", "image", "stage", "rig", "cache", "source", "scene",
+FORMATS = {f"formats/{room}" for room in ("common", "asset", "brdf", "image", "stage", "rig", "cache", "source", "scene", "camera",
                                       "height")}
 RUNTIME = {"runtime", *(f"runtime/{room}" for room in ("papers", "evaluate", "sun", "shade", "cast", "glsl", "capi"))}
 FIT = {f"fit/{room}" for room in ("numerics", "clusters", "models", "light", "reflectance", "blockers", "visibility")}
@@ -63,9 +63,10 @@ MAY_INCLUDE = {
        for room in ("render", "view/playback")},
     "player/view": SH | RUNTIME | {"player/gl", "player/frame", "player/draw", "player/papers", "player/scene", "player/view/playback"} | FORMATS,
     "player/view/window": SH | RUNTIME | VIEW | {"player/gl", "player/frame", "player/draw", "player/scene"} | FORMATS,
+    "player/composite": SH | RUNTIME | {"player/gl", "player/frame", "player/draw", "player/papers", "player/scene", "player/render"} | FORMATS,
     "player/bench": SH | RUNTIME | {"player/gl", "player/frame", "player/draw", "player/render", "player/scene"} | FORMATS,
     "player": SH | RUNTIME | {"player/gl", "player/frame", "player/draw", "player/render", "player/papers", "player/scene",
-               "player/bench"} | VIEW | FORMATS,
+               "player/bench", "player/composite"} | VIEW | FORMATS,
 }
 # The evaluator that engines link may see the asset format and what is in every program, but no other file format.
 RUNTIME_FORMATS = {"formats/asset/asset_file.h", "formats/asset/other_sides.h", "formats/common/mesh.h", "formats/common/model_kind.h", "formats/common/fp16.h",
