@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-Json describeFile(const fs::path& path, bool all_vertices) {
+Json describeFile(const fs::path& path, VertexSample sample) {
     std::array<char, 8> head{};
     std::ifstream(path, std::ios::binary).read(head.data(), head.size());
     Json json{{"file", path.string()}, {"bytes", fs::file_size(path)}};
@@ -25,7 +25,7 @@ Json describeFile(const fs::path& path, bool all_vertices) {
         content = describeAsset(path);
     } else {
         format = stageFileKind(path);
-        if (format == "penumbra.visibility") content = describeVisibility(path, all_vertices);
+        if (format == "penumbra.visibility") content = describeVisibility(path, sample);
         if (format == "penumbra.model") content = describeModel(path);
         if (format == "penumbra.brdf") content = describeBrdf(path);
         if (format == "penumbra.poses") content = describePoses(path);
@@ -58,7 +58,7 @@ void defineInfo(CLI::App& app, InfoCommand& command) {
 
 void runInfo(const InfoCommand& command, const CommonOptions&, Report& report) {
     report.phase("read");
-    report.figures = describeFile(command.file, command.all);
+    report.figures = describeFile(command.file, command.all ? VertexSample::kAll : VertexSample::kSome);
     printJson(report.figures);
 }
 

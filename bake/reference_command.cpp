@@ -186,7 +186,8 @@ void runScene(ReferenceCommand& command, const CommonOptions& common, Report& re
     const bool shaded = command.options.channel == ReferenceChannel::kShaded;
     const SceneDescription description = readScene(command.scene);
     report.willRead(filesNamedIn(description));
-    const SceneFrame scene = poseScene(description, command.time, command.camera, shaded);
+    const SceneFrame scene =
+        poseScene(description, command.time, command.camera, shaded ? SceneLook::kMaterials : SceneLook::kNone);
     const std::size_t ground = description.ground ? scene.brdf_of_vertex.back() : scene.materials.size();
     if (shaded) readMaterialsOf(command, scene, ground, common.threads);
     const EnvironmentLight light = readLightOf(command, scene);

@@ -151,7 +151,8 @@ void runVisibility(VisibilityCommand& command, const CommonOptions& common, Repo
     }
     report.phase("trace and write");
     const BakeResult result =
-        bakeVisibility(plan, options, {command.output, command.resume}, common.threads, common.progress);
+        bakeVisibility(plan, options, {command.output, command.resume ? Journal::kResume : Journal::kFresh},
+                       common.threads, common.progress);
     if (!result.note.empty() && !common.quiet) reportWarning("penumbra-bake", result.note);
     warnIfDark(command, result);
     const double rate = result.rays_traced / result.seconds;

@@ -11,5 +11,6 @@ Verb brdfVerb();
 Verb lightVerb();
 Verb blockersVerb();
 Verb pageVerb();
+Verb posesVerb();
 
 }  // namespace penumbra

@@ -108,7 +108,7 @@ BatchResult runFrames(RenderRun& run, const CommonOptions& common) {
 // Prints how far a picture of a scene is from one by brute force, as a PNG of this exposure would show both.
 void compareScene(const RenderCommand& command, const Image& image, const Image& truth, float exposure,
                   const CommonOptions& common, Report& report) {
-    const ImageError error = imageError(image, truth, exposure, true, common.threads);
+    const ImageError error = imageError(image, truth, exposure, ImageMetrics::kRmseAndFlip, common.threads);
     report.figures["flip"] = error.flip();
     report.figures["image_rmse"] = error.rmse();
     if (!common.quiet)

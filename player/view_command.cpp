@@ -40,6 +40,7 @@ std::pair<int, int> parseWindowSize(const std::string& text) {
 void runViewCommand(ViewCommand& command, const CommonOptions& common, Report& report) {
     ViewOptions& options = command.options;
     options.settings = !command.no_settings;
+    options.quiet = common.quiet;
     options.files = command.assets;
     if (!command.scene.empty()) options.files.insert(options.files.begin(), command.scene);
     if (options.files.empty()) throw UsageError("name an asset, or a scene with --scene");
@@ -57,7 +58,7 @@ void runViewCommand(ViewCommand& command, const CommonOptions& common, Report& r
     for (const std::filesystem::path& file : options.files)
         if (file.extension() == ".json") report.willRead(filesNamedIn(readScene(file)));
     report.phase("view");
-    const ViewResult result = runView(options, common.threads, common.quiet);
+    const ViewResult result = runView(options, common.threads);
     report.figures["gl"] = result.gl;
     report.figures["path"] = result.path == EvaluationPath::kCpu ? "cpu" : "glsl";
     report.figures["frames"] = result.frames;

@@ -42,11 +42,12 @@ MAY_INCLUDE = {
        for room in ("blockers", "clusters", "models", "light", "reflectance")},
     "fit/visibility": SH | {"fit/numerics", "fit/clusters", "fit/models"} | FORMATS,
     "fit/page": SH | FORMATS,
+    "fit/camera": SH | {"fit/numerics"} | FORMATS,
     "fit/report": SH | FIT | FORMATS,  # what several commands do alike
     **{f"fit/papers/{room}": SH | FIT | FORMATS for room in ("transfer", "lobes", "operators")},
     "fit/papers/compare": SH | FIT | PAPERS | {"fit/page"} | FORMATS,
     "fit/papers": SH | FIT | PAPERS | {"fit/report", "fit/page"} | FORMATS,
-    "fit": SH | FIT | {"fit/report", "fit/page", "fit/papers"} | FORMATS,  # no other room includes fit/papers
+    "fit": SH | FIT | {"fit/camera", "fit/report", "fit/page", "fit/papers"} | FORMATS,  # no other room includes fit/papers
     "pack": SH | RUNTIME | FORMATS,  # penumbra-pack check runs the evaluator that engines link
     **{f"runtime{room}": SH | {"formats/common", "formats/asset"} for room in ("", "/papers", "/sun")},
     "runtime/evaluate": SH | {"runtime/papers", "formats/common", "formats/asset"},
@@ -89,7 +90,9 @@ EDGES = {
     r"EGL/|GL/": ["player/gl/"],
     r"GLFW/": ["player/view/window/view_window.cpp"],
     r"imgui|backends/imgui": ["player/view/"],
-    r"Eigen/": ["fit/", "pack/", "tests/"],
+    r"Eigen/": ["fit/", "pack/", "formats/camera/tag_pose.cpp", "tests/"],
+    r"apriltag/": ["formats/camera/tag_family"],
+    r"linux/videodev2\.h": ["formats/camera/video_device.cpp", "tests/formats/test_video_device.cpp"],
     r"ceres/|glog/": ["fit/numerics/quasi_newton.cpp"],  # GPL parts: never in the player or in pack
     r"flatbuffers/|asset_generated\.h": ["formats/asset/", "pack/", "tests/"],
 }

@@ -145,7 +145,7 @@ FieldSamples tracePart(const PartMesh& mesh, const PartField& part, const ConeDi
         throwIfInterrupted();
         const std::size_t end = std::min(points.size(), (task + 1) * kPointsPerTask);
         for (std::size_t p = task * kPointsPerTask; p < end; ++p) {
-            const PointOfField point = tracer.trace(points[p], p < fine);
+            const PointOfField point = tracer.trace(points[p], p < fine ? Distances::kAll : Distances::kInside);
             std::copy(point.blocked.begin(), point.blocked.end(),
                       samples.values.begin() + std::ptrdiff_t(p * kFieldNumbers));
             if (p < fine) samples.distances[p] = point.distance;

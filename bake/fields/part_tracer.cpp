@@ -129,13 +129,13 @@ std::vector<Triangle> PartTracer::exposed(std::span<const Vec3> positions, std::
     return out.empty() ? std::vector<Triangle>(triangles.begin(), triangles.end()) : out;
 }
 
-PointOfField PartTracer::trace(Vec3 point, bool with_distance) const {
+PointOfField PartTracer::trace(Vec3 point, Distances wanted) const {
     const Vec3 scaled_point = scale_.apply(point);
     Seen seen = see(scaled_point, directions_);
     const bool inside = seen.depth > 0;
     PointOfField out;
     out.depth = float(seen.depth);
-    if (inside || with_distance) {
+    if (inside || wanted == Distances::kAll) {
         const NearestPoint nearest = surface_.nearest(scaled_point);
         out.distance = float((inside ? -1 : 1) * nearest.distance * scale_.diagonal);
         if (inside) seen = see(toFloat(nearest.point + nearest.normal * kSurfaceOffset), directions_);

@@ -27,6 +27,9 @@ struct PointOfField {
     float distance = 0, depth = 0;
 };
 
+// Whether the distance from the surface is wanted of every point, or only of those inside, which need it.
+enum class Distances { kAll, kInside };
+
 // Traces points around one part. Any number of threads may call trace().
 //
 // A point is inside where many rays meet the backs of triangles, or where hardly any ray escapes: a mouth is no place
@@ -36,7 +39,7 @@ class PartTracer {
 public:
     // `mesh` has at least one triangle with an area.
     PartTracer(const PartMesh& mesh, const PartField& field, const ConeDirections& directions);
-    PointOfField trace(Vec3 point, bool with_distance) const;
+    PointOfField trace(Vec3 point, Distances wanted) const;
 
 private:
     struct Seen {

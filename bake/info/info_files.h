@@ -7,7 +7,9 @@
 
 namespace penumbra {
 
-Json describeVisibility(const std::filesystem::path& path, bool all_vertices);
+// Which vertices the figures of coefficients are made of.
+enum class VertexSample { kSome, kAll };
+Json describeVisibility(const std::filesystem::path& path, VertexSample sample);
 Json describeModel(const std::filesystem::path& path);
 Json describeTransfer(const std::filesystem::path& path);
 Json describeLobeModel(const std::filesystem::path& path);

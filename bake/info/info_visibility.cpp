@@ -25,11 +25,11 @@ Json describe(const ShardPlace& shard, const FrameList& frames) {
 // Finds the least and the greatest coefficient, and the mean open share of the hemisphere, which for transfer is
 // weighted by the cosine. Reads all frames of some vertices, in the blocks that the file keeps together, or of all
 // vertices.
-Json describeCoefficients(const VisibilityReader& reader, bool all_vertices) {
+Json describeCoefficients(const VisibilityReader& reader, VertexSample sample) {
     constexpr std::size_t kBlock = 64, kSampledBlocks = 16;
     const VisibilityHeader& header = reader.header();
     const std::size_t vertices = header.mesh.vertexCount(), blocks = (vertices + kBlock - 1) / kBlock;
-    const std::size_t step = all_vertices ? 1 : std::max<std::size_t>(1, blocks / kSampledBlocks);
+    const std::size_t step = sample == VertexSample::kAll ? 1 : std::max<std::size_t>(1, blocks / kSampledBlocks);
     const std::size_t stride = header.coefficientCount(), frames = header.frames.frameCount();
     const double unblocked = unblockedOf(header.quantity);
     double least = INFINITY, greatest = -INFINITY, open = 0;
@@ -82,7 +82,7 @@ Json describeBounces(const VisibilityReader& reader) {
 
 }  // namespace
 
-Json describeVisibility(const std::filesystem::path& path, bool all_vertices) {
+Json describeVisibility(const std::filesystem::path& path, VertexSample sample) {
     const VisibilityReader reader(path);
     const VisibilityHeader& header = reader.header();
     Json json{{"quantity", header.quantity},
@@ -103,7 +103,7 @@ Json describeVisibility(const std::filesystem::path& path, bool all_vertices) {
     json["clips"] = describe(header.frames);
     if (reader.isVirtual()) json["virtual"] = true;
     if (header.shard) json["shard"] = describe(*header.shard, header.frames);
-    json["coefficients"] = describeCoefficients(reader, all_vertices);
+    json["coefficients"] = describeCoefficients(reader, sample);
     json["provenance"] = describe(header.provenance);
     return json;
 }

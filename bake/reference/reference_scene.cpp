@@ -20,7 +20,7 @@ ReferenceScene makeReferenceScene(const ReferenceFrame& input, const ReferenceOp
     if (input.blockers) {
         std::vector<Vec3> all(positions.begin(), positions.begin() + std::ptrdiff_t(input.mesh.frontVertexCount()));
         for (Vec3 p : input.occluder_positions) all.push_back(scale.apply(p));
-        shadows.emplace(all, input.blockers->triangles, true);
+        shadows.emplace(all, input.blockers->triangles, Queries::kFiltered);
     }
     if (input.casting_triangles) {
         std::vector<Vec3> all = positions;

@@ -66,7 +66,7 @@ public:
     SceneMesh(SceneFrame& out, const std::optional<SceneGround>& ground, const GroundHeights* heights)
         : out_(out), ground_(ground), heights_(heights) {}
 
-    void add(const SceneCharacter& one, const AssetView& asset, std::optional<double> seconds, bool look) {
+    void add(const SceneCharacter& one, const AssetView& asset, std::optional<double> seconds, SceneLook look) {
         if (!asset.has_mesh) throw InvalidInput(one.at + "/asset: " + one.asset.string() + " has no mesh");
         if (asset.model.deforming && asset.animation.playback.positions.empty())
             throw InvalidInput(one.at + "/asset: " + one.asset.string() + " has no frames");
@@ -81,7 +81,7 @@ public:
         for (const Triangle& t : trianglesOf(asset.mesh.frontTriangles()))
             out_.mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
         std::vector<std::uint16_t> material_of_slot(std::max<std::size_t>(1, asset.mesh.slots.size()), 0);
-        if (look) {
+        if (look == SceneLook::kMaterials) {
             const std::vector<std::size_t> materials = materialsOf(one, asset);
             for (std::size_t s = 0; s < materials.size(); ++s)
                 material_of_slot[s] = numberOf(std::string(asset.materials[materials[s]].name));
@@ -209,7 +209,7 @@ std::filesystem::path lightAssetOf(const SceneDescription& scene) {
 
 }  // namespace
 
-SceneFrame poseScene(SceneDescription scene, std::optional<double> seconds, const std::string& camera, bool look) {
+SceneFrame poseScene(SceneDescription scene, std::optional<double> seconds, const std::string& camera, SceneLook look) {
     std::map<std::filesystem::path, std::unique_ptr<const SceneAsset>> open;
     const auto opened = [&](const std::filesystem::path& path) -> const AssetView& {
         std::unique_ptr<const SceneAsset>& asset = open[path.lexically_normal()];

@@ -28,10 +28,11 @@ struct SceneFrame {
     Mat3d light_rotation;
 };
 
+enum class SceneLook { kNone, kMaterials };
 // Takes meshes, poses, materials and light from the assets. Everyone stands as in penumbra-player render --scene, at
 // their own times or all at `seconds`; `camera` as there. The result has its origin near the first member
 // (openGround()). Throws what reading assets throws, and InvalidInput for what the scene names and an asset has not.
-// Where `look` is not set, materials may miss.
-SceneFrame poseScene(SceneDescription scene, std::optional<double> seconds, const std::string& camera, bool look);
+// Without a look, materials may miss.
+SceneFrame poseScene(SceneDescription scene, std::optional<double> seconds, const std::string& camera, SceneLook look);
 
 }  // namespace penumbra

@@ -9,6 +9,9 @@
 
 namespace penumbra {
 
+// Whether the rays of a packet go nearly the same way, from nearly the same place.
+enum class Packets { kAny, kCoherent };
+
 #if PENUMBRA_EMBREE_MAJOR == 3
 
 constexpr RTCSceneFlags kSceneTakesFilters = RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION;
@@ -19,10 +22,10 @@ constexpr RTCSceneFlags kSceneTakesFilters = RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCT
 struct RayQuery {
     RTCIntersectContext context;
 
-    explicit RayQuery(RTCFilterFunctionN filter = nullptr, bool coherent = false) {
+    explicit RayQuery(RTCFilterFunctionN filter = nullptr, Packets packets = Packets::kAny) {
         rtcInitIntersectContext(&context);
         context.filter = filter;
-        if (coherent) context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+        if (packets == Packets::kCoherent) context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
     }
 };
 
@@ -45,14 +48,14 @@ struct RayQuery {
     RTCOccludedArguments occluded;
     RTCIntersectArguments intersect;
 
-    explicit RayQuery(RTCFilterFunctionN filter = nullptr, bool coherent = false) {
+    explicit RayQuery(RTCFilterFunctionN filter = nullptr, Packets packets = Packets::kAny) {
         rtcInitRayQueryContext(&context);
         rtcInitOccludedArguments(&occluded);
         rtcInitIntersectArguments(&intersect);
         occluded.filter = intersect.filter = filter;
-        occluded.flags = intersect.flags =
-            RTCRayQueryFlags((coherent ? RTC_RAY_QUERY_FLAG_COHERENT : RTC_RAY_QUERY_FLAG_INCOHERENT) |
-                             (filter ? RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER : RTC_RAY_QUERY_FLAG_NONE));
+        occluded.flags = intersect.flags = RTCRayQueryFlags(
+            (packets == Packets::kCoherent ? RTC_RAY_QUERY_FLAG_COHERENT : RTC_RAY_QUERY_FLAG_INCOHERENT) |
+            (filter ? RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER : RTC_RAY_QUERY_FLAG_NONE));
     }
 };
 

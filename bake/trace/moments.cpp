@@ -39,12 +39,12 @@ std::size_t traceBoth(const MomentTracer& tracer, const RayStart& start, Vec3 no
     }
     const Vec3 origin = start.closed ? startOverSolid(start.position, normal, tracer.bias).position : start.position;
     // 2. The floor is not local, so the local rays go below it.
-    (void)aboveHorizon(directions, normal, false, rays.near);
+    (void)aboveHorizon(directions, normal, Floor::kNone, rays.near);
     std::size_t traced = 0;
     if (start.closed)
         std::fill(rays.whole.begin(), rays.whole.end(), LaneWeights{});
     else
-        traced = aboveHorizon(directions, normal, tracer.ground, rays.whole);
+        traced = aboveHorizon(directions, normal, tracer.floor, rays.whole);
     // 3. Trace, and sum each basis over the rays that are left.
     tracer.scene.removeOccludedLocally(origin, directions, local, rays.whole, rays.near);
     accumulateMoments(directions, rays.whole, out.coefficients);
@@ -79,7 +79,7 @@ std::size_t traceMoments(const MomentTracer& tracer, std::span<const Vec3> posit
         }
         // 2. Choose the directions above the horizon, drop the blocked ones, and sum the basis over those that are
         // left.
-        traced += aboveHorizon(directions, normals[v], tracer.ground, rays.whole);
+        traced += aboveHorizon(directions, normals[v], tracer.floor, rays.whole);
         tracer.scene.removeOccluded(start.position, directions, rays.whole);
         accumulateMoments(directions, rays.whole, whole);
     }

@@ -17,8 +17,8 @@ struct MomentTracer {
     const OcclusionScene& scene;
     const RayDirections& directions;
     SceneScale scale;
-    float bias = 1e-4f;   // distance from the surface to the start of a ray, in units of scale.diagonal
-    bool ground = false;  // the point stands on an infinite floor: directions with y < 0 are blocked at any height
+    float bias = 1e-4f;          // distance from the surface to the start of a ray, in units of scale.diagonal
+    Floor floor = Floor::kNone;  // under every point, at any height
     // Set for sheets, whose rays start by the rules of ray_start.h. If null, rays start at the bias. `mesh` tells
     // which vertex a point is.
     const Blockers* blockers = nullptr;

@@ -48,13 +48,16 @@ struct LocalTriangles {
     bool contains(std::uint32_t triangle) const { return is_local[part_of_triangle[triangle]] != 0; }
 };
 
+// Which queries a scene is made for: all but nextHit() and removeOccludedLocally(), or those, too.
+enum class Queries { kPlain, kFiltered };
+
 // A mesh to shoot rays at. Its positions must be of a size near 1 and near the origin (see SceneScale), because
 // Embree tests in float. Triangles with equal corners or without area never block. Every function may be called from
 // many threads.
 class OcclusionScene {
 public:
-    // Set `filters` when nextHit() or removeOccludedLocally() will be called.
-    OcclusionScene(std::span<const Vec3> positions, std::span<const Triangle> triangles, bool filters = false);
+    OcclusionScene(std::span<const Vec3> positions, std::span<const Triangle> triangles,
+                   Queries queries = Queries::kPlain);
     ~OcclusionScene();
     OcclusionScene(OcclusionScene&&) noexcept;
     OcclusionScene& operator=(OcclusionScene&&) noexcept;

@@ -104,10 +104,10 @@ void passOwnTriangles(const RTCFilterFunctionNArguments* arguments) {
 
 }  // namespace
 
-OcclusionScene::OcclusionScene(std::span<const Vec3> positions, std::span<const Triangle> triangles, bool filters)
+OcclusionScene::OcclusionScene(std::span<const Vec3> positions, std::span<const Triangle> triangles, Queries queries)
     : impl_(std::make_unique<Impl>()) {
     const FlushDenormals flush;
-    if (filters) {
+    if (queries == Queries::kFiltered) {
         rtcSetSceneFlags(impl_->scene, kSceneTakesFilters);
         impl_->triangles.assign(triangles.begin(), triangles.end());
     }

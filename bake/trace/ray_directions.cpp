@@ -54,9 +54,9 @@ RayDirections makeRayDirections(int rays, std::uint64_t seed, int order) {
     return out;
 }
 
-std::size_t aboveHorizon(const RayDirections& directions, Vec3 normal, bool ground, std::span<LaneWeights> above) {
+std::size_t aboveHorizon(const RayDirections& directions, Vec3 normal, Floor floor, std::span<LaneWeights> above) {
     assert(above.size() == directions.packets.size());
-    const float lowest_y = ground ? 0.0f : -2.0f;
+    const float lowest_y = floor == Floor::kSolid ? 0.0f : -2.0f;
     float count = 0;
     for (std::size_t p = 0; p < above.size(); ++p) {
         const DirectionPacket& d = directions.packets[p];

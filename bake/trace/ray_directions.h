@@ -31,9 +31,11 @@ struct RayDirections {
 // leaves the set as it is. Any other seed turns it by a rotation that it draws uniformly.
 RayDirections makeRayDirections(int rays, std::uint64_t seed, int order);
 
-// Sets 1 in the lanes with direction . normal > 0 and, with `ground`, direction.y >= 0, and 0 in the others. Returns
+// Whether points stand on an infinite floor, which hides all directions with y < 0.
+enum class Floor { kNone, kSolid };
+// Sets 1 in the lanes with direction . normal > 0 and on a floor direction.y >= 0, and 0 in the others. Returns
 // how many lanes hold 1. above.size() == directions.packets.size().
-std::size_t aboveHorizon(const RayDirections& directions, Vec3 normal, bool ground, std::span<LaneWeights> above);
+std::size_t aboveHorizon(const RayDirections& directions, Vec3 normal, Floor floor, std::span<LaneWeights> above);
 
 // Computes b_i = sum over the lanes of visible * basis_i. b.size() == coefficientCount(directions.order). The sums
 // run in a fixed order, first in float over the packets of each lane, then in double over the lanes, so that every

@@ -97,7 +97,7 @@ RayCounts traceTransfer(const MomentTracer& tracer, std::span<const Vec3> positi
             continue;
         }
         // 2. The rays that escape, weighted by their cosine, give the direct transfer.
-        counts.traced += aboveHorizon(directions, normals[v], tracer.ground, rays);
+        counts.traced += aboveHorizon(directions, normals[v], tracer.floor, rays);
         if (out.rows.empty()) {
             tracer.scene.removeOccluded(start.position, directions, rays);
         } else {

@@ -70,16 +70,16 @@ bool writeAll(int file, std::uint64_t offset, std::span<const std::byte> bytes) 
 
 }  // namespace
 
-BakeJournal::BakeJournal(const fs::path& output, const VisibilityHeader& header, Precision precision, bool resume)
-    : path_(pathBeside(output, ".journal")), precision_(precision), keep_(resume) {
+BakeJournal::BakeJournal(const fs::path& output, const VisibilityHeader& header, Precision precision, Journal use)
+    : path_(pathBeside(output, ".journal")), precision_(precision), keep_(use == Journal::kResume) {
     frame_bytes_ = header.mesh.vertexCount() * header.numbersOfVertex() * (precision == Precision::kFloat16 ? 2u : 4u) +
                    (header.hasBounces() ? 2 * sizeof(float) : 0);
-    open(resume);
+    open(use);
     if (file_ < 0) return;
     if (!keep_) removeOnStop(path_);
     const std::string key = keyOf(header, frame_bytes_);
     std::error_code error;
-    if (!resume) {
+    if (use == Journal::kFresh) {
         if (fs::file_size(path_, error) > 0)
             note_ = path_.string() + ": discarded; a bake that resumes goes on from what a killed one left";
         start(key);
@@ -92,14 +92,14 @@ BakeJournal::BakeJournal(const fs::path& output, const VisibilityHeader& header,
 }
 
 // Opens and locks the file. Tries again when the file's owner removes it at just that moment.
-void BakeJournal::open(bool resume) {
+void BakeJournal::open(Journal use) {
     for (int attempt = 0; attempt < 100; ++attempt) {
         file_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666);
         if (file_ < 0) throw IoError(path_.string() + ": cannot write: " + std::strerror(errno));
         if (::flock(file_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
             ::close(file_);
             file_ = -1;
-            if (resume) throw IoError(path_.string() + ": another bake is writing this output");
+            if (use == Journal::kResume) throw IoError(path_.string() + ": another bake is writing this output");
             note_ = path_.string() + ": another bake is writing this output; whoever ends last replaces it";
             return;
         }

@@ -18,13 +18,16 @@
 
 namespace penumbra {
 
+// What a bake does with the journal of an earlier one that was stopped, and with its own when it is stopped.
+enum class Journal { kResume, kFresh };
+
 class BakeJournal {
 public:
-    // If `resume`, takes over the journal beside `output` when it has the same inputs, options and version. Otherwise
-    // starts an empty journal. Another bake may be writing the same journal: with `resume` that is an IoError;
-    // without it this bake has no journal, and the other's stays.
-    BakeJournal(const std::filesystem::path& output, const VisibilityHeader& header, Precision precision, bool resume);
-    // Without finish(), keeps the journal if `resume`, because its frames can still be used, and removes it
+    // With kResume, takes over the journal beside `output` when it has the same inputs, options and version. Otherwise
+    // starts an empty journal. Another bake may be writing the same journal: with kResume that is an IoError;
+    // otherwise this bake has no journal, and the other's stays.
+    BakeJournal(const std::filesystem::path& output, const VisibilityHeader& header, Precision precision, Journal use);
+    // Without finish(), keeps the journal with kResume, because its frames can still be used, and removes it
     // otherwise. A hard stop by a signal does the same; SIGKILL leaves the file.
     ~BakeJournal();
     BakeJournal(const BakeJournal&) = delete;
@@ -51,7 +54,7 @@ private:
     std::string note_;
     std::vector<std::byte> record_;
 
-    void open(bool resume);
+    void open(Journal use);
     std::string adopt(const std::string& key);
     void start(const std::string& key);
     bool readRecord(std::size_t frame, std::vector<std::byte>& record) const;

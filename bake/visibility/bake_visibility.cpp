@@ -117,7 +117,7 @@ BakeResult bakeVisibility(const BakePlan& plan, const BakeOptions& options, cons
                           ProgressStyle progress) {
     const auto start = std::chrono::steady_clock::now();
     // 1. The journal of a bake that was stopped gives its frames back; they only have to be written.
-    BakeJournal journal(target.output, plan.header, options.precision, target.resume);
+    BakeJournal journal(target.output, plan.header, options.precision, target.journal);
     VisibilityWriter writer(target.output, plan.header, options.precision);
     RayCount count(progress, plan.rays());
     BakeResult result;

@@ -9,6 +9,7 @@
 #include "bake/source/extra_inputs.h"
 #include "bake/trace/blockers.h"
 #include "bake/trace/local_parts.h"
+#include "bake/visibility/bake_journal.h"
 #include "formats/common/progress.h"
 
 namespace penumbra {
@@ -39,7 +40,8 @@ BakePlan planBake(const std::vector<std::filesystem::path>& paths, const BakeOpt
 
 struct BakeTarget {
     std::filesystem::path output;
-    bool resume = false;  // go on from the journal of a killed bake, and keep ours when stopped (bake_journal.h)
+    Journal journal = Journal::kFresh;  // kResume: go on from the journal of a killed bake, and keep ours when stopped
+                                        // (bake_journal.h)
 };
 
 struct BakeResult {

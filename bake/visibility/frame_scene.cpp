@@ -56,7 +56,9 @@ FrameScene frameScene(const BakePlan& plan, std::size_t f) {
     for (Vec3& p : scaled) p = scale.apply(p);
     std::vector<BoundingBox> boxes;
     if (plan.local) boxes = plan.local->boxesOf(plan.header.mesh.frontTriangles(), scaled);
-    return {std::move(frame), scale, OcclusionScene(scaled, plan.blockers.triangles, plan.sheet_rules || plan.local),
+    return {std::move(frame), scale,
+            OcclusionScene(scaled, plan.blockers.triangles,
+                           plan.sheet_rules || plan.local ? Queries::kFiltered : Queries::kPlain),
             std::move(boxes)};
 }
 
@@ -70,7 +72,8 @@ BakeDirections makeBakeDirections(const BakeOptions& options) {
 }
 
 MomentTracer tracerOf(const BakePlan& plan, const FrameScene& posed, const BakeDirections& directions) {
-    MomentTracer tracer{posed.scene, directions.whole, posed.scale, plan.bias, plan.header.ground_y.has_value()};
+    MomentTracer tracer{posed.scene, directions.whole, posed.scale, plan.bias,
+                        plan.header.ground_y ? Floor::kSolid : Floor::kNone};
     if (plan.sheet_rules) tracer.blockers = &plan.blockers;
     tracer.mesh = &plan.header.mesh;
     tracer.vertices = posed.frame.positions;

@@ -133,7 +133,7 @@ const GlCast::Program& GlCast::use(CastPass pass) {
     const auto [found, is_new] = programs_.try_emplace(pass);
     Program& made = found->second;
     if (is_new) {
-        made.program = makeComputeProgram(castSource(parts_ > 0, spheres_ > 0, pass));
+        made.program = makeComputeProgram(castSource({.parts = parts_ > 0, .spheres = spheres_ > 0}, pass));
         const auto place = [&](const char* name) { return gl::GetUniformLocation(made.program.id(), name); };
         made.receiver_count = place("receiver_count");
         made.vertex_count = place("vertex_count");

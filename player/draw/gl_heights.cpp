@@ -34,7 +34,7 @@ GlHeights::GlHeights(const HeightField& field, int order, int step, float tolera
       corner_(corner),
       taps_(makeTaps(field, tables_)),
       above_taps_(makeTaps(field, above_)) {
-    const HeightsRecipe recipe{.heights = heightsGlsl(field, tables_, corner, true),
+    const HeightsRecipe recipe{.heights = heightsGlsl(field, tables_, corner, HeightReceiver::kOnField),
                                .order = order,
                                .spacing = step,
                                .rows = receivers_.rows(),
@@ -58,7 +58,7 @@ GlHeights::GlHeights(const HeightField& field, int order, int step, float tolera
         cell_shares_ = makeComputeProgram(heightsSharesSource(recipe));
         look_finer_ = makeComputeProgram(heightsFinerSource(recipe));
     }
-    cast_ = makeComputeProgram(heightsAboveSource(heightsGlsl(field, above_, corner, false)));
+    cast_ = makeComputeProgram(heightsAboveSource(heightsGlsl(field, above_, corner, HeightReceiver::kAbove)));
     checkGl("uploading the ground's heights");
 }
 

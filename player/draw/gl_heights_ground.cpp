@@ -28,7 +28,7 @@ GlHeightsGround::GlHeightsGround(const GlHeights& heights, std::span<const std::
 HeightsRecipe GlHeightsGround::recipe() const {
     const HeightReceivers& receivers = heights_->receivers();
     HeightsRecipe out;
-    out.heights = heightsGlsl(heights_->field(), heights_->tables(), heights_->corner(), true);
+    out.heights = heightsGlsl(heights_->field(), heights_->tables(), heights_->corner(), HeightReceiver::kOnField);
     out.order = heights_->tables().order();
     out.spacing = receivers.step();
     out.rows = receivers.rows();

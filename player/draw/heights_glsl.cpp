@@ -97,7 +97,7 @@ std::size_t heightRowQuads(int order) { return std::size_t(order * order + 3 + 3
 
 std::size_t heightCellShares(int step) { return std::size_t(step * step - 1) / 3; }
 
-std::string heightsGlsl(const HeightField& field, const HeightTables& tables, Vec3 corner, bool on_field) {
+std::string heightsGlsl(const HeightField& field, const HeightTables& tables, Vec3 corner, HeightReceiver receiver) {
     const HeightScene scene = tables.sceneOf(field);
     const HeightGrid& grid = field.grid();
     const auto number = [](float x) { return glslFloat(double(x)); };
@@ -112,7 +112,7 @@ std::string heightsGlsl(const HeightField& field, const HeightTables& tables, Ve
     if (scene.open) text += define("OPEN");
     text += kShaderHeightsGlsl;
     const std::string mark = "GENERATED_BY_HEIGHTS_GLSL";
-    return text.replace(text.rfind(mark), mark.size(), mirrorGlsl(tables.mirrorOf(on_field)));
+    return text.replace(text.rfind(mark), mark.size(), mirrorGlsl(tables.mirrorOf(receiver)));
 }
 
 std::vector<std::uint32_t> heightTapWords(const HeightField& field, const HeightTables& tables) {

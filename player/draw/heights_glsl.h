@@ -17,7 +17,7 @@ std::size_t heightCellShares(int step);
 // void heightsMirror(inout float v[ORDER * ORDER], vec3 normal, vec3 tangent, out float numbers[]), which turns V into
 // the frame of a point and mirrors it there. Normal and tangent are in the frame of the field. It destroys v. `corner`
 // is where height 0 of row 0 and column 0 stands in the scene.
-std::string heightsGlsl(const HeightField& field, const HeightTables& tables, Vec3 corner, bool on_field);
+std::string heightsGlsl(const HeightField& field, const HeightTables& tables, Vec3 corner, HeightReceiver receiver);
 // The buffer Taps.
 std::vector<std::uint32_t> heightTapWords(const HeightField& field, const HeightTables& tables);
 

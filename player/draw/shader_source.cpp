@@ -93,18 +93,18 @@ std::string receiverSource(const ShaderRecipe& recipe) {
     return text.insert(text.find("#define"), "#define RECEIVERS\n");
 }
 
-std::string castSource(bool parts, bool spheres, CastPass pass) {
+std::string castSource(CasterKinds kinds, CastPass pass) {
     std::string text = kShaderCastComp, generated = castGlsl(), defines;
     if (pass != CastPass::kEach) {
-        generated += castAnchorsGlsl(parts) + kShaderCastAnchorsGlsl;
+        generated += castAnchorsGlsl(kinds) + kShaderCastAnchorsGlsl;
         defines = (pass == CastPass::kAnchors ? "#define CAST_ANCHORS\n" : "#define AT_ANCHORS\n") +
                   define("ANCHOR_WORDS", kCastAnchorWords) + noAnchor() + "#define NEAR_SPACINGS " +
                   glslFloat(double(kNearSpacings[0])) + "\n#define FAR_SPACINGS " +
                   glslFloat(double(kNearSpacings[1])) + "\n";
     }
     insertAt(text, "GENERATED_BY_CAST_GLSL", generated);
-    return castPreamble() + define("CAP_LOG_TEXELS", capLogTexels().size() / 4) + (parts ? "#define HAS_PARTS\n" : "") +
-           (spheres ? "#define HAS_SPHERES\n" : "") + defines + text;
+    return castPreamble() + define("CAP_LOG_TEXELS", capLogTexels().size() / 4) +
+           (kinds.parts ? "#define HAS_PARTS\n" : "") + (kinds.spheres ? "#define HAS_SPHERES\n" : "") + defines + text;
 }
 
 std::string groundSource(bool sunlit) { return castPreamble() + evaluatedQuads(sunlit) + kShaderGroundComp; }

@@ -7,6 +7,7 @@
 #include "player/draw/evaluate_layout.h"
 #include "player/frame/channel.h"
 #include "runtime/glsl/brdf_glsl.h"
+#include "runtime/glsl/far_glsl.h"
 #include "runtime/shade/shading_layout.h"
 
 namespace penumbra {
@@ -46,7 +47,7 @@ std::string receiverSource(const ShaderRecipe& recipe);
 // Who receives: each for itself, the anchors of characters, or the vertices around them.
 enum class CastPass { kEach, kAnchors, kAtAnchors };
 // Return the shader that casts, for a scene with such casters, and that of the ground.
-std::string castSource(bool parts, bool spheres, CastPass pass = CastPass::kEach);
+std::string castSource(CasterKinds kinds, CastPass pass = CastPass::kEach);
 std::string groundSource(bool sunlit);
 
 // The shaders of a height field. `heights` is heightsGlsl() (heights_glsl.h).

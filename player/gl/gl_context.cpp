@@ -26,9 +26,9 @@ void describe(GlContext& context, const std::string& system) {
 std::unique_ptr<GlContext> createGlContext(GlBackend backend) {
     std::string egl_reason, osmesa_reason;
     std::unique_ptr<GlContext> context;
-    if (backend == GlBackend::kAuto) context = createEglContext(/*gpu_only=*/true, egl_reason);
+    if (backend == GlBackend::kAuto) context = createEglContext(EglDevices::kGpus, egl_reason);
     if (!context && backend != GlBackend::kEgl) context = createOsMesaContext(osmesa_reason);
-    if (!context && backend != GlBackend::kOsMesa) context = createEglContext(/*gpu_only=*/false, egl_reason);
+    if (!context && backend != GlBackend::kOsMesa) context = createEglContext(EglDevices::kAll, egl_reason);
     if (context) return context;
     std::string message = "no OpenGL 4.3 context:";
     if (!egl_reason.empty()) message += " EGL: " + egl_reason + ";";

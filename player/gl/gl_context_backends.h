@@ -10,7 +10,8 @@ namespace penumbra {
 
 constexpr int kGlMajor = 4, kGlMinor = 3;
 
-std::unique_ptr<GlContext> createEglContext(bool gpu_only, std::string& reason);
+enum class EglDevices { kAll, kGpus };
+std::unique_ptr<GlContext> createEglContext(EglDevices devices, std::string& reason);
 std::unique_ptr<GlContext> createOsMesaContext(std::string& reason);
 
 // Fills in description and `software` from the current context.

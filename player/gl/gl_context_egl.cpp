@@ -115,7 +115,7 @@ std::vector<EGLDisplay> deviceDisplays() {
 
 }  // namespace
 
-std::unique_ptr<GlContext> createEglContext(bool gpu_only, std::string& reason) {
+std::unique_ptr<GlContext> createEglContext(EglDevices devices, std::string& reason) {
     const EglLibrary& egl = openEgl();
     if (!egl.complete) {
         reason = "libEGL.so.1 cannot be loaded or is too old";
@@ -123,7 +123,7 @@ std::unique_ptr<GlContext> createEglContext(bool gpu_only, std::string& reason) 
     }
     for (const EGLDisplay display : deviceDisplays())
         if (auto context = createOn(display, reason); context && !context->software) return context;
-    if (gpu_only) {
+    if (devices == EglDevices::kGpus) {
         reason = "no GPU";
         return nullptr;
     }

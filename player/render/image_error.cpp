@@ -85,7 +85,7 @@ double ImageError::rmse() const { return std::sqrt(squares / (3 * double(pixels)
 
 double ImageError::flip() const { return flip_sum / double(flip_pixels); }
 
-ImageError imageError(const Image& model, const Image& truth, float exposure, bool flip, int threads) {
+ImageError imageError(const Image& model, const Image& truth, float exposure, ImageMetrics metrics, int threads) {
     assert(model.alpha.size() == truth.alpha.size() && !model.alpha.empty());
     const Displayed a{model.width, model.height, displayedBytes(model, exposure)};
     const Displayed b{truth.width, truth.height, displayedBytes(truth, exposure)};
@@ -98,7 +98,7 @@ ImageError imageError(const Image& model, const Image& truth, float exposure, bo
             error.squares += difference * difference;
         }
     }
-    if (flip) addFlip(a, b, threads, error);
+    if (metrics == ImageMetrics::kRmseAndFlip) addFlip(a, b, threads, error);
     // A PNG shows NaN as black, which the other picture may show there, too.
     const auto isNan = [](Vec3 p) { return std::isnan(p.x + p.y + p.z); };
     if (std::ranges::any_of(model.pixels, isNan) || std::ranges::any_of(truth.pixels, isNan))

@@ -16,8 +16,9 @@ struct ImageError {
     double flip() const;  // mean; NaN where it was not measured
 };
 
+enum class ImageMetrics { kRmse, kRmseAndFlip };  // FLIP takes most of the time
 // Compares what a PNG of this exposure would store. Both pictures have alpha and the same size. A pixel that is NaN
 // makes both errors NaN.
-ImageError imageError(const Image& model, const Image& truth, float exposure, bool flip, int threads);
+ImageError imageError(const Image& model, const Image& truth, float exposure, ImageMetrics metrics, int threads);
 
 }  // namespace penumbra

@@ -128,9 +128,9 @@ void Batch::draw(std::size_t index, const BatchSink& sink, FrameRecord& record) 
     for (const Panel& panel : plan_.panels) panels.push_back(pictures.of(panel));
     if (!panels.empty()) sink.panels(index, std::move(panels));
     if (!plan_.image_error || !frame_.hasTruth()) return;
-    record.image =
-        imageError(pictures.of({options.channel, VisibilitySource::kModel}),
-                   pictures.of({options.channel, VisibilitySource::kTruth}), exposure_, plan_.flip, frame_.threads());
+    record.image = imageError(pictures.of({options.channel, VisibilitySource::kModel}),
+                              pictures.of({options.channel, VisibilitySource::kTruth}), exposure_,
+                              plan_.flip ? ImageMetrics::kRmseAndFlip : ImageMetrics::kRmse, frame_.threads());
 }
 
 FrameRecord Batch::run(std::size_t index, const BatchSink& sink) {

@@ -91,7 +91,7 @@ void SceneFrames::evaluateGround() {
     if (!scene_.file().ground) return;
     if (!scene_.field() && scene_.file().ground->catcher) return;  // nobody looks at it
     if (scene_.field()) {
-        scene_.field()->update(scene_.cast(), true, threads_, field_);
+        scene_.field()->update(scene_.cast(), FieldPoints::kNew, threads_, field_);
         if (!suns().empty()) scene_.field()->heights().castingPoints(field_casting_);
         return;
     }

@@ -85,11 +85,11 @@ bool SceneField::isStale(int row, int column) const {
 }
 
 // Of the units of one row of them.
-void SceneField::findStale(bool anew, int first_row) {
+void SceneField::findStale(FieldPoints old, int first_row) {
     const HeightGrid& grid = heights_.field().grid();
     const int step = visibility_.step(), unit = unitOf(step), across = unitsIn(grid.columns, unit);
     for (int u = 0; u < across; ++u) {
-        bool surely = anew, perhaps = false;
+        bool surely = old == FieldPoints::kNew, perhaps = false;
         for (int r = first_row; r < std::min(first_row + unit, grid.rows); r += step)
             for (int c = u * unit; c < std::min((u + 1) * unit, grid.columns) && !surely; c += step) {
                 const auto row = std::size_t(r / step), column = std::size_t(c / step);
@@ -127,7 +127,7 @@ void SceneField::updateBand(int first_row, FrameVertices& points) {
     }
 }
 
-std::size_t SceneField::update(const CastShadow& cast, bool anew, int threads, FrameVertices& points) {
+std::size_t SceneField::update(const CastShadow& cast, FieldPoints old, int threads, FrameVertices& points) {
     const HeightField& field = heights_.field();
     const HeightGrid& grid = field.grid();
     for (std::vector<Vec3>* list : {&points.positions, &points.normals, &points.tangents}) list->resize(grid.size());
@@ -138,7 +138,7 @@ std::size_t SceneField::update(const CastShadow& cast, bool anew, int threads, F
     finer_.resize(visibility_.receiverCount());
     parallelFor(std::size_t(unitsIn(grid.rows, unit)), threads, [&](std::size_t units) {
         const int first_row = int(units) * unit;
-        findStale(anew, first_row);
+        findStale(old, first_row);
         for (int row = first_row; row < std::min(first_row + unit, grid.rows); row += step) updateBand(row, points);
     });
     visibility_.freshen();

@@ -18,6 +18,8 @@ namespace penumbra {
 
 constexpr int kFieldStride = 16;  // of the numbers of a point
 
+enum class FieldPoints { kNew, kKept };
+
 class SceneField {
 public:
     // `heights` are the ground's.
@@ -47,10 +49,10 @@ public:
 
     // Computes all points, in the scene: where they are, and what they see past the field alone, numbers of
     // convention() with kFieldStride. Sizes `points`.
-    void evaluate(int threads, FrameVertices& points) { update(CastShadow({}), true, threads, points); }
-    // The same past all casters as well. Unless `anew`, `points` are those of the last call, nobody who casts has moved
+    void evaluate(int threads, FrameVertices& points) { update(CastShadow({}), FieldPoints::kNew, threads, points); }
+    // The same past all casters as well. With kKept, `points` are those of the last call, nobody who casts has moved
     // since, and only points that a change of the heights has reached are computed. Returns how many points were.
-    std::size_t update(const CastShadow& cast, bool anew, int threads, FrameVertices& points);
+    std::size_t update(const CastShadow& cast, FieldPoints old, int threads, FrameVertices& points);
     // Multiplies numbers of evaluate() by what all casters leave visible.
     void castOn(const CastShadow& cast, int threads, FrameVertices& points);
     // Multiplies numbers of a model's convention by what the field leaves visible to points on it or above it, which
@@ -76,7 +78,7 @@ private:
     std::vector<std::uint64_t> finer_;  // HeightVisibility::finerKey() of every cell, as of its last update
 
     void wake(std::span<const TexelBox> changed);
-    void findStale(bool anew, int first_row);
+    void findStale(FieldPoints old, int first_row);
     void updateBand(int first_row, FrameVertices& points);
     void updateTile(const HeightRefined& refined, int first, int end, FrameVertices& points) const;
     bool isStale(int row, int column) const;

@@ -96,14 +96,14 @@ void LightBlend::begin(const LightView& from, const LightView& to) {
     elapsed_ = 0;
 }
 
-void LightBlend::advance(std::span<const LightView> lights, int order, std::size_t wanted, double seconds, bool fades) {
-    const bool at_once = !wanted_ || !fades || fade_.seconds == 0;
-    if (at_once || (!active_ && wanted_ == wanted)) {
-        if (active_) ++version_;
-        active_ = false;
-        wanted_ = wanted;
-        return;
-    }
+void LightBlend::jump(std::size_t wanted) {
+    if (active_) ++version_;
+    active_ = false;
+    wanted_ = wanted;
+}
+
+void LightBlend::advance(std::span<const LightView> lights, int order, std::size_t wanted, double seconds) {
+    if (!wanted_ || fade_.seconds == 0 || (!active_ && wanted_ == wanted)) return jump(wanted);
     if (wanted_ != wanted) {
         order_ = order;
         begin(lights[*wanted_], lights[wanted]);

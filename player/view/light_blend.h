@@ -21,7 +21,9 @@ public:
     // Goes on by `seconds` towards `wanted`, one of `lights`, none of which has more than `order` bands. The first call
     // takes the light as it is. So does every call where `fades` is false. Another light in the middle of a blend
     // begins a new one where this one stands.
-    void advance(std::span<const LightView> lights, int order, std::size_t wanted, double seconds, bool fades = true);
+    void advance(std::span<const LightView> lights, int order, std::size_t wanted, double seconds);
+    // Shows `wanted` at once.
+    void jump(std::size_t wanted);
 
     bool active() const { return active_; }             // else the light is the one that was wanted last
     double part() const;                                // t, of the way to the light that is wanted

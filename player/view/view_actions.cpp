@@ -10,88 +10,100 @@ namespace penumbra {
 namespace {
 
 template <const Menu& kMenu>
-void next(ViewState& state, const Scene& scene, bool back) {
-    chooseNext(kMenu, state, scene, back);
+void next(ViewState& state, const Scene& scene, KeyPress press) {
+    chooseNext(kMenu, state, scene, press.shift ? -1 : 1);
 }
-template <bool kBack>
-void otherClip(ViewState& state, const Scene& scene, bool) {
-    chooseNext(kClipMenu, state, scene, kBack);
+template <int kStep>
+void otherClip(ViewState& state, const Scene& scene, KeyPress) {
+    chooseNext(kClipMenu, state, scene, kStep);
 }
 
 template <auto kFirst, auto... kMembers>
-void toggle(ViewState& state, const Scene&, bool) {
+void toggle(ViewState& state, const Scene&, KeyPress) {
     bool& on = ((state.*kFirst).*....*kMembers);
     on = !on;
 }
 
 template <int kFrames>
-void step(ViewState& state, const Scene& scene, bool shift) {
+void step(ViewState& state, const Scene& scene, KeyPress press) {
     // Stepping back from between two frames, the first of the two is one step.
     const bool between = kFrames < 0 && shownPosition(state, scene, state.selected).part > 0;
     Playhead in_clip = state.playhead;
     in_clip.time = clipTime(state);
     stepFrames(in_clip, scene.characters[state.selected]->asset.animation, selectedClip(state, scene),
-               (shift ? 10 * kFrames : kFrames) + (between ? 1 : 0));
+               (press.shift ? 10 * kFrames : kFrames) + (between ? 1 : 0));
     state.playhead.playing = in_clip.playing;
     showClipTime(state, in_clip.time);
 }
 
-void rewind(ViewState& state, const Scene&, bool) { showClipTime(state, 0); }
+void rewind(ViewState& state, const Scene&, KeyPress) { showClipTime(state, 0); }
 
-void faster(ViewState& state, const Scene&, bool) { state.playhead.speed = std::min(8.0, 2 * state.playhead.speed); }
-void slower(ViewState& state, const Scene&, bool) { state.playhead.speed = std::max(0.125, state.playhead.speed / 2); }
+void faster(ViewState& state, const Scene&, KeyPress) {
+    state.playhead.speed = std::min(8.0, 2 * state.playhead.speed);
+}
+void slower(ViewState& state, const Scene&, KeyPress) {
+    state.playhead.speed = std::max(0.125, state.playhead.speed / 2);
+}
 
-void unturnLight(ViewState& state, const Scene&, bool) { state.lighting.yaw = state.lighting.pitch = 0; }
+void unturnLight(ViewState& state, const Scene&, KeyPress) { state.lighting.yaw = state.lighting.pitch = 0; }
 
-void brighter(ViewState& state, const Scene&, bool automatic) {
-    if (automatic)
+void brighter(ViewState& state, const Scene&, KeyPress press) {
+    if (press.shift)
         state.automatic_exposure = true;
     else
         fixExposure(state, state.display.exposure * 1.25f);
 }
-void darker(ViewState& state, const Scene&, bool) { fixExposure(state, state.display.exposure / 1.25f); }
+void darker(ViewState& state, const Scene&, KeyPress) { fixExposure(state, state.display.exposure / 1.25f); }
 
-void toggleTruth(ViewState& state, const Scene& scene, bool) {
+void toggleTruth(ViewState& state, const Scene& scene, KeyPress) {
     if (scene.hasTruth())
         state.show.compare = state.show.compare == Compare::kTruth ? Compare::kModel : Compare::kTruth;
 }
 
 template <Channel kChannel>
-void channel(ViewState& state, const Scene& scene, bool) {
+void channel(ViewState& state, const Scene& scene, KeyPress) {
     chooseChannel(state, scene, kChannel);
 }
 
-void component(ViewState& state, const Scene& scene, bool back) {
+void component(ViewState& state, const Scene& scene, KeyPress press) {
     const std::size_t count = scene.components();
     if (count == 0) return;
     std::optional<std::size_t>& shown = state.show.component;
-    shown = shown ? (*shown + (back ? count - 1 : 1)) % count : 0;
+    shown = shown ? (*shown + (press.shift ? count - 1 : 1)) % count : 0;
 }
-void smallerError(ViewState& state, const Scene&, bool) {
+void smallerError(ViewState& state, const Scene&, KeyPress) {
     state.show.error_max = std::max(1e-3f, state.show.error_max / 1.25f);
 }
-void largerError(ViewState& state, const Scene&, bool) {
+void largerError(ViewState& state, const Scene&, KeyPress) {
     state.show.error_max = std::min(1.0f, state.show.error_max * 1.25f);
 }
-void unedit(ViewState& state, const Scene&, bool) { state.inspect.score_edit.reset(); }
-void unpick(ViewState& state, const Scene&, bool) { state.inspect.picked.reset(); }
+void unedit(ViewState& state, const Scene&, KeyPress) { state.inspect.score_edit.reset(); }
+void unpick(ViewState& state, const Scene&, KeyPress) { state.inspect.picked.reset(); }
 
-void frameScene(ViewState& state, const Scene&, bool) { state.frame_all = true; }
-void closeHelp(ViewState& state, const Scene&, bool) {
+void frameScene(ViewState& state, const Scene&, KeyPress) { state.frame_all = true; }
+void nextFactor(ViewState& state, const Scene& scene, KeyPress press) {
+    chooseNextFactor(state, scene, press.shift ? -1 : 1);
+}
+void worst(ViewState& state, const Scene& scene, KeyPress press) {
+    showWorst(state, scene, press.shift ? Worst::kOutOfRange : Worst::kError);
+}
+void closeHelp(ViewState& state, const Scene&, KeyPress) {
     state.window.help = false;
     state.window.sequence.reset();
 }
-void sequence(ViewState& state, const Scene&, bool) { state.window.sequence = 0; }
-void brush(ViewState& state, const Scene& scene, bool) { state.tool.brush.on = scene.field && !state.tool.brush.on; }
+void sequence(ViewState& state, const Scene&, KeyPress) { state.window.sequence = 0; }
+void brush(ViewState& state, const Scene& scene, KeyPress) {
+    state.tool.brush.on = scene.field && !state.tool.brush.on;
+}
 template <bool kMore>
-void otherBrush(ViewState& state, const Scene&, bool strength) {
-    double& size = strength ? state.tool.brush.strength : state.tool.brush.radius;
+void otherBrush(ViewState& state, const Scene&, KeyPress press) {
+    double& size = press.shift ? state.tool.brush.strength : state.tool.brush.radius;
     size = std::clamp(kMore ? size * 1.25 : size / 1.25, kMinBrush, kMaxBrush);
 }
-void quit(ViewState& state, const Scene&, bool) { state.window.quit = true; }
-void screenshot(ViewState& state, const Scene&, bool shift) {
+void quit(ViewState& state, const Scene&, KeyPress) { state.window.quit = true; }
+void screenshot(ViewState& state, const Scene&, KeyPress press) {
     state.window.screenshot = true;
-    state.window.screenshot_panels = !shift;
+    state.window.screenshot_panels = !press.shift;
 }
 
 constexpr std::array kShortcuts = {
@@ -99,12 +111,12 @@ constexpr std::array kShortcuts = {
     Shortcut{kKeyRight, "Right", "10 frames", "next frame", step<1>},
     Shortcut{kKeyLeft, "Left", "10 frames", "previous frame", step<-1>},
     Shortcut{kKeyHome, "Home", "", "first frame", rewind},
-    Shortcut{'W', "W", "farthest out of range", "the clip's frame of the largest error", showWorst},
+    Shortcut{'W', "W", "farthest out of range", "the clip's frame of the largest error", worst},
     Shortcut{'I', "I", "", "interpolate between sampled frames, or snap to them", toggle<&ViewState::smooth>},
     Shortcut{kKeyUp, "Up", "", "twice as fast", faster},
     Shortcut{kKeyDown, "Down", "", "half as fast", slower},
-    Shortcut{kKeyPageDown, "Page Down", "", "next clip", otherClip<false>},
-    Shortcut{kKeyPageUp, "Page Up", "", "previous clip", otherClip<true>},
+    Shortcut{kKeyPageDown, "Page Down", "", "next clip", otherClip<1>},
+    Shortcut{kKeyPageUp, "Page Up", "", "previous clip", otherClip<-1>},
     Shortcut{'M', "M", "previous", "next material of the chosen slot", next<kMaterialMenu>},
     Shortcut{'S', "S", "previous", "next slot, or all slots", next<kSlotMenu>},
     Shortcut{'L', "L", "previous", "next light", next<kLightMenu>},
@@ -132,7 +144,7 @@ constexpr std::array kShortcuts = {
     Shortcut{'N', "N", "", "normals and tangents as lines", toggle<&ViewState::show, &ShowChoice::frames>},
     Shortcut{'U', "U", "", "boxes of fields, or spheres, that characters cast by",
              toggle<&ViewState::show, &ShowChoice::boxes>},
-    Shortcut{'Y', "Y", "previous", "lobe of the next factor of the picked vertex", chooseNextFactor},
+    Shortcut{'Y', "Y", "previous", "lobe of the next factor of the picked vertex", nextFactor},
     Shortcut{'X', "X", "", "no vertex picked", unpick},
     Shortcut{'Z', "Z", "", "scores as the pose has them, not changed", unedit},
     Shortcut{'F', "F", "", "frame everything", frameScene},
@@ -161,7 +173,7 @@ std::span<const Shortcut> shortcuts() { return kShortcuts; }
 bool applyKey(ViewState& state, const Scene& scene, KeyPress press) {
     for (const Shortcut& shortcut : kShortcuts)
         if (shortcut.key == press.key) {
-            shortcut.apply(state, scene, press.shift);
+            shortcut.apply(state, scene, press);
             return true;
         }
     return false;

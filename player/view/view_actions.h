@@ -32,7 +32,7 @@ struct Shortcut {
     int key;
     std::string_view name, shifted;  // name of the key, and what Shift does: "" = the same as without
     std::string_view text;
-    void (*apply)(ViewState& state, const Scene& scene, bool shift);
+    void (*apply)(ViewState& state, const Scene& scene, KeyPress press);
 };
 std::span<const Shortcut> shortcuts();
 

@@ -50,11 +50,10 @@ void Backdrop::drawGround(const Scene& scene, const FrameView& view, const ViewS
     painter.draw(plain, sunlightOf(suns));
 }
 
-ViewField* Backdrop::fieldOnGpu(const Scene& scene, bool on) {
-    field_on_gpu_ = on;
-    if (!on) return nullptr;
+ViewField& Backdrop::fieldOnGpu(const Scene& scene) {
+    field_on_gpu_ = true;
     if (!field_) field_.emplace(scene);
-    return &*field_;
+    return *field_;
 }
 
 void Backdrop::drawPlainGround(const Scene& scene, const FrameView& view, ViewSunlight* suns) {

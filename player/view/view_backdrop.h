@@ -22,9 +22,10 @@ public:
     void draw(const Scene& scene, const ViewState& state, const FrameView& view, ViewSunlight* suns);
     // Draws the ground without its tiles.
     void drawPlainGround(const Scene& scene, const FrameView& view, ViewSunlight* suns);
-    // The ground with heights on the GPU, which drawPlainGround() draws from now on; null with `on` false, and then it
-    // draws what updateScene() has computed.
-    ViewField* fieldOnGpu(const Scene& scene, bool on);
+    // The ground with heights on the GPU, which drawPlainGround() draws from now on.
+    ViewField& fieldOnGpu(const Scene& scene);
+    // From now on it draws what updateScene() has computed.
+    void drawFieldOfCpu() { field_on_gpu_ = false; }
 
 private:
     Cached<LightKey, std::optional<SkyPainter>> sky_;

@@ -96,8 +96,9 @@ void showField(Scene& scene, const ViewState& state, const GroundKey& key, const
     const bool anew = ground.seen.update({key.seen, key.on_cpu}), moved = ground.heights.update(key.field);
     if (anew || moved) {
         const CastShadow nobody({});
-        ground.updated = scene.field->update(key.seen.shadows == Shadows::kCast ? *scene.cast : nobody, anew, threads,
-                                             ground.points);
+        const CastShadow& cast = key.seen.shadows == Shadows::kCast ? *scene.cast : nobody;
+        ground.updated =
+            scene.field->update(cast, anew ? FieldPoints::kNew : FieldPoints::kKept, threads, ground.points);
         ground.vertices.positions = ground.points.positions;
         ground.vertices.normals = ground.points.normals;
         ground.vertices.tangents = ground.points.tangents;

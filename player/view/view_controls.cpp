@@ -119,11 +119,11 @@ constexpr Menu kCastModeMenu = menuOf<&ViewState::show, &ShowChoice::cast_mode>(
     },
     [](const Scene& scene, std::size_t mode) { return hasCastMode(scene, CastMode(mode)); });
 
-void chooseNext(const Menu& menu, ViewState& state, const Scene& scene, bool back) {
+void chooseNext(const Menu& menu, ViewState& state, const Scene& scene, int step) {
     const std::size_t count = menu.names(scene, state).size();
     std::size_t choice = menu.chosen(state);
     for (std::size_t i = 0; i < count; ++i) {
-        choice = (choice + (back ? count - 1 : 1)) % count;
+        choice = (choice + count + std::size_t(step)) % count;
         if (menu.offers(scene, choice)) return menu.choose(state, scene, choice);
     }
 }

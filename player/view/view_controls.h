@@ -20,7 +20,7 @@ struct Menu {
 extern const Menu kClipMenu, kMaterialMenu, kSlotMenu, kLightMenu, kLightFormMenu, kReflectanceMenu, kBounceMenu,
     kToneMapMenu, kChannelMenu, kCompareMenu, kShadowMenu, kCastModeMenu;
 // Chooses the next one that there is, or the one before, round the ends.
-void chooseNext(const Menu& menu, ViewState& state, const Scene& scene, bool back);
+void chooseNext(const Menu& menu, ViewState& state, const Scene& scene, int step);
 // Tells whether shadows of others can join in this way.
 bool hasCastMode(const Scene& scene, CastMode mode);
 

@@ -17,7 +17,10 @@ void advanceLight(Scene& scene, const ViewState& state, double seconds) {
     if (asset.lights.empty()) return;
     const bool fades =
         shownShading(scene, state).light_form == LightForm::kRotation && shownCastMode(state) == CastMode::kProduct;
-    scene.blend.advance(lightsOf(asset), asset.lights.back().order, state.lighting.light, seconds, fades);
+    if (fades)
+        scene.blend.advance(lightsOf(asset), asset.lights.back().order, state.lighting.light, seconds);
+    else
+        scene.blend.jump(state.lighting.light);
 }
 
 LightView shownLight(const Scene& scene, const ViewState& state) {

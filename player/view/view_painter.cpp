@@ -143,7 +143,8 @@ void ScenePainter::uploadValues(const ViewState& state, const Key& key) {
 
 void ScenePainter::prepare(const ViewState& state, const std::vector<Pane>& panes, double radius) {
     const bool casts = castsOnGpu(state);
-    ViewField* const field = backdrop_.fieldOnGpu(*scene_, fieldOnGpu(state));
+    ViewField* const field = fieldOnGpu(state) ? &backdrop_.fieldOnGpu(*scene_) : nullptr;
+    if (!field) backdrop_.drawFieldOfCpu();
     if (casts) {
         poseCasters();
         if (field) field->update();

@@ -145,14 +145,14 @@ std::optional<Vec3d> pointOnField(const GroundHeights& heights, Vec3d origin, Ve
 }
 
 std::optional<GroundStroke> strokeUnder(const Scene& scene, const ViewState& state, const Rectangle& picture, double x,
-                                        double y, bool lowers, double seconds) {
+                                        double y, double seconds) {
     constexpr double kLongest = 0.1;  // seconds: a frame that took long digs no deep pit
     const std::optional<Vec3d> way = directionAt(state, picture, x, y);
     if (!scene.field || !way) return std::nullopt;
-    const double rise = state.tool.brush.strength * std::min(seconds, kLongest);
+    const double rise = state.tool.brush.strength * std::clamp(seconds, -kLongest, kLongest);
     const auto at = pointOnField(scene.field->heights(), cameraPosition(state.camera), *way);
     if (!at) return std::nullopt;
-    return GroundStroke{toFloat(*at), float(state.tool.brush.radius), float(lowers ? -rise : rise)};
+    return GroundStroke{toFloat(*at), float(state.tool.brush.radius), float(rise)};
 }
 
 }  // namespace penumbra

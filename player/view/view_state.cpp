@@ -50,30 +50,30 @@ const ClipFigures& knownFigures(const ViewState& state, const Scene& scene) {
 
 }  // namespace
 
-void showWorst(ViewState& state, const Scene& scene, bool out_of_range) {
+void showWorst(ViewState& state, const Scene& scene, Worst by) {
     const ClipFigures& figures = knownFigures(state, scene);
     state.awaited.reset();
-    if (!out_of_range && !scene.characters[state.selected]->truth) return;
+    if (by == Worst::kError && !scene.characters[state.selected]->truth) return;
     state.playhead.playing = false;
-    const std::size_t known = out_of_range ? showLargest(state, scene, figures.out_of_range, std::identity())
-                                           : showLargest(state, scene, figures.errors, &FrameError::mean);
+    const std::size_t known = by == Worst::kOutOfRange
+                                  ? showLargest(state, scene, figures.out_of_range, std::identity())
+                                  : showLargest(state, scene, figures.errors, &FrameError::mean);
     if (known < selectedClip(state, scene).frame_count)
-        state.awaited =
-            AwaitedWorst{out_of_range, state.selected, state.characters[state.selected].clip, state.playhead.time};
+        state.awaited = AwaitedWorst{by, state.selected, state.characters[state.selected].clip, state.playhead.time};
 }
 
 namespace {
 
 void showAwaited(ViewState& state, const Scene& scene) {
     if (!state.awaited) return;
-    const bool out_of_range = state.awaited->out_of_range;
-    const AwaitedWorst here{out_of_range, state.selected, state.characters[state.selected].clip, state.playhead.time};
+    const Worst by = state.awaited->by;
+    const AwaitedWorst here{by, state.selected, state.characters[state.selected].clip, state.playhead.time};
     const ClipFigures& figures = knownFigures(state, scene);
-    const std::size_t known = out_of_range ? figures.out_of_range.size() : figures.errors.size();
+    const std::size_t known = by == Worst::kOutOfRange ? figures.out_of_range.size() : figures.errors.size();
     if (state.playhead.playing || *state.awaited != here)
         state.awaited.reset();
     else if (known >= selectedClip(state, scene).frame_count)
-        showWorst(state, scene, out_of_range);
+        showWorst(state, scene, by);
 }
 
 }  // namespace
@@ -127,13 +127,13 @@ void chooseChannel(ViewState& state, const Scene& scene, Channel channel) {
     state.show.component.reset();
 }
 
-void chooseNextFactor(ViewState& state, const Scene& scene, bool back) {
+void chooseNextFactor(ViewState& state, const Scene& scene, int step) {
     if (!state.inspect.picked) return;
     const std::vector<VisibilityFactor>& factors = *scene.characters[state.inspect.picked->character]->posed.factors;
     if (factors.empty()) return;
     const auto found = std::ranges::find(factors, state.inspect.factor, &VisibilityFactor::choice);
     const std::size_t at = found == factors.end() ? 0 : std::size_t(found - factors.begin());
-    state.inspect.factor = factors[(at + (back ? factors.size() - 1 : 1)) % factors.size()].choice;
+    state.inspect.factor = factors[(at + factors.size() + std::size_t(step)) % factors.size()].choice;
 }
 
 Compare shownCompare(const ViewState& state) {

@@ -78,10 +78,12 @@ struct ScoreEdit {
     bool operator==(const ScoreEdit&) const = default;
 };
 
+enum class Worst { kError, kOutOfRange };  // which figure the worst frame of a clip has the largest of
+
 // The user asked for the worst frame before every frame's figure was known. It is shown again when all are known, if
 // the user has stayed there.
 struct AwaitedWorst {
-    bool out_of_range = false;
+    Worst by = Worst::kError;
     std::size_t character = 0, clip = 0;
     double time = 0;  // Playhead::time
     bool operator==(const AwaitedWorst&) const = default;
@@ -159,7 +161,7 @@ struct ViewState {
 const ClipView& selectedClip(const ViewState& state, const Scene& scene);
 // Goes to the clip's frame of the largest mean error against the truth, or of the pose that is farthest out of range,
 // as far as these are known. advanceView() does it again when all of them are.
-void showWorst(ViewState& state, const Scene& scene, bool out_of_range);
+void showWorst(ViewState& state, const Scene& scene, Worst by);
 // Tells whether only sampled frames are shown: because the user chose so, or because truth is shown, which other
 // poses lack.
 bool snapsToFrames(const ViewState& state);
@@ -177,7 +179,7 @@ std::size_t chosenMaterial(const ViewState& state);
 bool hasChannel(const Scene& scene, Channel channel);
 void chooseChannel(ViewState& state, const Scene& scene, Channel channel);
 // Goes to the next factor of the picked vertex, or to the one before, round the ends.
-void chooseNextFactor(ViewState& state, const Scene& scene, bool back);
+void chooseNextFactor(ViewState& state, const Scene& scene, int step);
 // Returns what is compared: only what truth has too, which is shaded pictures and ambient visibility.
 Compare shownCompare(const ViewState& state);
 // Lets the lamp follow the pointer: a drag over the whole height turns the light by half a turn.

@@ -23,8 +23,8 @@ void fieldVisibility(const HeightField& field, const HeightTables& above, Vec3 c
             tangents[i] = fieldFromScene(receivers.tangents[first + i]);
         }
         above.visibility(field, {rows.data(), columns.data(), heights.data(), n}, kRow, v);
-        above.mirror(std::span(v).first(n * kRow), kRow, {normals.data(), tangents.data()}, false, kFarNumbers,
-                     mirrored.subspan(first * kFarNumbers, n * kFarNumbers));
+        above.mirror(std::span(v).first(n * kRow), kRow, {normals.data(), tangents.data()}, HeightReceiver::kAbove,
+                     kFarNumbers, mirrored.subspan(first * kFarNumbers, n * kFarNumbers));
     }
 }
 

@@ -143,7 +143,7 @@ bool penumbra_cast_sphere(int i, float share, vec3 position, mat3 local_from_sce
     int e = int(entry);
     vec4 z = weight * mix(PENUMBRA_CAP_LOG(2 * e), PENUMBRA_CAP_LOG(2 * e + 2), entry - float(e));
     float z4 = weight * mix(PENUMBRA_CAP_LOG(2 * e + 1).x, PENUMBRA_CAP_LOG(2 * e + 3).x, entry - float(e));
-)" + basisGlsl(kCastOrder, false, "y", "d");
+)" + basisGlsl(kCastOrder, BasisPart::kAll, "y", "d");
     for (int l = 0; l < kCastOrder; ++l)
         for (int i = l * l; i < (l + 1) * (l + 1); ++i)
             text += "    " + castElement("logarithm", i) + " += " + (l < 4 ? std::string("z.") + "xyzw"[l] : "z4") +

@@ -385,9 +385,9 @@ std::string castFieldsGlsl() {
     return constantGlsl("most", constants.most) + fieldGlsl(constants) + kShaderFieldGlsl + kShaderCastFieldsGlsl;
 }
 
-std::string castAnchorsGlsl(bool parts) {
+std::string castAnchorsGlsl(CasterKinds kinds) {
     const FarConstants& constants = castConstants();
-    return parts ? anchorConstantsGlsl(constants) : "float penumbra_f[36];\n" + turnGlsl(constants);
+    return kinds.parts ? anchorConstantsGlsl(constants) : "float penumbra_f[36];\n" + turnGlsl(constants);
 }
 
 }  // namespace penumbra

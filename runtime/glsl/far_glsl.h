@@ -57,8 +57,12 @@ std::string fieldGlsl(const FarConstants& constants);
 std::string farGlsl(const FarConstants& constants);
 // Writes penumbra_cast_fields() and penumbra_cast_combine() with all that they need.
 std::string castFieldsGlsl();
+// What those who cast in a scene cast by.
+struct CasterKinds {
+    bool parts = false, spheres = false;
+};
 // Writes what cast_anchors.glsl needs: the constants of anchors where some casters have parts, whose functions
 // castFieldsGlsl() writes; else penumbra_f and penumbra_far_turn().
-std::string castAnchorsGlsl(bool parts);
+std::string castAnchorsGlsl(CasterKinds kinds);
 
 }  // namespace penumbra

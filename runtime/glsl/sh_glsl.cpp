@@ -28,7 +28,7 @@ double normalization(int band, int m) {
 
 }  // namespace
 
-std::string basisGlsl(int order, bool even_only, std::string_view prefix, std::string_view direction) {
+std::string basisGlsl(int order, BasisPart part, std::string_view prefix, std::string_view direction) {
     const std::string p(prefix), d(direction);
     std::string text;
     // Computes P_l^m / sin^m with the Condon-Shortley sign by the recurrence in l, and C_m + i S_m = (x + iy)^m.
@@ -54,7 +54,7 @@ std::string basisGlsl(int order, bool even_only, std::string_view prefix, std::s
                 text += glslFloat(double(2 * band - 1) / (band - m)) + " * " + d + ".z * " + legendre(band - 1) +
                         " - " + glslFloat(double(band + m - 1) / (band - m)) + " * " + legendre(band - 2);
             text += ";\n";
-            if (even_only && (band + m) % 2) continue;
+            if (part == BasisPart::kEven && (band + m) % 2) continue;
             const std::string scaled = glslFloat(normalization(band, m)) + " * " + legendre(band) + " * ";
             text += "    float " + p + std::to_string(shIndex(band, m)) + " = " + scaled + c + ";\n";
             if (m > 0) text += "    float " + p + std::to_string(shIndex(band, -m)) + " = " + scaled + s + ";\n";

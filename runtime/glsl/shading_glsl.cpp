@@ -41,7 +41,8 @@ std::string sightGlsl(const Convention& convention) {
         for (int m = -l; m <= l; m += mirrored ? 2 : 1)
             sum += "\n        + y" + std::to_string(shIndex(l, m)) + " * " + numberGlsl(number++);
     return "float penumbra_sight(vec4 numbers[PENUMBRA_STRIDE4], vec3 direction) {\n" +
-           basisGlsl(convention.order, mirrored, "y", "direction") + "    return 0.0" + sum + ";\n}\n";
+           basisGlsl(convention.order, mirrored ? BasisPart::kEven : BasisPart::kAll, "y", "direction") +
+           "    return 0.0" + sum + ";\n}\n";
 }
 
 namespace {
@@ -116,7 +117,7 @@ std::string lobesGlsl(const ShadingLayout& layout) {
     std::string text =
         "    for (int d = 0; d < int(PENUMBRA_LIGHT(0).x); ++d) {\n    vec3 s = local_from_model * PENUMBRA_LIGHT(1 + "
         "d).xyz;\n" +
-        basisGlsl(order, false, "y", "s");
+        basisGlsl(order, BasisPart::kAll, "y", "s");
     for (int band = 0; band < order; ++band) {
         text += "    radiance += PENUMBRA_LIGHT(" + std::to_string(1 + layout.lobe_count + band) + " + " +
                 std::to_string(order) + " * d).rgb * (";
@@ -316,7 +317,7 @@ std::string shadingGlsl(const ShadingLayout& layout) {
     const std::string products = productGlsl(layout, type, reader);
     const bool rotation = layout.choice.light_form == LightForm::kRotation;
     // Where every material is live, there is no table to read.
-    const std::string table = basisGlsl(layout.view_order, true, "e", "to_eye") + views + products,
+    const std::string table = basisGlsl(layout.view_order, BasisPart::kEven, "e", "to_eye") + views + products,
                       transfer = layout.live_count == 0 ? table
                                  : layout.views.empty() ? "    {\n" + liveGlsl(layout, type) + "    }\n"
                                                         : "    if (looks.w > 0.0) {\n" + liveGlsl(layout, type) +

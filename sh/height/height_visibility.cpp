@@ -105,10 +105,10 @@ HeightScene HeightTables::sceneOf(const HeightField& field) const {
             norms_.data()};
 }
 
-HeightMirror HeightTables::mirrorOf(bool on_field) const {
+HeightMirror HeightTables::mirrorOf(HeightReceiver receiver) const {
     return {order_,          int(size_),      quarter_.data(),
             mirror_.data(),  quarter_.size(), mirror_.size(),
-            pairs_.data(),   pairs_.size(),   on_field ? below_.data() : nullptr,
+            pairs_.data(),   pairs_.size(),   receiver == HeightReceiver::kOnField ? below_.data() : nullptr,
             ambient_.data(), ambient_norm2_};
 }
 
@@ -119,8 +119,8 @@ void HeightTables::visibility(const HeightField& field, const HeightPoints& poin
 }
 
 void HeightTables::mirror(std::span<const float> rows, std::size_t row_stride, const HeightFrames& frames,
-                          bool on_field, std::size_t stride, std::span<float> out) const {
-    path_->mirror(mirrorOf(on_field), frames, rows.data(), row_stride, rows.size() / row_stride, stride, out.data());
+                          HeightReceiver receiver, std::size_t stride, std::span<float> out) const {
+    path_->mirror(mirrorOf(receiver), frames, rows.data(), row_stride, rows.size() / row_stride, stride, out.data());
 }
 
 HeightVisibility::HeightVisibility(const HeightField& field, int order, int step, const HeightPath& path)
@@ -249,8 +249,8 @@ void HeightVisibility::numbers(const HeightField& field, int row, int first_colu
     tables_.path().blend(blends.data(), count, row_size_, rows.data());
     if (refined && refined->any)
         mixFiner(field.grid(), *refined, row, first_column, normals, std::span(rows).first(count * row_size_));
-    tables_.mirror(std::span(rows).first(count * row_size_), row_size_, {normals.data(), tangents.data()}, true, stride,
-                   numbers);
+    tables_.mirror(std::span(rows).first(count * row_size_), row_size_, {normals.data(), tangents.data()},
+                   HeightReceiver::kOnField, stride, numbers);
 }
 
 }  // namespace penumbra

@@ -17,6 +17,8 @@ namespace penumbra {
 
 // Tables of a grid and an order, and what they compute. Everything that is const allocates nothing and may run on any
 // number of threads at once.
+enum class HeightReceiver { kOnField, kAbove };
+
 class HeightTables {
 public:
     // `order` is 4 or 5. Numbers that come out are those of mirrored functions of order `mirrored`.
@@ -29,14 +31,14 @@ public:
     void visibility(const HeightField& field, const HeightPoints& points, std::size_t stride,
                     std::span<float> out) const;
     // Turns V into the frame of each point (normals and tangents in the frame of the field) and mirrors it at its
-    // horizon: out[p * stride + i], i < size(). `on_field`: the point lies on the field, which hides all below its
-    // tangent plane. Then that half counts as 1 before it is cut off, so that a level field leaves exactly 1.
-    void mirror(std::span<const float> rows, std::size_t row_stride, const HeightFrames& frames, bool on_field,
-                std::size_t stride, std::span<float> out) const;
+    // horizon: out[p * stride + i], i < size(). A point kOnField lies on the field, which hides all below its tangent
+    // plane. That half counts as 1 before it is cut off, so that a level field leaves exactly 1.
+    void mirror(std::span<const float> rows, std::size_t row_stride, const HeightFrames& frames,
+                HeightReceiver receiver, std::size_t stride, std::span<float> out) const;
     const HorizonTaps& taps() const { return taps_; }
     // The same tables as the inner loops read them; they point into this object and the field.
     HeightScene sceneOf(const HeightField& field) const;
-    HeightMirror mirrorOf(bool on_field) const;
+    HeightMirror mirrorOf(HeightReceiver receiver) const;
 
 private:
     int order_;

@@ -63,7 +63,7 @@ ShadingTest testOf(const Scene& scene) {
 void useBakedMoments(const Scene& scene, int rays, ShadingTest& test) {
     const RayDirections directions = makeRayDirections(rays, 1, 5);
     std::vector<float> baked(scene.positions.size() * 25);
-    traceMoments({scene.occluders, directions, scene.scale, 1e-4f, false}, scene.positions, scene.normals, {baked});
+    traceMoments({scene.occluders, directions, scene.scale, 1e-4f}, scene.positions, scene.normals, {baked});
     for (std::size_t v = 0; v < scene.positions.size(); ++v) {
         const std::vector<double> model(baked.begin() + std::ptrdiff_t(25 * v),
                                         baked.begin() + std::ptrdiff_t(25 * v + 25));

@@ -31,7 +31,7 @@ inline Sheet sheetOf(const shapes::Shape& shape) {
 
 // Moments of fronts, then of backs.
 inline std::vector<float> momentsOf(const shapes::Shape& shape, const shapes::Shape& occluder, int rays = 1024,
-                                    bool ground = false) {
+                                    Floor floor = Floor::kNone) {
     const Sheet sheet = sheetOf(shape);
     Blockers blockers;
     blockers.add(shape.triangles, shape.positions);
@@ -40,9 +40,9 @@ inline std::vector<float> momentsOf(const shapes::Shape& shape, const shapes::Sh
     std::vector<Vec3> scaled(shape.positions);
     scaled.insert(scaled.end(), occluder.positions.begin(), occluder.positions.end());
     for (Vec3& p : scaled) p = scale.apply(p);
-    const OcclusionScene scene(scaled, blockers.triangles, true);
+    const OcclusionScene scene(scaled, blockers.triangles, Queries::kFiltered);
     const RayDirections directions = makeRayDirections(rays, 1, kOrder);
-    MomentTracer tracer{scene, directions, scale, 1e-4f, ground};
+    MomentTracer tracer{scene, directions, scale, 1e-4f, floor};
     tracer.blockers = &blockers;
     tracer.mesh = &sheet.mesh;
     tracer.vertices = sheet.positions;

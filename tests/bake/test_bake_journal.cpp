@@ -22,7 +22,7 @@ std::vector<float> coefficients(std::size_t frame) { return samples::visibilityF
 
 // Leaves the journal of a bake that was killed after `frames` frames.
 void leaveJournal(const fs::path& output, std::size_t frames, Precision precision = Precision::kFloat32) {
-    BakeJournal journal(output, header(), precision, true);
+    BakeJournal journal(output, header(), precision, Journal::kResume);
     for (std::size_t f = journal.framesKept(); f < frames; ++f) journal.append(samples::visibilityFrame(header(), f));
 }
 
@@ -37,7 +37,7 @@ std::size_t framesIn(const BakeJournal& journal) {
 }
 
 std::size_t framesIn(const fs::path& output) {
-    return framesIn(BakeJournal(output, header(), Precision::kFloat32, true));
+    return framesIn(BakeJournal(output, header(), Precision::kFloat32, Journal::kResume));
 }
 
 void write(const fs::path& path, const std::string& bytes) { std::ofstream(path, std::ios::binary) << bytes; }
@@ -48,7 +48,7 @@ TEST(BakeJournal, GoesOnWhereItStopped) {
     leaveJournal(output, 2);
     EXPECT_EQ(framesIn(output), 2u);
     leaveJournal(output, 4);
-    BakeJournal journal(output, header(), Precision::kFloat32, true);
+    BakeJournal journal(output, header(), Precision::kFloat32, Journal::kResume);
     EXPECT_EQ(framesIn(journal), 4u);
     EXPECT_EQ(journal.note(), "");
     journal.finish();
@@ -59,7 +59,7 @@ TEST(BakeJournal, KeepsHalvesAsTheFileWill) {
     const samples::Folder folder("journal_f16");
     const fs::path output = folder.path / "x.vis.h5";
     leaveJournal(output, 3, Precision::kFloat16);
-    const BakeJournal journal(output, header(), Precision::kFloat16, true);
+    const BakeJournal journal(output, header(), Precision::kFloat16, Journal::kResume);
     ASSERT_EQ(journal.framesKept(), 3u);
     VisibilityFrame found = samples::visibilityFrame(header(), 0);
     journal.read(2, found);
@@ -73,10 +73,10 @@ TEST(BakeJournal, KeepsLocalMoments) {
     const VisibilityHeader with_local = samples::localHeader(2, kFrames);
     for (const Precision precision : {Precision::kFloat32, Precision::kFloat16}) {
         {
-            BakeJournal journal(output, with_local, precision, true);
+            BakeJournal journal(output, with_local, precision, Journal::kResume);
             for (std::size_t f = 0; f < 3; ++f) journal.append(samples::visibilityFrame(with_local, f));
         }
-        BakeJournal journal(output, with_local, precision, true);
+        BakeJournal journal(output, with_local, precision, Journal::kResume);
         ASSERT_EQ(journal.framesKept(), 3u);
         VisibilityFrame found = samples::visibilityFrame(with_local, 0);
         const VisibilityFrame expected = samples::visibilityFrame(with_local, 2);
@@ -90,7 +90,10 @@ TEST(BakeJournal, KeepsLocalMoments) {
         journal.finish();
     }
     // A bake without local moments cannot go on from one with them.
-    { BakeJournal(output, with_local, Precision::kFloat32, true).append(samples::visibilityFrame(with_local, 0)); }
+    {
+        BakeJournal(output, with_local, Precision::kFloat32, Journal::kResume)
+            .append(samples::visibilityFrame(with_local, 0));
+    }
     EXPECT_EQ(framesIn(output), 0u);
 }
 
@@ -125,32 +128,33 @@ TEST(BakeJournal, AnotherBakesIsNamedAndNotUsed) {
     VisibilityHeader other = header();
     other.provenance.options_json = R"({"order":3,"rays":128})";
     {
-        BakeJournal journal(output, other, Precision::kFloat32, true);
+        BakeJournal journal(output, other, Precision::kFloat32, Journal::kResume);
         journal.append(samples::visibilityFrame(header(), 0));
     }
     {
-        const BakeJournal journal(output, header(), Precision::kFloat32, true);
+        const BakeJournal journal(output, header(), Precision::kFloat32, Journal::kResume);
         EXPECT_EQ(journal.framesKept(), 0u);
         EXPECT_THAT(journal.note(), HasSubstr("rays 128, not 64"));
     }
     write(path, "PNBJRNL2 is of a later day, or of somebody else");
-    EXPECT_THAT(BakeJournal(output, header(), Precision::kFloat32, true).note(), HasSubstr("is no journal"));
+    EXPECT_THAT(BakeJournal(output, header(), Precision::kFloat32, Journal::kResume).note(),
+                HasSubstr("is no journal"));
     leaveJournal(output, 2);
-    EXPECT_THAT(BakeJournal(output, header(), Precision::kFloat32, false).note(), HasSubstr("discarded"));
+    EXPECT_THAT(BakeJournal(output, header(), Precision::kFloat32, Journal::kFresh).note(), HasSubstr("discarded"));
     EXPECT_EQ(folder.entries(), 0u);
 }
 
 TEST(BakeJournal, BelongsToOneBakeAtATime) {
     const samples::Folder folder("journal_lock");
     const fs::path output = folder.path / "x.vis.h5";
-    BakeJournal first(output, header(), Precision::kFloat32, true);
+    BakeJournal first(output, header(), Precision::kFloat32, Journal::kResume);
     first.append(samples::visibilityFrame(header(), 0));
-    EXPECT_THROW(BakeJournal(output, header(), Precision::kFloat32, true), IoError);
-    const BakeJournal second(output, header(), Precision::kFloat32, false);
+    EXPECT_THROW(BakeJournal(output, header(), Precision::kFloat32, Journal::kResume), IoError);
+    const BakeJournal second(output, header(), Precision::kFloat32, Journal::kFresh);
     EXPECT_THAT(second.note(), HasSubstr("another bake"));
-    EXPECT_THROW(BakeJournal(folder.path / "no/x.vis.h5", header(), Precision::kFloat32, false), IoError);
+    EXPECT_THROW(BakeJournal(folder.path / "no/x.vis.h5", header(), Precision::kFloat32, Journal::kFresh), IoError);
     fs::create_directory(folder.path / "y.journal");
-    EXPECT_THROW(BakeJournal(folder.path / "y", header(), Precision::kFloat32, true), IoError);
+    EXPECT_THROW(BakeJournal(folder.path / "y", header(), Precision::kFloat32, Journal::kResume), IoError);
 }
 
 // The key nests deeper than a stack is long.
@@ -159,8 +163,8 @@ TEST(BakeJournal, ADeepKeyIsOnlyForeign) {
     const fs::path output = folder.path / "x.vis.h5";
     VisibilityHeader deep = header();
     deep.provenance.options_json = R"({"a":)" + std::string(1000, '[') + std::string(1000, ']') + "}";
-    { BakeJournal(output, deep, Precision::kFloat32, true).append(samples::visibilityFrame(header(), 0)); }
-    const BakeJournal journal(output, header(), Precision::kFloat32, true);
+    { BakeJournal(output, deep, Precision::kFloat32, Journal::kResume).append(samples::visibilityFrame(header(), 0)); }
+    const BakeJournal journal(output, header(), Precision::kFloat32, Journal::kResume);
     EXPECT_THAT(journal.note(), AllOf(HasSubstr("of another bake"), Not(HasSubstr("("))));  // nobody looked into it
 }
 

@@ -92,7 +92,7 @@ TEST(PartTracer, ASphereHasTheClosedFormOfACap) {
     Largest worst;
     for (const Vec3d d : fibonacciSphere(40))
         for (double r : {1.1, 1.5, 3.0, 12.0}) {
-            const PointOfField point = tracer.trace(toFloat(center + d * (0.25 * r)), true);
+            const PointOfField point = tracer.trace(toFloat(center + d * (0.25 * r)), Distances::kAll);
             worst.add(distanceBetween(point.blocked, blockedCap(-d * (0.25 * r), 0.25)));
             EXPECT_NEAR(point.distance, 0.25 * (r - 1), 1e-3);
         }
@@ -109,7 +109,7 @@ TEST(PartTracer, InsidePointsHoldWhatTheSurfaceSees) {
     const ConeDirections directions = makeConeDirections(1024, 1);
     const PartTracer tracer(mesh, field, directions);
     for (const Vec3d d : fibonacciSphere(20)) {
-        const PointOfField point = tracer.trace(toFloat(d * 0.8), true);
+        const PointOfField point = tracer.trace(toFloat(d * 0.8), Distances::kAll);
         EXPECT_NEAR(point.distance, -0.2, 2e-3);
         // The facets leave some sky that the ball blocks: .025 was measured.
         EXPECT_LT(distanceBetween(point.blocked, blockedCap(-d * kAboveUnitBall, 1)), 0.04f);
@@ -126,7 +126,7 @@ TEST(PartTracer, AMouthIsInside) {
     const PartField field = placedField(mesh, 12);
     const ConeDirections directions = makeConeDirections(256, 1);
     const PartTracer tracer(mesh, field, directions);
-    const PointOfField point = tracer.trace({0, 0.5f, 0}, true);
+    const PointOfField point = tracer.trace({0, 0.5f, 0}, Distances::kAll);
     EXPECT_NEAR(point.distance, -0.5, 0.01);
     // .071 was measured: there are fewer facets, and fewer rays.
     EXPECT_LT(distanceBetween(point.blocked, blockedCap({0, -kAboveUnitBall, 0}, 1)), 0.1f);

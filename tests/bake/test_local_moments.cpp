@@ -90,7 +90,7 @@ TEST(LocalMoments, AreNeverBelowTheWhole) {
         for (std::size_t v = 0; v < baked.posed.frame.positions.size(); v += 7) {
             const Vec3 normal = baked.posed.frame.normals[v];
             const Vec3 origin = baked.posed.scale.apply(baked.posed.frame.positions[v]) + normal * 1e-4f;
-            aboveHorizon(directions, normal, false, rays);
+            aboveHorizon(directions, normal, Floor::kNone, rays);
             near = plain = rays;
             baked.posed.scene.removeOccluded(origin, directions, plain);
             baked.posed.scene.removeOccludedLocally(origin, directions, local.parts.ofVertex(v, local.part_boxes), rays,
@@ -163,15 +163,15 @@ struct Balls {
     }
     // Moments of one point of the mesh, whole and local.
     std::pair<std::vector<float>, std::vector<float>> trace(std::size_t vertex, Vec3 normal, int steps,
-                                                            bool ground = false) const {
+                                                            Floor floor = Floor::kNone) const {
         const SceneScale scale = sceneScale(mesh.rest_positions, boxDiagonal(mesh.rest_positions));
         std::vector<Vec3> scaled = mesh.rest_positions;
         for (Vec3& p : scaled) p = scale.apply(p);
-        const OcclusionScene scene(scaled, mesh.triangles, true);
+        const OcclusionScene scene(scaled, mesh.triangles, Queries::kFiltered);
         const RayDirections directions = makeRayDirections(1024, 1, 5);
         const LocalParts parts = makeLocalParts(mesh, skin, steps, mesh.triangles.size());
         const std::vector<BoundingBox> boxes = parts.boxesOf(mesh.triangles, scaled);
-        MomentTracer tracer{scene, directions, scale, 1e-4f, ground};
+        MomentTracer tracer{scene, directions, scale, 1e-4f, floor};
         tracer.local.emplace(LocalTracer{parts, directions, boxes});
         std::vector<float> whole(25), local(25);
         traceMoments(tracer, {&mesh.rest_positions[vertex], 1}, {&normal, 1}, {whole, local}, vertex);
@@ -182,7 +182,7 @@ struct Balls {
 std::vector<float> openHemisphere(Vec3 normal) {
     const RayDirections directions = makeRayDirections(1024, 1, 5);
     std::vector<LaneWeights> rays(directions.packets.size());
-    aboveHorizon(directions, normal, false, rays);
+    aboveHorizon(directions, normal, Floor::kNone, rays);
     std::vector<float> b(25);
     accumulateMoments(directions, rays, b);
     return b;
@@ -205,7 +205,7 @@ TEST(LocalMoments, TheGroundIsNotLocal) {
     const std::size_t side = 1 + 5 * 24;  // at the equator of ball 0
     const Vec3 normal = balls.mesh.rest_positions[side];
     ASSERT_NEAR(normal.y, 0, 1e-6);
-    const auto [whole, local] = balls.trace(side, normal, 1, true);
+    const auto [whole, local] = balls.trace(side, normal, 1, Floor::kSolid);
     EXPECT_LT(whole[0], 0.51 * local[0]);
     EXPECT_EQ(local, balls.trace(side, normal, 1).second);
 }
@@ -217,7 +217,7 @@ struct SheetMoments {
 };
 
 // Moments of both sides of a sheet without a skin over an occluder.
-SheetMoments sheetMoments(const shapes::Shape& shape, const shapes::Shape& occluder, bool ground) {
+SheetMoments sheetMoments(const shapes::Shape& shape, const shapes::Shape& occluder, Floor floor) {
     const sheets::Sheet sheet = sheets::sheetOf(shape);
     Blockers blockers;
     blockers.add(shape.triangles, shape.positions);
@@ -226,11 +226,11 @@ SheetMoments sheetMoments(const shapes::Shape& shape, const shapes::Shape& occlu
     std::vector<Vec3> scaled(shape.positions);
     scaled.insert(scaled.end(), occluder.positions.begin(), occluder.positions.end());
     for (Vec3& p : scaled) p = scale.apply(p);
-    const OcclusionScene scene(scaled, blockers.triangles, true);
+    const OcclusionScene scene(scaled, blockers.triangles, Queries::kFiltered);
     const RayDirections directions = makeRayDirections(1024, 1, 5);
     const LocalParts parts = makeLocalParts(sheet.mesh, {}, 1, blockers.triangles.size());
     const std::vector<BoundingBox> boxes = parts.boxesOf(sheet.mesh.frontTriangles(), scaled);
-    MomentTracer tracer{scene, directions, scale, 1e-4f, ground, &blockers, &sheet.mesh, sheet.positions};
+    MomentTracer tracer{scene, directions, scale, 1e-4f, floor, &blockers, &sheet.mesh, sheet.positions};
     tracer.local.emplace(LocalTracer{parts, directions, boxes});
     SheetMoments out{std::vector<float>(25 * sheet.positions.size()), std::vector<float>(25 * sheet.positions.size())};
     traceMoments(tracer, sheet.positions, sheet.normals, {out.whole, out.local});
@@ -247,12 +247,12 @@ shapes::Shape openBox() {
 
 TEST(LocalMoments, WithoutASkinOnlyOccludersAndTheGroundAreNotLocal) {
     const shapes::Shape box = openBox();
-    const SheetMoments alone = sheetMoments(box, {}, false);
+    const SheetMoments alone = sheetMoments(box, {}, Floor::kNone);
     EXPECT_EQ(alone.local, alone.whole);
     EXPECT_EQ(alone.whole, sheets::momentsOf(box, {}));
     const shapes::Shape ball = shapes::sphere({0, 1.5, 0}, 0.5, 8);
-    const SheetMoments both = sheetMoments(box, ball, true);
-    EXPECT_EQ(both.whole, sheets::momentsOf(box, ball, 1024, true));
+    const SheetMoments both = sheetMoments(box, ball, Floor::kSolid);
+    EXPECT_EQ(both.whole, sheets::momentsOf(box, ball, 1024, Floor::kSolid));
     EXPECT_EQ(both.local, alone.local);
     EXPECT_NE(both.whole, both.local);
 }
@@ -260,8 +260,8 @@ TEST(LocalMoments, WithoutASkinOnlyOccludersAndTheGroundAreNotLocal) {
 // The floor of the occluder touches the lower side, so that no ray of the whole escapes there.
 TEST(LocalMoments, ATouchingOccluderDoesNotCloseAPoint) {
     const shapes::Shape sheet = shapes::square({0, 0, 0}, {0, 1, 0}, 1);
-    const SheetMoments lying = sheetMoments(sheet, shapes::square({0, 0, 0}, {0, 1, 0}, 3), false);
-    const SheetMoments alone = sheetMoments(sheet, {}, false);
+    const SheetMoments lying = sheetMoments(sheet, shapes::square({0, 0, 0}, {0, 1, 0}, 3), Floor::kNone);
+    const SheetMoments alone = sheetMoments(sheet, {}, Floor::kNone);
     EXPECT_EQ(lying.whole[4 * 25], 0);  // the back of the first vertex
     EXPECT_EQ(lying.local, alone.local);
 }

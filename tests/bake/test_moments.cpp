@@ -16,14 +16,14 @@ namespace {
 using shapes::Shape;
 
 std::vector<float> momentsOf(const Shape& shape, const std::vector<Vec3>& points, const std::vector<Vec3>& normals,
-                             int order, int rays = 1024, bool ground = false, std::uint64_t seed = 1) {
+                             int order, int rays = 1024, Floor floor = Floor::kNone, std::uint64_t seed = 1) {
     const SceneScale scale = sceneScale(shape.positions, boxDiagonal(shape.positions));
     std::vector<Vec3> scaled;
     for (Vec3 p : shape.positions) scaled.push_back(scale.apply(p));
     const OcclusionScene scene(scaled, shape.triangles);
     const RayDirections directions = makeRayDirections(rays, seed, order);
     std::vector<float> b(points.size() * std::size_t(coefficientCount(order)));
-    traceMoments({scene, directions, scale, 1e-4f, ground}, points, normals, {b});
+    traceMoments({scene, directions, scale, 1e-4f, floor}, points, normals, {b});
     return b;
 }
 
@@ -104,7 +104,7 @@ TEST(Moments, ConvexMeshIsUnoccludedEverywhere) {
         std::vector<float> open(25);
         int different = 0;
         for (std::size_t v = 0; v < ball.positions.size(); ++v) {
-            aboveHorizon(directions, normals[v], false, above);
+            aboveHorizon(directions, normals[v], Floor::kNone, above);
             accumulateMoments(directions, above, open);
             different += !std::equal(open.begin(), open.end(), b.begin() + std::ptrdiff_t(v * 25));
         }
@@ -150,7 +150,8 @@ TEST(Moments, RotateWithTheModel) {
 TEST(Moments, GroundBlocksWhatPointsDown) {
     // Beside a vertical surface over a floor, half of the hemisphere is left: b_0 = sqrt(pi) / 2.
     const Shape shape = shapes::square({0, 0, -1}, {0, 0, 1}, 1);
-    const std::vector<float> b = momentsOf(shape, {{0, 0, 0}, {0, 5, 0}}, {{0, 0, 1}, {0, 1, 0}}, 1, 1024, true);
+    const std::vector<float> b =
+        momentsOf(shape, {{0, 0, 0}, {0, 5, 0}}, {{0, 0, 1}, {0, 1, 0}}, 1, 1024, Floor::kSolid);
     EXPECT_NEAR(b[0], std::sqrt(std::numbers::pi) / 2, 0.01);
     EXPECT_NEAR(b[1], std::sqrt(std::numbers::pi), 0.01);
 }
@@ -189,8 +190,10 @@ void expectBruteForce(const Shape& shape, const std::vector<Vec3>& normals, doub
             shapes::bruteForceMoments(5, toDouble(points.back()), toDouble(normals[v]), 1e-4 * diagonal, shape);
         expected.insert(expected.end(), b.begin(), b.end());
     }
-    const double same = relativeDifference(momentsOf(shape, points, chosen_normals, 5, 1024, false, 1), expected);
-    const double other = relativeDifference(momentsOf(shape, points, chosen_normals, 5, 1024, false, 2), expected);
+    const double same =
+        relativeDifference(momentsOf(shape, points, chosen_normals, 5, 1024, Floor::kNone, 1), expected);
+    const double other =
+        relativeDifference(momentsOf(shape, points, chosen_normals, 5, 1024, Floor::kNone, 2), expected);
     std::printf("%s: %.5f with the same directions, %.4f with others, %zu vertices\n", what.c_str(), same, other,
                 points.size());
     EXPECT_LT(same, 2e-3) << what;

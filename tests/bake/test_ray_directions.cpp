@@ -87,18 +87,18 @@ TEST(AboveHorizon, CountsEveryDirectionOnceOverOppositeNormals) {
     const RayDirections set = makeRayDirections(300, 1, 1);
     std::vector<LaneWeights> lanes(set.packets.size());
     const Vec3 normal = normalized(Vec3{0.3f, -0.4f, 0.8f});
-    const std::size_t above = aboveHorizon(set, normal, false, lanes);
-    EXPECT_EQ(above + aboveHorizon(set, -normal, false, lanes), 600u);
+    const std::size_t above = aboveHorizon(set, normal, Floor::kNone, lanes);
+    EXPECT_EQ(above + aboveHorizon(set, -normal, Floor::kNone, lanes), 600u);
     EXPECT_NEAR(double(above), 300, 6);
-    EXPECT_EQ(aboveHorizon(set, Vec3{}, false, lanes), 0u) << "a zero normal has no horizon";
+    EXPECT_EQ(aboveHorizon(set, Vec3{}, Floor::kNone, lanes), 0u) << "a zero normal has no horizon";
 }
 
 TEST(AboveHorizon, GroundLeavesDirectionsThatPointUp) {
     const RayDirections set = makeRayDirections(300, 1, 1);
     std::vector<LaneWeights> lanes(set.packets.size());
-    EXPECT_EQ(aboveHorizon(set, {0, -1, 0}, true, lanes), 0u);
-    EXPECT_EQ(aboveHorizon(set, {0, 1, 0}, true, lanes), aboveHorizon(set, {0, 1, 0}, false, lanes));
-    EXPECT_NEAR(double(aboveHorizon(set, {1, 0, 0}, true, lanes)), 150, 6);
+    EXPECT_EQ(aboveHorizon(set, {0, -1, 0}, Floor::kSolid, lanes), 0u);
+    EXPECT_EQ(aboveHorizon(set, {0, 1, 0}, Floor::kSolid, lanes), aboveHorizon(set, {0, 1, 0}, Floor::kNone, lanes));
+    EXPECT_NEAR(double(aboveHorizon(set, {1, 0, 0}, Floor::kSolid, lanes)), 150, 6);
 }
 
 }  // namespace penumbra

@@ -133,12 +133,12 @@ TEST(Sheets, BallOverASheetIsACap) {
 
 // The floor blocks what points down, wherever the sheet is. One that has sunk below it is shaded as if it lay on it.
 TEST(Sheets, GroundBlocksWhatPointsDown) {
-    const std::vector<float> b = momentsOf(grid(3, 0), {}, 1024, true);
+    const std::vector<float> b = momentsOf(grid(3, 0), {}, 1024, Floor::kSolid);
     EXPECT_LT(errorOf(at(b, 4), capMoments({0, 1, 0}, 0)), 5e-3);
     EXPECT_EQ(size(at(b, 9 + 4)), 0);
     Shape wall = grid(3, 0);
     for (Vec3& p : wall.positions) p = {p.y, p.x, p.z};  // the front faces -x, because the turn changes hands
-    const std::vector<float> upright = momentsOf(wall, {}, 4096, true);
+    const std::vector<float> upright = momentsOf(wall, {}, 4096, Floor::kSolid);
     for (const std::size_t v : {std::size_t(4), std::size_t(13)})  // half of the hemisphere is left
         EXPECT_NEAR(upright[v * kSize], std::sqrt(std::numbers::pi) / 2, 2e-3);
 }

@@ -106,9 +106,9 @@ float cosine(const DirectionPacket& d, std::size_t k, Vec3 n) { return d.x[k] * 
 // Counts the rays that escape from vertices [begin, end).
 using Loop = std::function<std::size_t(std::size_t begin, std::size_t end)>;
 
-Loop packets(const Case& c, const Bare& bare, const RayDirections& directions, bool coherent) {
-    return [&c, &bare, &directions, coherent](std::size_t begin, std::size_t end) {
-        RayQuery query(nullptr, coherent);
+Loop packets(const Case& c, const Bare& bare, const RayDirections& directions, Packets order) {
+    return [&c, &bare, &directions, order](std::size_t begin, std::size_t end) {
+        RayQuery query(nullptr, order);
         RTCRay8 ray{};
         std::fill_n(ray.mask, 8, ~0u);
         std::size_t escaped = 0;
@@ -209,7 +209,7 @@ void benchKernel(const Case& c, const Settings& settings) {
     const Bare bare(c);
     const std::size_t vertices = c.positions.size();
     const OcclusionScene scene(c.positions, c.triangles);
-    const MomentTracer tracer{scene, directions, {}, 1e-4f, false};
+    const MomentTracer tracer{scene, directions, {}, 1e-4f};
     std::vector<float> b(vertices * 25);
     std::atomic<std::size_t> traced = 0;
     const auto bake = [&] {
@@ -225,10 +225,11 @@ void benchKernel(const Case& c, const Settings& settings) {
     const auto row = [&](const char* name, Loop loop, std::size_t& count) {
         return Row{name, [&, loop] { count = runLoop(loop, vertices, settings.threads); }};
     };
-    std::vector<Row> rows = {row("occluded1", singles(c, bare, directions), counts[0]),
-                             row("occluded8", packets(c, bare, directions, false), counts[1]),
-                             row("occluded8 (coherent flag)", packets(c, bare, directions, true), counts[2]),
-                             {"bake: trace and accumulate", bake}};
+    std::vector<Row> rows = {
+        row("occluded1", singles(c, bare, directions), counts[0]),
+        row("occluded8", packets(c, bare, directions, Packets::kAny), counts[1]),
+        row("occluded8 (coherent flag)", packets(c, bare, directions, Packets::kCoherent), counts[2]),
+        {"bake: trace and accumulate", bake}};
     measure(rows, settings.runs);
     printRows(c.name, rows, double(traced));
     std::printf("%-24s %zu vertices, %zu triangles, %zu rays, %.1f%% escape (%zu %zu %zu)\n", c.name.c_str(), vertices,
@@ -262,13 +263,13 @@ void benchWhole(const std::filesystem::path& rig, const Settings& settings) {
     const std::filesystem::path out =
         std::filesystem::temp_directory_path() / ("bench_bake" + std::to_string(::getpid()) + ".vis.h5");
     double rays = 0;
-    const auto bare = [&](bool coherent) {
+    const auto bare = [&](Packets order) {
         for (std::size_t f = 0; f < count; ++f)
-            runLoop(packets(cases[f], *scenes[f], directions, coherent), cases[f].positions.size(), settings.threads);
+            runLoop(packets(cases[f], *scenes[f], directions, order), cases[f].positions.size(), settings.threads);
     };
     std::vector<Row> rows = {
-        {"occluded8", [&] { bare(false); }},
-        {"occluded8 (coherent flag)", [&] { bare(true); }},
+        {"occluded8", [&] { bare(Packets::kAny); }},
+        {"occluded8 (coherent flag)", [&] { bare(Packets::kCoherent); }},
         {"bake: the whole stage, " + std::to_string(count) + " frames",
          [&] { rays = bakeVisibility(plan, options, {out}, settings.threads, ProgressStyle::kNone).rays_traced; }}};
     measure(rows, settings.runs);

@@ -13,7 +13,7 @@ const penumbra::VisibilityHeader& header() {
 
 std::string goodJournal(const std::filesystem::path& output, const std::filesystem::path& journal) {
     {
-        penumbra::BakeJournal out(output, header(), penumbra::Precision::kFloat32, true);
+        penumbra::BakeJournal out(output, header(), penumbra::Precision::kFloat32, penumbra::Journal::kResume);
         for (std::size_t f = 0; f < 3; ++f) out.append(penumbra::samples::visibilityFrame(header(), f));
     }
     return penumbra::samples::bytesOf(journal);
@@ -29,7 +29,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const std::size_t kept = good.size() * data[0] / 255;
     std::ofstream(journal, std::ios::binary | std::ios::trunc)
         << good.substr(0, kept) << std::string(reinterpret_cast<const char*>(data) + 1, size - 1);
-    const penumbra::BakeJournal found(output, header(), penumbra::Precision::kFloat32, true);
+    const penumbra::BakeJournal found(output, header(), penumbra::Precision::kFloat32, penumbra::Journal::kResume);
     penumbra::VisibilityFrame frame = penumbra::samples::visibilityFrame(header(), 0);
     for (std::size_t f = 0; f < found.framesKept(); ++f) found.read(f, frame);
     return 0;

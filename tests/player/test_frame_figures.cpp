@@ -93,21 +93,23 @@ Image flat(int size, float value, float alpha) {
 TEST(ImageError, IsInStepsOfEightBitsOverPixelsThatBothCover) {
     // These are the linear values of the bytes 100 and 110.
     Image a = flat(4, linearFromSrgb(100 / 255.0f), 1), b = flat(4, linearFromSrgb(110 / 255.0f), 1);
-    EXPECT_DOUBLE_EQ(imageError(a, b, 1, false, 1).rmse(), 10);
-    EXPECT_TRUE(std::isnan(imageError(a, b, 1, false, 1).flip()));
+    EXPECT_DOUBLE_EQ(imageError(a, b, 1, ImageMetrics::kRmse, 1).rmse(), 10);
+    EXPECT_TRUE(std::isnan(imageError(a, b, 1, ImageMetrics::kRmse, 1).flip()));
     for (std::size_t i = 0; i < 8; ++i) a.alpha[i] = 0.5f;  // half the pixels do not count, whatever their colour
-    const ImageError half = imageError(a, b, 1, false, 1);
+    const ImageError half = imageError(a, b, 1, ImageMetrics::kRmse, 1);
     EXPECT_EQ(half.pixels, 8u);
     EXPECT_DOUBLE_EQ(half.rmse(), 10);
-    EXPECT_TRUE(std::isnan(imageError(flat(4, 1, 0), flat(4, 1, 0), 1, true, 1).rmse())) << "nothing is covered";
-    EXPECT_DOUBLE_EQ(imageError(flat(4, 0.1f, 1), flat(4, 0.2f, 1), 100, false, 1).rmse(), 0) << "both clipped";
+    EXPECT_TRUE(std::isnan(imageError(flat(4, 1, 0), flat(4, 1, 0), 1, ImageMetrics::kRmseAndFlip, 1).rmse()))
+        << "nothing is covered";
+    EXPECT_DOUBLE_EQ(imageError(flat(4, 0.1f, 1), flat(4, 0.2f, 1), 100, ImageMetrics::kRmse, 1).rmse(), 0)
+        << "both clipped";
 }
 
 TEST(ImageError, FlipOfEqualPicturesIsZeroAndOfBlackAndWhiteNearOne) {
     const Image grey = flat(24, 0.3f, 1), white = flat(24, 1, 1), dark = flat(24, 0, 1);
-    EXPECT_DOUBLE_EQ(imageError(grey, grey, 1, true, 2).flip(), 0);
-    EXPECT_GT(imageError(white, dark, 1, true, 2).flip(), 0.95);
-    EXPECT_EQ(imageError(white, dark, 1, true, 2).flip_pixels, 576u);
+    EXPECT_DOUBLE_EQ(imageError(grey, grey, 1, ImageMetrics::kRmseAndFlip, 2).flip(), 0);
+    EXPECT_GT(imageError(white, dark, 1, ImageMetrics::kRmseAndFlip, 2).flip(), 0.95);
+    EXPECT_EQ(imageError(white, dark, 1, ImageMetrics::kRmseAndFlip, 2).flip_pixels, 576u);
 }
 
 TEST(ImageError, FlipIsTheSameForAnyThreadCountAndWhateverIsFarAway) {
@@ -119,12 +121,12 @@ TEST(ImageError, FlipIsTheSameForAnyThreadCountAndWhateverIsFarAway) {
             a.pixels[i] = {0.1f * float(x % 5), 0.3f, 0.02f * float(y)};
             b.pixels[i] = {0.3f, 0.1f * float(y % 3), 0.02f * float(x)};
         }
-    const ImageError one = imageError(a, b, 1, true, 1);
+    const ImageError one = imageError(a, b, 1, ImageMetrics::kRmseAndFlip, 1);
     EXPECT_GT(one.flip(), 0.1);
-    EXPECT_EQ(imageError(a, b, 1, true, 7).flip_sum, one.flip_sum);
+    EXPECT_EQ(imageError(a, b, 1, ImageMetrics::kRmseAndFlip, 7).flip_sum, one.flip_sum);
     // A covered pixel in a corner makes the whole picture the region that is compared.
     a.alpha[0] = b.alpha[0] = a.alpha[4095] = b.alpha[4095] = 1;
-    const ImageError whole = imageError(a, b, 1, true, 1);
+    const ImageError whole = imageError(a, b, 1, ImageMetrics::kRmseAndFlip, 1);
     EXPECT_EQ(whole.flip_pixels, one.flip_pixels + 2);
     EXPECT_NEAR(whole.flip_sum, one.flip_sum, 1e-9) << "the two equal pixels add nothing";
 }
@@ -218,7 +220,7 @@ TEST(ErrorGate, NaNNeverPasses) {
     model.pixels[5].y = NAN;
     FrameRecord record;
     record.errors = errorsAt(data, 1, nullptr);
-    record.image = imageError(model, truth, 1, true, 1);
+    record.image = imageError(model, truth, 1, ImageMetrics::kRmseAndFlip, 1);
     for (const Figure figure : {Figure::kAmbientMean, Figure::kAmbientMax, Figure::kRmsV, Figure::kTransfer,
                                 Figure::kImageRmse, Figure::kFlip})
         for (const bool over_run : {false, true})

@@ -207,7 +207,7 @@ TEST(LightBlend, IsNotWhereItIsNotWanted) {
     EXPECT_FALSE(forms.hasSuns()) << "neither light has any, so none is made up";
     EXPECT_TRUE(forms.light().suns.empty());
     const std::uint64_t version = forms.version();
-    forms.advance(lights, 5, 1, 0.02, false);
+    forms.jump(1);
     EXPECT_FALSE(forms.active());
     EXPECT_GT(forms.version(), version);
     forms.advance(lights, 5, 2, 0.02);

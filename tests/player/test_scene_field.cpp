@@ -237,16 +237,16 @@ TEST_F(SceneFieldTest, AfterAStrokeOnlyWhatSeesItIsComputed) {
         const std::string heights = dunes + (refine ? "" : R"(, "refine": false)");
         const PosedScene edited = scene(heights), whole = scene(heights);
         FrameVertices points, expected;
-        EXPECT_EQ(edited.field()->update(edited.cast(), true, 2, points), 256u * 256u);
-        EXPECT_EQ(edited.field()->update(edited.cast(), false, 2, points), 0u);
+        EXPECT_EQ(edited.field()->update(edited.cast(), FieldPoints::kNew, 2, points), 256u * 256u);
+        EXPECT_EQ(edited.field()->update(edited.cast(), FieldPoints::kKept, 2, points), 0u);
         const Vec3 at = edited.field()->heights().point(60, 70);
         for (const float rise : {0.4f, -0.6f}) {
             edited.field()->brush(at, 0.5f, rise);
             whole.field()->brush(at, 0.5f, rise);
             const std::size_t receivers = edited.field()->awake();
-            const std::size_t updated = edited.field()->update(edited.cast(), false, 2, points);
+            const std::size_t updated = edited.field()->update(edited.cast(), FieldPoints::kKept, 2, points);
             whole.field()->lookAgain();
-            whole.field()->update(whole.cast(), true, 1, expected);
+            whole.field()->update(whole.cast(), FieldPoints::kNew, 1, expected);
             std::printf("a stroke over 9 x 9 points wakes %zu of %zu receivers and %zu of 65536 points\n", receivers,
                         edited.field()->receiverCount(), updated);
             EXPECT_LT(double(receivers), 0.7 * double(edited.field()->receiverCount()));
@@ -257,14 +257,14 @@ TEST_F(SceneFieldTest, AfterAStrokeOnlyWhatSeesItIsComputed) {
             EXPECT_EQ(points.normals, expected.normals);
             EXPECT_EQ(points.positions, expected.positions);
         }
-        EXPECT_EQ(edited.field()->update(edited.cast(), false, 2, points), 0u);
+        EXPECT_EQ(edited.field()->update(edited.cast(), FieldPoints::kKept, 2, points), 0u);
         // Beside the field, without an extent, and of no number.
         const float nan = std::numeric_limits<float>::quiet_NaN();
         edited.field()->brush({1e6f, 0, 0}, 0.5f, 1);
         edited.field()->brush(at, 0, 1);
         edited.field()->brush({nan, nan, nan}, 0.5f, 1);
         edited.field()->brush(at, 0.5f, nan);
-        EXPECT_EQ(edited.field()->update(edited.cast(), false, 2, points), 0u);
+        EXPECT_EQ(edited.field()->update(edited.cast(), FieldPoints::kKept, 2, points), 0u);
     }
 }
 
@@ -378,7 +378,7 @@ TEST_F(SceneFieldTest, StrokesAtTheBorderAreThoseOfTheWhole) {
                                         border + R"(", "step": )" + step;
             const PosedScene edited = scene(heights), whole = scene(heights);
             FrameVertices points, expected;
-            edited.field()->update(edited.cast(), true, 1, points);
+            edited.field()->update(edited.cast(), FieldPoints::kNew, 1, points);
             for (const auto& [row, column, radius] : {std::tuple{0, 0, 0.3f},
                                                       {41, 36, 0.3f},
                                                       {41, 3, 0.05f},
@@ -388,9 +388,9 @@ TEST_F(SceneFieldTest, StrokesAtTheBorderAreThoseOfTheWhole) {
                 const Vec3 at = edited.field()->heights().point(row, column);
                 edited.field()->brush(at, radius, 0.3f);
                 whole.field()->brush(at, radius, 0.3f);
-                edited.field()->update(edited.cast(), false, 1, points);
+                edited.field()->update(edited.cast(), FieldPoints::kKept, 1, points);
                 whole.field()->lookAgain();
-                whole.field()->update(whole.cast(), true, 1, expected);
+                whole.field()->update(whole.cast(), FieldPoints::kNew, 1, expected);
                 EXPECT_LT(largestDifference(points.numbers, expected.numbers), 1e-5)
                     << border << " " << step << " " << row;
                 EXPECT_EQ(points.normals, expected.normals) << border << " " << step << " " << row;

@@ -83,11 +83,11 @@ TEST_F(ViewBrush, RaisesAndLowersUnderThePointerAndOnlyWhatSeesItIsComputed) {
     updateScene(scene, state, {.threads = 1}, cost);
     EXPECT_EQ(scene.ground.updated, 96u * 128u);
     const Rectangle picture{0, 0, 200, 100};
-    const auto stroke = strokeUnder(scene, state, picture, 90, 60, false, 0.05);
+    const auto stroke = strokeUnder(scene, state, picture, 90, 60, 0.05);
     ASSERT_TRUE(stroke);
     EXPECT_FLOAT_EQ(stroke->rise, 0.03125f);
-    EXPECT_FLOAT_EQ(strokeUnder(scene, state, picture, 90, 60, true, 7)->rise, -0.0625f);  // a slow frame
-    EXPECT_FALSE(strokeUnder(scene, state, picture, 90, -500, false, 0.05));
+    EXPECT_FLOAT_EQ(strokeUnder(scene, state, picture, 90, 60, -7)->rise, -0.0625f);  // a slow frame
+    EXPECT_FALSE(strokeUnder(scene, state, picture, 90, -500, 0.05));
     const float before = scene.field->heights().heightAt(stroke->at.x, stroke->at.z);
     const std::vector<Vec3> values = *scene.ground.values;
     scene.field->brush(stroke->at, stroke->radius, 0.3f);
@@ -119,7 +119,7 @@ TEST_F(ViewBrush, BothPathsDrawTheSameGround) {
     const double first = exposure(of_cpu, cpu);
     EXPECT_NEAR(exposure(of_gpu, gpu), first, 1e-4 * first);
     state.tool.brush.radius = 2;
-    const auto stroke = strokeUnder(of_cpu, state, picture, 100, 60, false, 0.05);
+    const auto stroke = strokeUnder(of_cpu, state, picture, 100, 60, 0.05);
     ASSERT_TRUE(stroke);
     for (const Scene* scene : {&of_cpu, &of_gpu}) scene->field->brush(stroke->at, 2, 1.5f);
     state.lighting.yaw = 50;

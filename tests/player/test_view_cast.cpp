@@ -134,7 +134,7 @@ TEST_F(ViewCast, ShadowsOfOthersJoinInOtherWays) {
     update(scene, state);
     const std::vector<float> alone = shownAmbient(scene);
     state.show.shadows = Shadows::kBoth;
-    chooseNext(kCastModeMenu, state, scene, false);
+    chooseNext(kCastModeMenu, state, scene, 1);
     EXPECT_EQ(state.show.cast_mode, CastMode::kFolded);
     EXPECT_EQ(shownCastMode(state), CastMode::kFolded);
     update(scene, state);
@@ -151,11 +151,11 @@ TEST_F(ViewCast, ShadowsOfOthersJoinInOtherWays) {
     state.show.shadows = Shadows::kSelf;
     EXPECT_EQ(shownCastMode(state), CastMode::kProduct) << "no shadow joins";
     state.show.shadows = Shadows::kBoth;
-    chooseNext(kCastModeMenu, state, scene, false);
+    chooseNext(kCastModeMenu, state, scene, 1);
     EXPECT_EQ(state.show.cast_mode, CastMode::kProduct);
     update(scene, state);
     EXPECT_EQ(shownAmbient(scene), product);
-    chooseNext(kCastModeMenu, state, scene, true);
+    chooseNext(kCastModeMenu, state, scene, -1);
     EXPECT_EQ(state.show.cast_mode, CastMode::kFolded);
 }
 

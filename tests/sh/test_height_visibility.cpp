@@ -196,7 +196,8 @@ TEST(HeightVisibility, NumbersAreVInTheFrameOfThePointMirroredAtItsHorizon) {
                 const HeightTables tables(field, order, 6, path);
                 std::vector<float> v(27 * n), out(27 * 21);
                 tables.visibility(field, {rows.data(), columns.data(), heights.data(), 27}, n, v);
-                tables.mirror(v, n, {normals.data(), tangents.data()}, on_field, 21, out);
+                tables.mirror(v, n, {normals.data(), tangents.data()},
+                              on_field ? HeightReceiver::kOnField : HeightReceiver::kAbove, 21, out);
                 std::vector<double> below(n);
                 belowHorizonCoefficients(order, below);
                 std::vector<float> weights(21), local(n), wide(36), expected(21);

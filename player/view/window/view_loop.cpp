@@ -64,10 +64,10 @@ Rectangle scaled(const Rectangle& r, float scale) {
 
 class ViewLoop {
 public:
-    ViewLoop(const ViewOptions& options, int threads, bool quiet)
+    ViewLoop(const ViewOptions& options, int threads)
         : options_(options),
           threads_(threads),
-          quiet_(quiet),
+          quiet_(options.quiet),
           settings_(options.settings ? readSettings(settingsPath(), result_.problem) : ViewSettings()),
           files_(options.files),
           scene_(std::make_unique<Scene>(openScene(files_, threads))),
@@ -280,8 +280,6 @@ ViewResult ViewLoop::run() {
 
 }  // namespace
 
-ViewResult runView(const ViewOptions& options, int threads, bool quiet) {
-    return ViewLoop(options, threads, quiet).run();
-}
+ViewResult runView(const ViewOptions& options, int threads) { return ViewLoop(options, threads).run(); }
 
 }  // namespace penumbra

@@ -18,6 +18,7 @@ struct ViewOptions {
     ShadingChoice shading;                     // as wished: lights without lobes, say, are used as they are
     LightFade fade;                            // of lights that are switched
     std::filesystem::path screenshots = ".";   // folder
+    bool quiet = false;                        // print no line for each picture that is written
 };
 
 struct ViewResult {
@@ -27,9 +28,9 @@ struct ViewResult {
     std::string problem;     // with keeping the settings, which is not worth a failure
 };
 
-// Returns when the user quits. Unless quiet it prints a line on stdout for each picture that it writes: file, clip,
-// frame and what was on. Throws the errors of openScene() and ViewWindow. The window shows an IoError of a screenshot
-// instead.
-ViewResult runView(const ViewOptions& options, int threads, bool quiet);
+// Returns when the user quits. Unless options.quiet it prints a line on stdout for each picture that it writes: file,
+// clip, frame and what was on. Throws the errors of openScene() and ViewWindow. The window shows an IoError of a
+// screenshot instead.
+ViewResult runView(const ViewOptions& options, int threads);
 
 }  // namespace penumbra

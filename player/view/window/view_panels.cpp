@@ -172,7 +172,7 @@ bool useBrush(const Scene& scene, ViewState& state, const Rectangle& picture) {
     if (!state.tool.brush.on || io.KeyCtrl || !isHeld(ImGuiMouseButton_Left)) return false;
     if (ImGui::IsMouseDown(ImGuiMouseButton_Left))
         state.tool.stroke = strokeUnder(scene, state, picture, double(io.MousePos.x), double(io.MousePos.y),
-                                        io.KeyShift, double(io.DeltaTime));
+                                        double(io.KeyShift ? -io.DeltaTime : io.DeltaTime));
     return true;
 }
 
