@@ -20,6 +20,6 @@ int main(int argc, char** argv) {
                       {kVisibilityFormat, kPosesFormat, kFieldsFormat, kModelFormat, kTransferFormat, kLobesFormat,
                        kBrdfFormat, kLightFormat, kBlockersFormat},
                       {visibilityVerb(), compareVerb(), predictVerb(), transferVerb(), indirectVerb(), brdfVerb(),
-                       lightVerb(), blockersVerb(), pageVerb()},
+                       lightVerb(), captureVerb(), blockersVerb(), pageVerb()},
                       argc, argv);
 }
