@@ -1,6 +1,7 @@
 #include "fit/fit_verbs.h"
 #include "fit/numerics/dense_solvers.h"
 #include "fit/papers/papers.h"
+#include "formats/camera/camera_file.h"
 #include "formats/common/program_version.h"
 #include "formats/stage/blocker_file.h"
 #include "formats/stage/brdf_file.h"
@@ -18,8 +19,8 @@ int main(int argc, char** argv) {
     useFixedBlocks();
     return runProgram("penumbra-fit", "Fit run-time models: visibility, materials, lights and blockers.",
                       {kVisibilityFormat, kPosesFormat, kFieldsFormat, kModelFormat, kTransferFormat, kLobesFormat,
-                       kBrdfFormat, kLightFormat, kBlockersFormat},
+                       kBrdfFormat, kLightFormat, kBlockersFormat, kCameraPosesFormat},
                       {visibilityVerb(), compareVerb(), predictVerb(), transferVerb(), indirectVerb(), brdfVerb(),
-                       lightVerb(), captureVerb(), blockersVerb(), pageVerb()},
+                       lightVerb(), captureVerb(), blockersVerb(), pageVerb(), posesVerb()},
                       argc, argv);
 }

@@ -12,5 +12,6 @@ Verb lightVerb();
 Verb captureVerb();
 Verb blockersVerb();
 Verb pageVerb();
+Verb posesVerb();
 
 }  // namespace penumbra

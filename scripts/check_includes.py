@@ -43,11 +43,12 @@ MAY_INCLUDE = {
        for room in ("blockers", "clusters", "models", "light", "reflectance")},
     "fit/visibility": SH | {"fit/numerics", "fit/clusters", "fit/models"} | FORMATS,
     "fit/page": SH | FORMATS,
+    "fit/camera": SH | {"fit/numerics"} | FORMATS,
     "fit/report": SH | FIT | FORMATS,  # what several commands do alike
     **{f"fit/papers/{room}": SH | FIT | FORMATS for room in ("capture", "transfer", "lobes", "operators")},
     "fit/papers/compare": SH | FIT | PAPERS | {"fit/page"} | FORMATS,
     "fit/papers": SH | FIT | PAPERS | {"fit/report", "fit/page"} | FORMATS,
-    "fit": SH | FIT | {"fit/report", "fit/page", "fit/papers"} | FORMATS,  # no other room includes fit/papers
+    "fit": SH | FIT | {"fit/camera", "fit/report", "fit/page", "fit/papers"} | FORMATS,  # no other room includes fit/papers
     "pack": SH | RUNTIME | FORMATS,  # penumbra-pack check runs the evaluator that engines link
     **{f"runtime{room}": SH | {"formats/common", "formats/asset"} for room in ("", "/papers", "/sun")},
     "runtime/evaluate": SH | {"runtime/papers", "formats/common", "formats/asset"},
