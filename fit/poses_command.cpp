@@ -3,9 +3,10 @@
 #include <chrono>
 #include <cstdio>
 
-#include "fit/camera/tag_track.h"
 #include "fit/fit_verbs.h"
 #include "formats/cache/numbered_files.h"
+#include "formats/camera/tag_track.h"
+#include "formats/capture/capture_words.h"
 #include "formats/common/errors.h"
 #include "formats/common/options.h"
 #include "formats/common/progress.h"
@@ -179,22 +180,10 @@ void definePoses(CLI::App& app, PosesCommand& command) {
                    "pictures, JPEG or PNG, in the order of their times; a folder or a pattern as f.%03d.jpg names all")
         ->required();
     app.add_option("--camera", command.camera, "cam.json: f, cx, cy, size, k1, k2 (formats/README.md)")->required();
-    const auto add = [&command](const std::string& text) {
-        try {
-            command.tags.push_back(parseTag(text));
-        } catch (const BadOption& problem) {
-            throw CLI::ValidationError("--tag", problem.problem);
-        }
-    };
-    app.add_option_function<std::vector<std::string>>(
-           "--tag",
-           [add](const std::vector<std::string>& texts) {
-               for (const std::string& text : texts) add(text);
-           },
-           "FAMILY:ID:SIDE of a printed tag, 36h11, 25h9, 16h5 or 4x4_50; side of its black square in metres. Given "
-           "again for more tags; the first is the marker's frame")
-        ->required()
-        ->allow_extra_args(false);
+    addTagOption(app, command.tags,
+                 "FAMILY:ID:SIDE of printed tags, 36h11, 25h9, 16h5 or 4x4_50; side of its black square in metres; the "
+                 "first is the marker's frame")
+        ->required();
     app.add_option("--response", command.response, "srgb, linear, rec709 or a file of penumbra-fit response");
     addChoice(app, "--gaps", command.gaps, kGapWords,
               "pictures without a tag: a pose between those of their neighbours, or none");

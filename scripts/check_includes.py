@@ -64,7 +64,7 @@ MAY_INCLUDE = {
     **{f"player/{room}": SH | RUNTIME | {"player/gl", "player/frame", "player/draw", "player/papers", "player/scene"} | FORMATS
        for room in ("render", "view/playback")},
     "player/view": SH | RUNTIME | {"player/gl", "player/frame", "player/draw", "player/papers", "player/scene", "player/view/playback"} | FORMATS,
-    "player/view/window": SH | RUNTIME | VIEW | {"player/gl", "player/frame", "player/draw", "player/scene"} | FORMATS,
+    "player/view/window": SH | RUNTIME | VIEW | {"player/gl", "player/frame", "player/draw", "player/scene", "player/composite"} | FORMATS,
     "player/composite": SH | RUNTIME | {"player/gl", "player/frame", "player/draw", "player/papers", "player/scene", "player/render"} | FORMATS,
     "player/bench": SH | RUNTIME | {"player/gl", "player/frame", "player/draw", "player/render", "player/scene"} | FORMATS,
     "player": SH | RUNTIME | {"player/gl", "player/frame", "player/draw", "player/render", "player/papers", "player/scene",
