@@ -10,6 +10,7 @@
 #include "formats/camera/camera_file.h"
 #include "formats/capture/ball_panorama.h"
 #include "formats/capture/bracket_pose.h"
+#include "formats/capture/capture_words.h"
 #include "formats/capture/roam_panorama.h"
 #include "formats/capture/shot_pictures.h"
 #include "formats/common/errors.h"
@@ -24,7 +25,6 @@ namespace {
 
 enum class CaptureWay { kBall, kRoam };
 constexpr Word<CaptureWay> kCaptureWords[] = {{"ball", CaptureWay::kBall}, {"roam", CaptureWay::kRoam}};
-constexpr double kMostMetres = 1e6;
 
 struct CaptureCommand {
     CaptureWay way = CaptureWay::kBall;
@@ -39,34 +39,6 @@ struct CaptureCommand {
     std::vector<std::filesystem::path> inputs() const { return {list}; }
     Ground ground() const { return no_ground ? Ground::kNone : Ground::kLevel; }
 };
-
-// Reads "x/y/z,radius[,reflectance]".
-MirrorBall parseBall(const std::string& text) {
-    std::vector<std::string> parts;
-    std::istringstream stream(text);
-    for (std::string part; std::getline(stream, part, ',');) parts.push_back(part);
-    if (parts.size() < 2 || parts.size() > 3)
-        throw std::invalid_argument("must be x/y/z,radius[,reflectance] in metres, not '" + text + "'");
-    MirrorBall ball;
-    ball.center = parseTriple("the ball's middle", parts[0], -kMostMetres, kMostMetres);
-    ball.radius = parseNumber("the ball's radius", parts[1], 1e-6, kMostMetres);
-    if (parts.size() == 3) ball.reflectance = parseNumber("the ball's reflectance", parts[2], 0.01, 1);
-    return ball;
-}
-
-Vec3d parsePlace(const std::string& text) {
-    const Vec3d place = parseTriple("the place", text, -kMostMetres, kMostMetres);
-    if (!(place.z > 0)) throw std::invalid_argument("must lie above the ground, z > 0, not '" + text + "'");
-    return place;
-}
-
-TagChoice readTag(const std::string& text) {
-    try {
-        return parseTag(text);
-    } catch (const BadOption& error) {
-        throw std::invalid_argument(error.problem);
-    }
-}
 
 void define(CLI::App& app, CaptureCommand& command) {
     addChoice(app, "way", command.way, kCaptureWords, "what was photographed: a mirror ball, or all that is around")

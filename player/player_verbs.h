@@ -8,5 +8,6 @@ Verb viewVerb();
 Verb renderVerb();
 Verb benchVerb();
 Verb probeVerb();
+Verb compositeVerb();
 
 }  // namespace penumbra

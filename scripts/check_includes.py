@@ -64,10 +64,11 @@ MAY_INCLUDE = {
     **{f"player/{room}": SH | RUNTIME | {"player/gl", "player/frame", "player/draw", "player/papers", "player/scene"} | FORMATS
        for room in ("render", "view/playback")},
     "player/view": SH | RUNTIME | {"player/gl", "player/frame", "player/draw", "player/papers", "player/scene", "player/view/playback"} | FORMATS,
-    "player/view/window": SH | RUNTIME | VIEW | {"player/gl", "player/frame", "player/draw", "player/scene"} | FORMATS,
+    "player/view/window": SH | RUNTIME | VIEW | {"player/gl", "player/frame", "player/draw", "player/scene", "player/composite"} | FORMATS,
+    "player/composite": SH | RUNTIME | {"player/gl", "player/frame", "player/draw", "player/papers", "player/scene", "player/render"} | FORMATS,
     "player/bench": SH | RUNTIME | {"player/gl", "player/frame", "player/draw", "player/render", "player/scene"} | FORMATS,
     "player": SH | RUNTIME | {"player/gl", "player/frame", "player/draw", "player/render", "player/papers", "player/scene",
-               "player/bench"} | VIEW | FORMATS,
+               "player/bench", "player/composite"} | VIEW | FORMATS,
 }
 # The evaluator that engines link may see the asset format and what is in every program, but no other file format.
 RUNTIME_FORMATS = {"formats/asset/asset_file.h", "formats/asset/other_sides.h", "formats/common/mesh.h", "formats/common/model_kind.h", "formats/common/fp16.h",

@@ -194,6 +194,21 @@ private:
 
 }  // namespace
 
+namespace {
+
+void refuseMesh(const SceneCharacter& one) {
+    if (isRealMesh(one)) throw InvalidInput(one.at + ": is a mesh, which only penumbra-player composite takes");
+}
+
+// The asset whose light shines on a scene; empty where there is none.
+std::filesystem::path lightAssetOf(const SceneDescription& scene) {
+    if (!scene.light.asset.empty()) return scene.light.asset;
+    if (!scene.characters.empty()) return scene.characters.front().asset;
+    return scene.props.empty() ? std::filesystem::path() : scene.props.front().asset;
+}
+
+}  // namespace
+
 SceneFrame poseScene(SceneDescription scene, std::optional<double> seconds, const std::string& camera, SceneLook look) {
     std::map<std::filesystem::path, std::unique_ptr<const SceneAsset>> open;
     const auto opened = [&](const std::filesystem::path& path) -> const AssetView& {
@@ -206,8 +221,10 @@ SceneFrame poseScene(SceneDescription scene, std::optional<double> seconds, cons
     if (heights) heights->pose(seconds);
     SceneMesh mesh(out, scene.ground, heights ? &*heights : nullptr);
     for (const std::vector<SceneCharacter>* list : {&scene.characters, &scene.props})
-        for (const SceneCharacter& one : *list)
+        for (const SceneCharacter& one : *list) {
+            refuseMesh(one);
             mesh.add(one, opened(one.asset), list == &scene.characters ? seconds : std::nullopt, look);
+        }
     if (heights) mesh.addField();
     out.ends_at_horizon = heights && heights->field().grid().border != HeightBorder::kOpen;
     out.casting_triangles = out.mesh.triangles.size();
@@ -215,12 +232,13 @@ SceneFrame poseScene(SceneDescription scene, std::optional<double> seconds, cons
     out.mesh.rest_positions = out.frame.positions;
     out.scale = mesh.scale();
     out.camera = cameraOf(scene, camera, mesh.corners());
-    const std::filesystem::path& lit_by = scene.light.asset.empty() ? scene.characters[0].asset : scene.light.asset;
+    const std::filesystem::path lit_by = lightAssetOf(scene);
+    out.light_rotation = rotationOf(scene.light);
+    if (lit_by.empty()) return out;
     if (const LightView* light = lightOf(scene.light, opened(lit_by))) {
         out.light_order = light->order;
         out.light.assign(light->sh.begin(), light->sh.end());
     }
-    out.light_rotation = rotationOf(scene.light);
     return out;
 }
 

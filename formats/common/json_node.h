@@ -39,6 +39,7 @@ public:
     bool flag() const;
     bool isFlag() const { return json_->is_boolean(); }
     bool isArray() const { return json_->is_array(); }
+    bool isObject() const { return json_->is_object(); }
     Vec3 vector(double low, double high) const;
 
 private:

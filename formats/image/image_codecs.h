@@ -30,6 +30,8 @@ bool looksLikePng(std::span<const std::byte> bytes);
 TexturePicture decodePng(std::span<const std::byte> bytes, const std::string& name);
 GrayImage decodeGrayPng(std::span<const std::byte> bytes, const std::string& name, const GrayChoice& choice);
 
+std::vector<std::byte> encodePng(const TexturePicture& picture);
+
 bool looksLikeJpeg(std::span<const std::byte> bytes);
 TexturePicture decodeJpeg(std::span<const std::byte> bytes, const std::string& name);
 

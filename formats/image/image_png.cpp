@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <csetjmp>
 
 #include "formats/common/errors.h"
 #include "formats/image/image_codecs.h"
@@ -34,6 +35,49 @@ std::vector<std::uint8_t> displayedBytes(const Image& image, float exposure) {
         if (has_alpha) bytes.push_back(std::uint8_t(std::lround(std::clamp(image.alpha[i], 0.0f, 1.0f) * 255)));
     }
     return bytes;
+}
+
+namespace {
+
+struct PngWrite {
+    std::vector<std::byte> bytes;
+    static void add(png_structp png, png_bytep data, png_size_t size) {
+        auto& to = static_cast<PngWrite*>(png_get_io_ptr(png))->bytes;
+        const auto* from = reinterpret_cast<const std::byte*>(data);
+        to.insert(to.end(), from, from + size);
+    }
+    static void flush(png_structp) {}
+};
+
+// libpng leaves by longjmp(), past which no object of ours may live: all of them are the caller's.
+bool writeRows(const TexturePicture& picture, PngWrite& out) {
+    png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
+    png_infop info = png ? png_create_info_struct(png) : nullptr;
+    if (!info || setjmp(png_jmpbuf(png))) {
+        png_destroy_write_struct(&png, &info);
+        return false;
+    }
+    png_set_write_fn(png, &out, PngWrite::add, PngWrite::flush);
+    png_set_IHDR(png, info, png_uint_32(picture.width), png_uint_32(picture.height), 8, PNG_COLOR_TYPE_RGB,
+                 PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+    png_set_compression_level(png, 1);
+    png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB);
+    png_write_info(png, info);
+    for (int y = 0; y < picture.height; ++y)
+        png_write_row(png, picture.rgb.data() + std::size_t(y) * std::size_t(picture.width) * 3);
+    png_write_end(png, info);
+    png_destroy_write_struct(&png, &info);
+    return true;
+}
+
+}  // namespace
+
+std::vector<std::byte> encodePng(const TexturePicture& picture) {
+    assert(picture.rgb.size() == 3 * std::size_t(picture.width) * std::size_t(picture.height));
+    PngWrite out;
+    out.bytes.reserve(picture.rgb.size() / 2);
+    if (!writeRows(picture, out)) throw IoError("PNG: cannot be encoded");
+    return std::move(out.bytes);
 }
 
 std::vector<std::byte> encodePng(const Image& image, float exposure) {

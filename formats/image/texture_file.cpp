@@ -1,6 +1,7 @@
 #include "formats/image/texture_file.h"
 
 #include "formats/common/errors.h"
+#include "formats/common/write_file.h"
 #include "formats/image/image_codecs.h"
 
 namespace penumbra {
@@ -20,6 +21,10 @@ void checkTextureSize(std::uint64_t width, std::uint64_t height, std::uint64_t m
     if (width == 0 || height == 0 || width > kMaxTextureSide || height > kMaxTextureSide)
         throw InvalidInput(name + ": has " + size + "; a side has 1.." + std::to_string(kMaxTextureSide));
     if (width * height > most_pixels) throw InvalidInput(name + ": is cut short: too few bytes for " + size);
+}
+
+void writeTexturePng(const std::filesystem::path& path, const TexturePicture& picture) {
+    writeWholeFile(path, encodePng(picture));
 }
 
 }  // namespace penumbra

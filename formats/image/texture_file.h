@@ -24,4 +24,7 @@ TexturePicture decodeTexture(std::span<const std::byte> bytes, const std::string
 // Does the same with a file. Throws IoError where it cannot be read.
 TexturePicture readTexture(const std::filesystem::path& path, const std::string& name);
 
+// Writes the codes as a PNG of 8 bits a channel, whole or not at all, and fast rather than small. Throws IoError.
+void writeTexturePng(const std::filesystem::path& path, const TexturePicture& picture);
+
 }  // namespace penumbra

@@ -18,12 +18,6 @@ void failAtNode(const RigSource& source, int node, const std::string& what) {
     failAtFile(source.file, "node '" + source.nodes[std::size_t(node)].name + "': " + what);
 }
 
-std::string cleanText(std::string text) {
-    for (char& c : text)
-        if (static_cast<unsigned char>(c) < ' ' || c == 127) c = '_';
-    return text;
-}
-
 namespace {
 
 std::span<const double> restValue(const Node& node, Channel::Path path) {

@@ -1,5 +1,6 @@
 #include "formats/scene/scene_file.h"
 
+#include <cctype>
 #include <map>
 #include <set>
 
@@ -34,16 +35,30 @@ ScenePose readPose(const JsonNode& character, const std::filesystem::path& folde
     return out;
 }
 
+// Reads "asset", which "real" stands for where it names a file itself.
+void readAsset(const JsonNode& node, const std::filesystem::path& folder, SceneCharacter& out) {
+    const bool named = node.has("real") && !node.at("real").isFlag();
+    if (named && node.has("asset")) node.at("real").fail("names a file beside an \"asset\"; one or the other");
+    const JsonNode file = named ? node.at("real") : node.required("asset");
+    if (file.text().empty()) file.fail("is empty");
+    out.asset = folder / file.text();
+    out.real = named || (node.has("real") && node.at("real").flag());
+    if (!isRealMesh(out)) return;
+    if (!out.real) file.fail("is a mesh, which only a prop that is \"real\" may be");
+    for (const char* key : {"material", "slots", "on_ground"})
+        if (node.has(key)) node.at(key).fail("is not for a mesh that is real");
+}
+
 SceneCharacter readCharacter(const JsonNode& node, const std::filesystem::path& folder, bool moves) {
     if (moves)
         node.requireKeys({"name", "asset", "clip", "time", "pose", "position", "yaw", "scale", "material", "slots",
                           "casts", "on_ground"});
     else
-        node.requireKeys({"name", "asset", "position", "yaw", "scale", "material", "slots", "casts", "on_ground"});
+        node.requireKeys(
+            {"name", "asset", "position", "yaw", "scale", "material", "slots", "casts", "on_ground", "real"});
     SceneCharacter out;
     out.at = node.place();
-    out.asset = folder / node.required("asset").text();
-    if (node.at("asset").text().empty()) node.at("asset").fail("is empty");
+    readAsset(node, folder, out);
     if (node.has("name")) {
         out.name = node.at("name").text();
         if (out.name.empty()) node.at("name").fail("is empty");
@@ -125,7 +140,7 @@ SceneHeights readHeights(const JsonNode& node, const std::filesystem::path& fold
 }
 
 SceneGround readGround(const JsonNode& node, const std::filesystem::path& folder) {
-    node.requireKeys({"height", "centre", "size", "resolution", "albedo", "heights", "material"});
+    node.requireKeys({"height", "centre", "size", "resolution", "albedo", "heights", "material", "catcher"});
     SceneGround out;
     if (node.has("height")) out.height = node.at("height").number(-kFar, kFar);
     if (node.has("centre")) out.center = node.at("centre").vector(-kFar, kFar);
@@ -133,6 +148,7 @@ SceneGround readGround(const JsonNode& node, const std::filesystem::path& folder
     if (node.has("resolution")) out.resolution = node.at("resolution").whole(2, kMaxGroundResolution);
     if (node.has("albedo")) out.albedo = node.at("albedo").vector(0, 1);
     if (node.has("heights")) out.heights = readHeights(node.at("heights"), folder);
+    if (node.has("catcher")) out.catcher = node.at("catcher").flag();
     for (const char* key : {"size", "resolution"})
         if (node.has(key) && out.heights) node.at(key).fail("is of a ground without heights");
     if (node.has("material")) {
@@ -140,6 +156,22 @@ SceneGround readGround(const JsonNode& node, const std::filesystem::path& folder
         if (node.has("albedo")) node.at("material").fail("stands beside an \"albedo\"; one or the other");
         out.material = node.at("material").text();
     }
+    return out;
+}
+
+// Reads a camera that is an object: the camera itself, or where its poses stand.
+SceneCamera readPhotograph(const JsonNode& node, const std::filesystem::path& folder) {
+    SceneCamera out;
+    out.at = node.place();
+    if (node.has("poses")) {
+        node.requireKeys({"poses", "frame"});
+        if (node.at("poses").text().empty()) node.at("poses").fail("is empty");
+        out.poses = folder / node.at("poses").text();
+        if (node.has("frame")) out.frame = std::size_t(node.at("frame").whole(0, 1 << 30));
+        return out;
+    }
+    out.camera = cameraOf(node, {"R", "t"});
+    out.pose = poseOf(node);
     return out;
 }
 
@@ -154,6 +186,12 @@ SceneLight readLight(const JsonNode& node, const std::filesystem::path& folder) 
 }
 
 }  // namespace
+
+bool isRealMesh(const SceneCharacter& one) {
+    std::string extension = one.asset.extension().string();
+    for (char& c : extension) c = char(std::tolower(static_cast<unsigned char>(c)));
+    return extension == ".obj" || extension == ".glb";
+}
 
 void nameAll(SceneDescription& scene) {
     std::vector<std::pair<SceneCharacter*, std::string>> all;
@@ -192,7 +230,7 @@ SceneDescription parseScene(const std::string& text, const std::string& name, co
     const nlohmann::json json = parseJson(text, name);
     const JsonNode root(json, name, "");
     root.requireVersion(kSceneFormat);  // before the keys, which another version may not share
-    root.requireKeys({"version", "characters", "props", "ground", "light", "camera"});
+    root.requireKeys({"version", "characters", "props", "ground", "light", "camera", "world_scale"});
     SceneDescription scene;
     scene.at = name;
     if (root.has("characters"))
@@ -201,10 +239,15 @@ SceneDescription parseScene(const std::string& text, const std::string& name, co
     if (root.has("props"))
         for (const JsonNode& node : root.at("props").items(kMaxSceneCharacters))
             scene.props.push_back(readCharacter(node, folder, false));
-    if (scene.characters.empty()) root.fail("has no characters");
     if (root.has("ground")) scene.ground = readGround(root.at("ground"), folder);
     if (root.has("light")) scene.light = readLight(root.at("light"), folder);
-    if (root.has("camera")) scene.camera = root.at("camera").text();
+    if (root.has("camera")) {
+        if (root.at("camera").isObject())
+            scene.photograph = readPhotograph(root.at("camera"), folder);
+        else
+            scene.camera = root.at("camera").text();
+    }
+    if (root.has("world_scale")) scene.world_scale = root.at("world_scale").number(1e-6, 1e6);
     checkOnGround(scene);
     nameAll(scene);
     return scene;
@@ -220,6 +263,8 @@ void eachFile(const SceneDescription& scene, const auto& add) {
             if (one.pose) add(one.at + "/pose", one.pose->file);
         }
     if (!scene.light.asset.empty()) add(scene.at + ": /light/asset", scene.light.asset);
+    if (scene.photograph && !scene.photograph->poses.empty())
+        add(scene.photograph->at + "/poses", scene.photograph->poses);
     if (scene.ground && scene.ground->heights && scene.ground->heights->source.analytic.empty())
         for (const std::filesystem::path& file : filesOf(scene.ground->heights->source))
             add(scene.ground->heights->source.at, file);

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "formats/camera/camera_file.h"
 #include "formats/common/file_format.h"
 #include "formats/height/height_source.h"
 #include "sh/height/height_refinement.h"
@@ -42,7 +43,12 @@ struct SceneCharacter {
     std::string material;                                         // of all parts; "": what the asset gives each
     std::vector<std::pair<std::string, std::string>> slots = {};  // slot, material; after `material`
     SceneCasts casts = SceneCasts::kWhatItHas;
+    // A prop that stands in the photograph already: it hides and it receives shadows, and it is not drawn. Its asset
+    // may be a mesh (isRealMesh()), which stands still and has neither a model nor a material.
+    bool real = false;
 };
+// Tells whether an asset's name is that of a mesh file, which only real props may be: .obj or .glb.
+bool isRealMesh(const SceneCharacter& one);
 
 // Heights of a ground: where they come from and how finely they are looked at (sh/height/height_visibility.h).
 struct SceneHeights {
@@ -61,6 +67,18 @@ struct SceneGround {
     Vec3 albedo{0.5f, 0.5f, 0.5f};             // linear
     std::optional<SceneHeights> heights = {};  // then size and resolution are theirs
     std::string material = {};                 // of the light's asset, for heights; "": Lambertian with the albedo
+    // It stands in the photograph already: it is not drawn, and shows shadows only as a share of its light.
+    bool catcher = false;
+};
+
+// The camera that took a photograph, in the frame of the marker (sh/pinhole_camera.h).
+struct SceneCamera {
+    std::string at;  // as SceneCharacter::at
+    // The camera and its pose, or a file of poses (formats/camera/camera_file.h) and which of its frames comes first.
+    PinholeCamera camera;
+    CameraPose pose;
+    std::filesystem::path poses;  // empty: the two above
+    std::size_t frame = 0;
 };
 
 struct SceneLight {
@@ -72,10 +90,12 @@ struct SceneLight {
 
 struct SceneDescription {
     std::string at;                                 // the file, for messages
-    std::vector<SceneCharacter> characters, props;  // at least one character
+    std::vector<SceneCharacter> characters, props;  // either may be empty
     std::optional<SceneGround> ground;
     SceneLight light;
-    std::string camera;  // sh/camera.h
+    std::string camera;                          // sh/camera.h
+    std::optional<SceneCamera> photograph = {};  // instead of `camera`
+    double world_scale = 1;                      // metres of the marker's frame that a metre of the scene is
     // Where (0, 0, 0) of all places above stands in the file's frame, which `camera` and points of probes are in. It is
     // not 0 after openGround() (scene_origin.h) alone.
     Vec3d origin = {};

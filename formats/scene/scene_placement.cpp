@@ -84,6 +84,9 @@ Mat3d rotationOf(const SceneLight& light) {
 Camera cameraOf(const SceneDescription& scene, const std::string& option, std::span<const Vec3> points) {
     constexpr double kPitch = 0.25;  // radians: the ground is seen from above
     const double radius = std::max<double>(boundsOf(points).radius(), 1e-3);
+    if (option.empty() && scene.photograph)
+        throw InvalidInput(scene.photograph->at +
+                           ": is the camera of a photograph, which is not drawn by here: give --camera");
     try {
         return makeCamera(option.empty() ? scene.camera : option, points, radius, kPitch, scene.origin);
     } catch (const std::invalid_argument& problem) {

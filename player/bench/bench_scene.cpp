@@ -20,6 +20,7 @@ constexpr double kCopySpacing = 2;  // metres
 std::size_t columnsOf(int count) { return std::size_t(std::ceil(std::sqrt(double(count)))); }
 
 SceneDescription copiesOf(const SceneDescription& scene, int count) {
+    if (scene.characters.empty()) throw InvalidInput(scene.at + ": has no characters, whose cost could be measured");
     SceneDescription out;
     out.light = scene.light;
     out.camera = scene.camera;

@@ -25,14 +25,14 @@
     X(DELETEFRAMEBUFFERS, DeleteFramebuffers) X(BLITFRAMEBUFFER, BlitFramebuffer) \
     X(GENRENDERBUFFERS, GenRenderbuffers) X(BINDRENDERBUFFER, BindRenderbuffer) \
     X(RENDERBUFFERSTORAGEMULTISAMPLE, RenderbufferStorageMultisample) X(DELETERENDERBUFFERS, DeleteRenderbuffers) \
-    X(VIEWPORT, Viewport) X(CLEARCOLOR, ClearColor) X(CLEAR, Clear) X(ENABLE, Enable) X(DISABLE, Disable) \
+    X(COLORMASK, ColorMask) X(VIEWPORT, Viewport) X(CLEARCOLOR, ClearColor) X(CLEAR, Clear) X(ENABLE, Enable) X(DISABLE, Disable) \
     X(DRAWELEMENTS, DrawElements) X(READPIXELS, ReadPixels) X(PIXELSTOREI, PixelStorei) \
     X(SCISSOR, Scissor) X(GENQUERIES, GenQueries) X(DELETEQUERIES, DeleteQueries) X(QUERYCOUNTER, QueryCounter) \
     X(GETQUERYOBJECTIV, GetQueryObjectiv) X(GETQUERYOBJECTUI64V, GetQueryObjectui64v) X(GETSTRINGI, GetStringi) \
     X(DISPATCHCOMPUTE, DispatchCompute) X(MEMORYBARRIER, MemoryBarrier) X(BINDBUFFERBASE, BindBufferBase) \
     X(DRAWELEMENTSINSTANCED, DrawElementsInstanced) X(MAPBUFFERRANGE, MapBufferRange) X(FENCESYNC, FenceSync) \
     X(CLIENTWAITSYNC, ClientWaitSync) X(DELETESYNC, DeleteSync) X(TEXSTORAGE3D, TexStorage3D) \
-    X(TEXPARAMETERI, TexParameteri) X(FRAMEBUFFERTEXTURELAYER, FramebufferTextureLayer)
+    X(TEXIMAGE2D, TexImage2D) X(TEXPARAMETERI, TexParameteri) X(FRAMEBUFFERTEXTURELAYER, FramebufferTextureLayer)
 // These belong to OpenGL 4.4 or an extension; they are null where the context has neither.
 #define PENUMBRA_GL_OPTIONAL_FUNCTIONS(X) X(BUFFERSTORAGE, BufferStorage)
 // clang-format on

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "formats/common/errors.h"
 #include "formats/scene/scene_placement.h"
@@ -42,10 +43,23 @@ void SceneFrames::makeField() {
     ground_lobes_.assign(field.heights().field().grid().size(), sunlight_.ground);
 }
 
+void SceneFrames::replaceLight(const LightView& light) {
+    const bool shines = !scene_.light()->suns.empty() && !sunlight_.remainder.empty();
+    for (const std::unique_ptr<SceneLook>& look : looks_)
+        if (look->shading) look->shading->replaceLight(look->shot.light, light);
+    sunlight_.light = light;
+    if (!shines) return;
+    sunlight_.suns = sunsOf(light, sunlight_.light_rotation);
+    sunlight_.remainder = remainderOf(light);
+    sunlight_.light.sh = sunlight_.remainder;
+}
+
 SunCasters SceneFrames::sunCasters() const {
     SunCasters casters;
     for (std::size_t m = 0; m < members_.size(); ++m)
-        casters.members.push_back({members_[m].positions, looks_[m]->view.mesh.triangles});
+        if (castsInSuns(*scene_.members()[m]->file))
+            casters.members.push_back({members_[m].positions, looks_[m]->view.mesh.triangles});
+    addRealMeshes(scene_, casters);
     if (scene_.field()) {
         casters.ground = {field_casting_, field_casting_triangles_};
         casters.ground_version = scene_.field()->version();
@@ -86,6 +100,7 @@ void SceneFrames::evaluateMembers() {
 
 void SceneFrames::evaluateGround() {
     if (!scene_.file().ground) return;
+    if (!scene_.field() && scene_.file().ground->catcher) return;  // nobody looks at it
     if (scene_.field()) {
         scene_.field()->update(scene_.cast(), FieldPoints::kNew, threads_, field_);
         if (!suns().empty()) scene_.field()->heights().castingPoints(field_casting_);
@@ -109,18 +124,48 @@ double groundSize(const PosedScene& scene) {
     return std::max(double(grid.cell_x) * grid.rows, double(grid.cell_y) * grid.columns);
 }
 
+// The camera of the scene's first photograph without its lens, as large as the picture that is wanted. Its middle
+// stays in the middle.
+SceneView sceneViewOf(const PosedScene& scene, const RenderOptions& options) {
+    SceneView view = SceneCameras(scene.file()).view(0, scene.file().origin);
+    PinholeCamera& camera = view.camera;
+    const double scale = std::min(double(options.width) / camera.width, double(options.height) / camera.height);
+    camera = {camera.f * scale, (camera.cx - 0.5 * (camera.width - 1)) * scale + 0.5 * (options.width - 1),
+              (camera.cy - 0.5 * (camera.height - 1)) * scale + 0.5 * (options.height - 1), options.width,
+              options.height};
+    return view;
+}
+
 }  // namespace
+
+void clipFromPhotograph(const SceneView& view, std::span<const BoundingBox> boxes, double reach,
+                        std::span<float, 16> out) {
+    double near = std::numeric_limits<double>::infinity(), far = reach;
+    for (const BoundingBox& box : boxes) {
+        const double away = view.inCamera(toDouble(box.low + box.high) * 0.5).z, radius = box.radius();
+        near = std::min(near, away - radius);
+        far = std::max(far, away + radius + reach);
+    }
+    clipFromScene(view, std::clamp(near, 1e-3 * far, 0.5 * far), far, out);
+}
 
 FrameView sceneView(const PosedScene& scene, const RenderOptions& options, std::span<const FrameVertices> members) {
     std::vector<Vec3> corners;
+    std::vector<BoundingBox> boxes;
     for (const FrameVertices& vertices : members) {
-        const BoundingBox box = boundsOf(vertices.positions);
+        const BoundingBox box = boxes.emplace_back(boundsOf(vertices.positions));
         corners.insert(corners.end(), {box.low, box.high});
     }
     const double radius = std::max<double>(boundsOf(corners).radius(), 1e-3);
     const double reach = std::max(radius, groundSize(scene));
-    const Camera camera = cameraOf(scene.file(), options.camera, corners);
     FrameView view;
+    if (scene.file().photograph && options.camera.empty()) {
+        const SceneView of_scene = sceneViewOf(scene, options);
+        clipFromPhotograph(of_scene, boxes, reach, view.clip_from_model);
+        view.eye = toFloat(of_scene.eye());
+        return view;
+    }
+    const Camera camera = cameraOf(scene.file(), options.camera, corners);
     clipFromModel(camera, double(options.width) / options.height, reach, view.clip_from_model);
     view.eye = toFloat(cameraPosition(camera));
     return view;
@@ -196,19 +241,27 @@ std::vector<Vec3> SceneFrames::groundValues() {
 void SceneFrames::shade() {
     view_ = sceneView(scene_, options_, members_);
     view_.error_max = options_.error_max;
-    for (std::size_t m = 0; m < members_.size(); ++m) values_[m] = memberValues(m);
-    if (scene_.file().ground) values_.back() = groundValues();
+    shadeMembers();
+    if (scene_.file().ground && (scene_.field() || !scene_.file().ground->catcher)) values_.back() = groundValues();
+}
+
+void SceneFrames::shadeMembers() {
+    for (std::size_t m = 0; m < members_.size(); ++m)
+        if (looks_[m]->drawn) values_[m] = memberValues(m);
 }
 
 std::vector<SceneMesh> SceneFrames::meshes() const {
     std::vector<SceneMesh> out;
-    for (std::size_t m = 0; m < members_.size(); ++m)
+    for (std::size_t m = 0; m < members_.size(); ++m) {
+        if (!looks_[m]->drawn) continue;
         out.push_back({looks_[m]->view.mesh.triangles,
                        members_[m].positions,
                        values_[m],
                        looks_[m]->view.mesh.two_sided ? Sides::kFront : Sides::kBoth,
                        channelOf(m),
                        {members_[m].normals, members_[m].tangents, looks_[m]->lobes, sight_[m]}});
+    }
+    if (!scene_.file().ground || scene_.file().ground->catcher) return out;
     const Channel of_ground = options_.channel == Channel::kShaded ? Channel::kShaded : Channel::kAmbient;
     if (scene_.field())
         out.push_back({field_triangles_,
@@ -217,7 +270,7 @@ std::vector<SceneMesh> SceneFrames::meshes() const {
                        Sides::kBoth,
                        of_ground,
                        {field_.normals, field_.tangents, ground_lobes_, field_sight_}});
-    else if (scene_.file().ground)
+    else
         out.push_back({ground_.shown(),
                        ground_.positions,
                        values_.back(),

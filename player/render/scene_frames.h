@@ -5,10 +5,12 @@
 #include <span>
 #include <vector>
 
+#include "formats/scene/scene_camera.h"
 #include "player/draw/draw_frame.h"
 #include "player/render/scene_look.h"
 #include "player/scene/scene_ground.h"
 #include "player/scene/scene_receivers.h"
+#include "sh/bounding_box.h"
 
 namespace penumbra {
 
@@ -34,6 +36,14 @@ public:
     void evaluateMembers();
     void evaluateGround();
     void shade();
+    // Lights the members as `light` does, turned as the scene's light is, from the next step on. It has at most the
+    // order of the scene's light. Its suns shine where that has suns. `light` outlives this object, or the next call.
+    void replaceLight(const LightView& light);
+    // Shades the members alone, as seen from a place in the scene that is not the camera of the options.
+    void shadeFrom(Vec3 eye) {
+        view_.eye = eye;
+        shadeMembers();
+    }
     // Results of the steps, valid until the next ones: every member, then the ground, and how the camera sees them.
     std::vector<SceneMesh> meshes() const;
     const FrameView& view() const { return view_; }
@@ -44,6 +54,10 @@ public:
     const Mat3& lightRotation() const { return sunlight_.light_rotation; }
 
     const std::vector<FrameVertices>& members() const { return members_; }
+    // What a member's vertices show, without suns; empty where it is not drawn.
+    const std::vector<Vec3>& valuesOf(std::size_t member) const { return values_[member]; }
+    const SceneLook& lookOf(std::size_t member) const { return *looks_[member]; }
+    const SceneSunlight& sunlight() const { return sunlight_; }
     const GroundVertices& ground() const { return ground_; }  // empty without a level ground
     const FrameVertices& field() const { return field_; }     // empty without a ground with heights
 
@@ -69,6 +83,7 @@ private:
 
     bool compares() const { return scene_.castWay().mode != CastMode::kProduct; }
     void attachTruth(const AssetView& truth);
+    void shadeMembers();
     Channel channelOf(std::size_t member) const;
     FrameVertices trueMember(std::size_t member) const;
     std::vector<float> memberAmbient(std::size_t member, const FrameVertices& vertices) const;
@@ -77,7 +92,13 @@ private:
     void makeField();
 };
 
-// How the camera sees the scene. `members` have positions in the scene. Of the options it reads size and camera.
+// Writes the matrix of a photograph's camera without its lens, with depths that hold the boxes and `reach` metres
+// around them.
+void clipFromPhotograph(const SceneView& view, std::span<const BoundingBox> boxes, double reach,
+                        std::span<float, 16> out);
+
+// How the camera sees the scene: the first photograph where the file has one and the options name no other. `members`
+// have positions in the scene. Of the options it reads size and camera.
 FrameView sceneView(const PosedScene& scene, const RenderOptions& options, std::span<const FrameVertices> members);
 
 }  // namespace penumbra

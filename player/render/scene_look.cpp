@@ -17,7 +17,8 @@ AssetView litView(const PosedScene& scene, const SceneMember& member) {
 
 Shot lookOf(const PosedScene& scene, const SceneMember& member, const RenderOptions& options, const AssetView& view) {
     RenderOptions look;
-    look.channel = options.channel == Channel::kError ? Channel::kAmbient : options.channel;
+    const bool plain = options.channel == Channel::kError || member.file->real;
+    look.channel = plain ? Channel::kAmbient : options.channel;
     look.shading = options.shading;
     if (options.suns == SunChoice::kOn && scene.castWay().mode != CastMode::kProduct)
         throw BadOption("suns", "needs shadows of others that join as a product");
@@ -37,7 +38,7 @@ Shot lookOf(const PosedScene& scene, const SceneMember& member, const RenderOpti
 }  // namespace
 
 SceneLook::SceneLook(const PosedScene& scene, const SceneMember& member, const RenderOptions& options)
-    : view(litView(scene, member)), shot(lookOf(scene, member, options, view)) {
+    : view(litView(scene, member)), drawn(!member.file->real), shot(lookOf(scene, member, options, view)) {
     if (!shot.shaded) return;
     if (scene.castWay().mode == CastMode::kProduct)
         shading.emplace(shadingOf(shot));
@@ -48,9 +49,12 @@ SceneLook::SceneLook(const PosedScene& scene, const SceneMember& member, const R
 SceneSunlight sceneSunlight(const PosedScene& scene, std::span<const std::unique_ptr<SceneLook>> looks) {
     SceneSunlight out;
     if (scene.light()) out.light = *scene.light();
-    if (!looks.empty()) out.light_rotation = looks.front()->shot.light_rotation;
-    if (looks.empty() || !std::ranges::all_of(looks, [](const auto& look) { return look->shot.suns; })) return out;
+    const auto first = std::ranges::find_if(looks, [](const auto& look) { return look->drawn; });
+    if (first == looks.end()) return out;
+    out.light_rotation = (*first)->shot.light_rotation;
+    if (!std::ranges::all_of(looks, [](const auto& look) { return look->shot.suns || !look->drawn; })) return out;
     for (const std::unique_ptr<SceneLook>& look : looks) {
+        if (!look->drawn) continue;
         look->lobes = out.lobes.add(*look->shading);
         look->slot_lobes = out.lobes.addSlots(*look->shading);
     }

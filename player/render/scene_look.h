@@ -14,6 +14,7 @@ namespace penumbra {
 // How a member of a scene looks. It stays where it is, because the shot points to the view.
 struct SceneLook {
     AssetView view;  // the member's asset with the light of the scene
+    bool drawn;      // real props are not
     Shot shot;
     // One of these for Channel::kShaded: the second for modes that compare (PosedScene::castWay()).
     std::optional<ShadingSet> shading;

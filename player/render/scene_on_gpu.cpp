@@ -124,7 +124,8 @@ void SceneOnGpu::evaluate() {
 SunCasters SceneOnGpu::sunCasters() const {
     SunCasters casters;
     for (std::size_t m = 0; m < members_.size(); ++m)
-        casters.members.push_back({members_[m].positions, looks_[m]->view.mesh.triangles});
+        if (castsInSuns(*scene_.members()[m]->file))
+            casters.members.push_back({members_[m].positions, looks_[m]->view.mesh.triangles});
     if (heights_) {
         casters.ground = {field_points_, field_triangles_};
         casters.ground_version = scene_.field()->version();

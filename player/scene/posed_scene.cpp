@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 
+#include "formats/cache/still_mesh.h"
 #include "formats/common/errors.h"
 #include "formats/scene/scene_origin.h"
 #include "formats/scene/scene_placement.h"
@@ -20,6 +21,17 @@ std::optional<CasterKind> casterKindOf(const SceneCharacter& one, const Evaluato
     if (one.casts == SceneCasts::kWhatItHas) return casterKindOf(evaluator);
     return one.casts == SceneCasts::kFields ? CasterKind::kFields : CasterKind::kSpheres;
 }
+
+namespace {
+
+RealMesh placedMesh(const SceneCharacter& one) {
+    StillMesh mesh = readStillMesh(one.asset);
+    const Affine to_scene = placementOf(one);
+    for (Vec3& p : mesh.positions) p = to_scene.point(p);
+    return {&one, std::move(mesh.positions), std::move(mesh.triangles)};
+}
+
+}  // namespace
 
 PosedScene::PosedScene(SceneDescription file, const CastWay& way) : way_(way), file_(std::move(file)) {
     if (needsSpheres(way_.mode)) castBySpheres(file_);
@@ -50,6 +62,10 @@ PosedScene::PosedScene(SceneDescription file, const CastWay& way) : way_(way), f
     std::vector<CasterKind> kinds;
     for (const std::vector<SceneCharacter>* list : {&file_.characters, &file_.props})
         for (const SceneCharacter& one : *list) {
+            if (isRealMesh(one)) {
+                meshes_.push_back(placedMesh(one));
+                continue;
+            }
             std::shared_ptr<const OpenAsset> asset = openedAt(one);
             if (!asset->view.has_model) throw InvalidInput(one.at + "/asset: " + one.asset.string() + " has no model");
             if (!one.material.empty() || !one.slots.empty()) (void)materialsOf(one, asset->view);
@@ -75,8 +91,11 @@ PosedScene::PosedScene(SceneDescription file, const CastWay& way) : way_(way), f
     cast_->setExponential(way_.exponential);
     if (!way_.exponential.isDefault() && std::ranges::find(kinds, CasterKind::kSpheres) == kinds.end())
         throw BadOption("cast_exponential", "nobody in the scene casts by spheres");
-    light_asset_ = file_.light.asset.empty() ? members_.front()->asset : opened(file_.light.asset);
-    light_ = lightOf(file_.light, light_asset_->view);
+    if (!file_.light.asset.empty())
+        light_asset_ = opened(file_.light.asset);
+    else if (!members_.empty())
+        light_asset_ = members_.front()->asset;
+    if (light_asset_) light_ = lightOf(file_.light, light_asset_->view);
     light_rotation_ = rotationOf(file_.light);
     pose({});
 }
@@ -94,7 +113,7 @@ void PosedScene::pose(std::optional<double> seconds) {
     if (field_) field_->pose(seconds);
     for (std::size_t m = 0; m < members_.size(); ++m) {
         const std::unique_ptr<SceneMember>& member = members_[m];
-        const bool moves = m < file_.characters.size();
+        const bool moves = m < file_.characters.size();  // members that are meshes are props
         if (member->pose) {
             member->evaluator.setPose(member->pose->bones, member->pose->rotations);
         } else {

@@ -23,6 +23,16 @@ struct SceneMember {
     const BonePose* pose = nullptr;  // of a file, instead of a frame
 };
 
+// A prop that is a mesh of a file.
+struct RealMesh {
+    const SceneCharacter* file;
+    std::vector<Vec3> positions;
+    std::vector<std::uint32_t> triangles;  // [3 T]
+};
+
+// Tells whether a member casts into the maps of suns: all but those whom the file says cast nothing.
+inline bool castsInSuns(const SceneCharacter& one) { return one.casts != SceneCasts::kNothing; }
+
 // Returns what a character casts by; nothing where it casts nothing. Throws InvalidInput where its asset lacks what the
 // file wants.
 std::optional<CasterKind> casterKindOf(const SceneCharacter& one, const Evaluator& evaluator);
@@ -48,7 +58,10 @@ public:
     // The heights of the ground, which remember what they have looked at; null where it is level or missing.
     SceneField* field() const { return field_.get(); }
     const CastWay& castWay() const { return way_; }
-    const AssetView& lightAsset() const { return light_asset_->view; }
+    // Props that are meshes, in the scene. They never move.
+    const std::vector<RealMesh>& realMeshes() const { return meshes_; }
+    // An asset without anything where there is no member and the file names no other.
+    const AssetView& lightAsset() const { return light_asset_ ? light_asset_->view : no_asset_; }
     const LightView* light() const { return light_; }  // of lightAsset(); null where that has none
     const Mat3d& lightRotation() const { return light_rotation_; }
 
@@ -60,6 +73,8 @@ private:
     std::unique_ptr<CastShadow> cast_;
     std::unique_ptr<SceneField> field_;
     std::shared_ptr<const OpenAsset> light_asset_;
+    AssetView no_asset_;
+    std::vector<RealMesh> meshes_;
     const LightView* light_ = nullptr;
     Mat3d light_rotation_;
     FrameVertices standing_;  // of whom stands on the ground, while everyone is posed

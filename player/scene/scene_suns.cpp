@@ -25,16 +25,19 @@ bool shine(const PosedScene& scene, SunChoice choice) {
     return lacking.empty();
 }
 
-// Different threads draw different rows.
-SunMaps mapsOf(const Sun& sun, const SunCasters& casters, int size, int threads) {
-    constexpr int kBands = 16;
-    SunMaps maps;
+}  // namespace
+
+void drawSunMaps(const Sun& sun, const SunCasters& casters, int size, int threads, SunMaps& maps) {
+    constexpr int kMostBands = 16;
+    const int bands = threads > 0 ? std::min(threads, kMostBands) : kMostBands;  // each looks at all triangles
     maps.begin(casters, sun.direction, sun.radius, size);
-    parallelFor(kBands, threads, [&](std::size_t band) { maps.draw(casters, int(band), kBands); });
-    return maps;
+    parallelFor(std::size_t(bands), threads, [&](std::size_t band) { maps.draw(casters, int(band), bands); });
 }
 
-}  // namespace
+void addRealMeshes(const PosedScene& scene, SunCasters& casters) {
+    for (const RealMesh& mesh : scene.realMeshes())
+        if (castsInSuns(*mesh.file)) casters.members.push_back({mesh.positions, mesh.triangles});
+}
 
 std::vector<Sun> sunsOf(const LightView& light, const Mat3& rotation) {
     std::vector<Sun> suns(light.suns.begin(), light.suns.end());
@@ -57,8 +60,10 @@ SceneSuns sceneSuns(const PosedScene& scene, SunChoice choice, int map_size, int
     SunCasters casters;
     for (std::size_t m = 0; m < members.size(); ++m) {
         skinMember(*scene.members()[m], threads, members[m]);
-        casters.members.push_back({members[m].positions, scene.members()[m]->asset->view.mesh.triangles});
+        if (castsInSuns(*scene.members()[m]->file))
+            casters.members.push_back({members[m].positions, scene.members()[m]->asset->view.mesh.triangles});
     }
+    addRealMeshes(scene, casters);
     std::vector<Vec3> points;
     std::vector<std::uint32_t> triangles;
     if (scene.field()) {
@@ -66,7 +71,7 @@ SceneSuns sceneSuns(const PosedScene& scene, SunChoice choice, int map_size, int
         triangles = castingTriangles(scene.field()->heights().field().grid());
         casters.ground = {points, triangles};
     }
-    for (const Sun& sun : out.suns) out.maps.push_back(mapsOf(sun, casters, map_size, threads));
+    for (const Sun& sun : out.suns) drawSunMaps(sun, casters, map_size, threads, out.maps.emplace_back());
     return out;
 }
 

@@ -13,12 +13,18 @@ std::vector<Sun> sunsOf(const LightView& light, const Mat3& rotation);
 // Returns the SH of the light without its suns, [n^2, 3].
 std::vector<float> remainderOf(const LightView& light);
 
+// Draws the maps of a sun, of `size` texels a side. Different threads draw different rows.
+void drawSunMaps(const Sun& sun, const SunCasters& casters, int size, int threads, SunMaps& maps);
+// Adds the props that are meshes to those who cast.
+void addRealMeshes(const PosedScene& scene, SunCasters& casters);
+
 struct SceneSuns {
     std::vector<Sun> suns;         // in the scene; empty: all light is SH
     std::vector<float> remainder;  // SH of the light without them
     std::vector<SunMaps> maps;     // of each sun
 };
-// Draws the suns' maps of `map_size` texels a side, in which everyone in the scene casts. There are suns where `choice`
+// Draws the suns' maps of `map_size` texels a side, in which everyone in the scene casts who is
+// not told to cast nothing. There are suns where `choice`
 // lets them shine: kAuto where the light has some and others cast by products, as the other ways to join have no suns.
 // Throws UsageError where kOn asks for suns that cannot be.
 SceneSuns sceneSuns(const PosedScene& scene, SunChoice choice, int map_size, int threads);

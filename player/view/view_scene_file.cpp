@@ -1,4 +1,7 @@
 // Takes over what a scene.json says.
+#include <algorithm>
+
+#include "formats/scene/scene_camera.h"
 #include "formats/scene/scene_placement.h"
 #include "player/view/view_scene.h"
 
@@ -73,6 +76,13 @@ void applySceneFile(const Scene& scene, ViewState& state) {
     state.show.ground = scene.file->ground.has_value();
     const BoundingBox box = restBounds(scene);
     const std::array points = {box.low, box.high};
+    if (scene.file->photograph) {
+        const SceneView view = SceneCameras(*scene.file).view(0, scene.file->origin);
+        const Vec3d middle = toDouble(box.low + box.high) * 0.5;
+        state.camera = orbitLike(view, std::max(length(middle - view.eye()), 1e-3));
+        state.frame_all = false;
+        return;
+    }
     state.camera = cameraOf(*scene.file, "", points);
     // What the file leaves open is framed when everyone has their pose.
     const std::string& text = scene.file->camera;

@@ -88,6 +88,10 @@ std::vector<std::filesystem::path> filesOf(std::span<const std::filesystem::path
         if (path.extension() != ".json") continue;
         if (scene.file) throw InvalidInput(path.string() + ": a second scene; the window shows one");
         scene.file = readScene(path);
+        if (scene.file->characters.empty())
+            throw InvalidInput(path.string() + ": has no characters, which the window needs");
+        for (const SceneCharacter& one : scene.file->props)
+            if (isRealMesh(one)) throw InvalidInput(one.at + ": is a mesh, which the window does not show");
         for (const std::vector<SceneCharacter>* list : {&scene.file->characters, &scene.file->props})
             for (const SceneCharacter& one : *list) files.push_back(one.asset);
         if (!scene.file->light.asset.empty()) files.push_back(scene.file->light.asset);

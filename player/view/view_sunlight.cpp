@@ -76,7 +76,8 @@ void ViewSunlight::draw(const ViewState& state, const SunsKey& key) {
     placed_.update({key.everyone, key.field, {}, {}}, [&](auto&) { placeCasters(); });
     SunCasters casters;
     for (std::size_t i = 0; i < casters_.size(); ++i)
-        casters.members.push_back({casters_[i].positions, scene_->characters[i]->asset.mesh.triangles});
+        if (const SceneCharacter* file = memberOf(*scene_, i); !file || file->casts != SceneCasts::kNothing)
+            casters.members.push_back({casters_[i].positions, scene_->characters[i]->asset.mesh.triangles});
     if (scene_->field) {
         casters.ground = {field_points_, field_triangles_};
         casters.ground_version = key.field;

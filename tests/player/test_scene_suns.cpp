@@ -32,7 +32,7 @@ LightFile sunny(std::vector<SunD> suns) {
     return light;
 }
 
-// Two tubes, which cast in the map, whatever they cast by.
+// Two tubes. Of the ways to join that need spheres, which these have not, they cast nothing.
 class SceneSunsOfProbe : public testing::Test {
 protected:
     fs::path folder = fs::path(testing::TempDir()) / ("scene_suns_" + std::to_string(getpid()));
@@ -51,9 +51,9 @@ protected:
     void TearDown() override { fs::remove_all(folder); }
 
     PosedScene scene(const std::string& light, const CastWay& way = {}, const char* rotation = "yaw=0") const {
-        const std::string more = way.mode == CastMode::kProduct ? "" : R"(, "casts": "nothing")";
+        const std::string more = way.mode == CastMode::kProduct ? "" : R"(, "casts": "nothing")";  // has no spheres
         return PosedScene(
-            parseScene(R"({"version": 1, "characters": [{"asset": "tube.pnb", "casts": "nothing"},
+            parseScene(R"({"version": 1, "characters": [{"asset": "tube.pnb")" + more + R"(},
                                      {"asset": "tube.pnb", "position": [0.6, 0, 0.1], "yaw": 40)" +
                            more + R"(}], "light": {"name": ")" + light + R"(", "rotation": ")" + rotation + R"("}})",
                        "s.json", folder),

@@ -1,0 +1,99 @@
+#include "player/composite/characters_drawing.h"
+
+#include <algorithm>
+
+namespace penumbra {
+
+CharactersDrawing::CharactersDrawing(const PosedScene& scene, const SceneFrames& frames, const RenderOptions& options,
+                                     const PinholeCamera& camera)
+    : scene_(scene),
+      frames_(frames),
+      camera_(camera),
+      samples_(options.samples),
+      context_(createGlContext(options.backend)) {
+    if (!frames.suns().empty()) {
+        suns_.emplace(frames.lobes(), options.sun_map);
+        suns_->reflect(skyPicture(*scene.light()));
+        suns_->turnSky(frames.lightRotation());
+    }
+    for (const SceneMesh& mesh : frames.meshes())
+        painters_.emplace_back(mesh.triangles, mesh.channel, mesh.sides,
+                               suns_ ? frames.lobes().models(mesh.surface.lobes) : 0);
+    for (const std::unique_ptr<SceneMember>& member : scene.members())
+        if (member->file->real) hiding_.emplace_back(member->asset->view.mesh.triangles, Channel::kShaded);
+    for (const RealMesh& mesh : scene.realMeshes()) hiding_.emplace_back(mesh.triangles, Channel::kShaded);
+}
+
+// Draws those in the photograph into the depths alone.
+void CharactersDrawing::drawHiding(const FrameView& view) {
+    if (hiding_.empty()) return;
+    gl::ColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+    std::size_t next = 0;
+    const auto draw = [&](std::span<const Vec3> positions) {
+        const std::vector<Vec3> black(positions.size());
+        hiding_[next++].draw(view, positions, black);
+    };
+    for (std::size_t m = 0; m < scene_.members().size(); ++m)
+        if (scene_.members()[m]->file->real) draw(frames_.members()[m].positions);
+    for (const RealMesh& mesh : scene_.realMeshes()) draw(mesh.positions);
+    gl::ColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+}
+
+// The rectangle that holds all characters: the whole picture where one reaches behind the camera.
+CharactersDrawing::Part CharactersDrawing::partOf(const SceneView& view) const {
+    constexpr int kBorder = 2, kStep = 32;  // pixels; sizes grow in steps, so that few targets are made
+    double low_x = camera_.width, low_y = camera_.height, high_x = -1, high_y = -1;
+    const Mat3d turn = view.turn();
+    const Vec3d eye = view.eye();
+    for (std::size_t m = 0; m < frames_.members().size(); ++m) {
+        if (!frames_.lookOf(m).drawn) continue;
+        for (const Vec3 p : frames_.members()[m].positions) {
+            const Vec3d at = turn * (toDouble(p) - eye);
+            if (!(at.z > 1e-3)) return {0, 0, camera_.width, camera_.height};
+            const double x = camera_.cx + camera_.f * at.x / at.z, y = camera_.cy + camera_.f * at.y / at.z;
+            low_x = std::min(low_x, x), high_x = std::max(high_x, x);
+            low_y = std::min(low_y, y), high_y = std::max(high_y, y);
+        }
+    }
+    const int x0 = int(std::clamp(low_x - kBorder, 0.0, double(camera_.width))),
+              y0 = int(std::clamp(low_y - kBorder, 0.0, double(camera_.height)));
+    const int x1 = int(std::clamp(high_x + kBorder + 1, 0.0, double(camera_.width))),
+              y1 = int(std::clamp(high_y + kBorder + 1, 0.0, double(camera_.height)));
+    if (x1 <= x0 || y1 <= y0) return {0, 0, 0, 0};
+    return {x0, y0, (x1 - x0 + kStep - 1) / kStep * kStep, (y1 - y0 + kStep - 1) / kStep * kStep};
+}
+
+void CharactersDrawing::drawMeshes(const FrameView& view) {
+    std::size_t next = 0;
+    for (const SceneMesh& mesh : frames_.meshes()) {
+        ValuePainter& painter = painters_[next++];
+        painter.upload(mesh.positions, mesh.values, mesh.surface);
+        painter.draw(view, suns_ ? &*suns_ : nullptr);
+    }
+}
+
+DrawnPart CharactersDrawing::draw(SceneView view, bool moved) {
+    const Part part = partOf(view);
+    if (part.width == 0) return {};
+    view.camera = camera_;
+    view.camera.cx -= part.x;
+    view.camera.cy -= part.y;
+    view.camera.width = part.width;
+    view.camera.height = part.height;
+    FrameView frame;
+    frame.eye = toFloat(view.eye());
+    std::vector<BoundingBox> boxes;
+    for (const FrameVertices& member : frames_.members()) boxes.push_back(boundsOf(member.positions));
+    for (const RealMesh& mesh : scene_.realMeshes()) boxes.push_back(boundsOf(mesh.positions));
+    clipFromPhotograph(view, boxes, 0, frame.clip_from_model);
+    if (suns_ && (moved || !shone_)) suns_->shine(frames_.suns(), frames_.sunCasters());
+    shone_ = true;
+    if (!target_ || target_->width() != part.width || target_->height() != part.height)
+        target_.emplace(part.width, part.height, samples_);
+    target_->begin();
+    drawHiding(frame);
+    drawMeshes(frame);
+    return {target_->read(), part.x, part.y};
+}
+
+}  // namespace penumbra

@@ -1,0 +1,50 @@
+#pragma once
+// Draws the characters of a scene as a photograph's camera sees them, without its lens. Those in the photograph hide
+// what is behind them.
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "player/draw/draw_frame.h"
+#include "player/gl/gl_context.h"
+#include "player/gl/offscreen_target.h"
+#include "player/render/scene_frames.h"
+
+namespace penumbra {
+
+// A rectangle of a picture; outside of it nothing is drawn.
+struct DrawnPart {
+    Image image;       // with alpha; may be empty
+    int x = 0, y = 0;  // of its upper left pixel
+};
+
+class CharactersDrawing {
+public:
+    // Of the options it reads samples, backend and sun_map. `frames` and the scene outlive this object.
+    CharactersDrawing(const PosedScene& scene, const SceneFrames& frames, const RenderOptions& options,
+                      const PinholeCamera& camera);
+    // Draws what `frames` shaded last by a camera that stands as `view` does, and has the constructor's pixels. Only
+    // the rectangle around the characters is drawn. `moved` is false where everyone stands as before.
+    DrawnPart draw(SceneView view, bool moved);
+
+private:
+    const PosedScene& scene_;
+    const SceneFrames& frames_;
+    PinholeCamera camera_;
+    int samples_;
+    std::unique_ptr<GlContext> context_;
+    std::optional<OffscreenTarget> target_;
+    std::optional<Sunlight> suns_;
+    bool shone_ = false;                  // their maps are drawn
+    std::vector<ValuePainter> painters_;  // of frames_.meshes()
+    std::vector<ValuePainter> hiding_;    // of real members, then of real meshes
+
+    struct Part {
+        int x, y, width, height;
+    };
+    Part partOf(const SceneView& view) const;
+    void drawMeshes(const FrameView& view);
+    void drawHiding(const FrameView& view);
+};
+
+}  // namespace penumbra

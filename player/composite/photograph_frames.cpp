@@ -1,0 +1,194 @@
+#include "player/composite/photograph_frames.h"
+
+#include <algorithm>
+#include <chrono>
+#include <future>
+
+#include "formats/common/errors.h"
+#include "formats/common/parallel_for.h"
+#include "player/composite/characters_drawing.h"
+#include "sh/bounding_box.h"
+
+namespace penumbra {
+
+namespace {
+
+class Stopwatch {
+public:
+    double lap() {
+        const auto now = std::chrono::steady_clock::now();
+        const double ms = std::chrono::duration<double, std::milli>(now - start_).count();
+        start_ = now;
+        return ms;
+    }
+
+private:
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+const PosedScene& checked(const PosedScene& scene) {
+    const SceneDescription& file = scene.file();
+    if (!file.photograph) throw InvalidInput(file.at + ": /camera: must be the camera of a photograph (docs/scene.md)");
+    if (!scene.light())
+        throw InvalidInput(file.at + ": has no light, so nothing can be lit or shadowed as in the photograph");
+    if (file.ground && file.ground->heights)
+        throw InvalidInput(file.at + ": /ground/heights: shadows on photographs fall on a level ground alone");
+    return scene;
+}
+
+RenderOptions shadedOptions(RenderOptions options, const PinholeCamera& camera) {
+    options.channel = Channel::kShaded;
+    options.width = camera.width;
+    options.height = camera.height;
+    options.camera.clear();
+    return options;
+}
+
+}  // namespace
+
+struct PhotographFrames::Drawing {
+    CharactersDrawing characters;
+    LensResampler lens;
+};
+
+PhotographFrames::PhotographFrames(PosedScene& scene, const RenderOptions& options, int threads, bool draws)
+    : scene_(scene),
+      threads_(threads),
+      cameras_(checked(scene).file()),
+      frames_(scene, options_ = shadedOptions(options, cameras_.camera()), threads),
+      ratio_(cameras_.camera()) {
+    std::vector<const Evaluator*> casters;
+    std::vector<CasterKind> kinds;
+    for (const std::unique_ptr<SceneMember>& member : scene.members()) {
+        if (!member->file->real || member->caster == kNobody) continue;
+        casters.push_back(&member->evaluator);
+        kinds.push_back(*casterKindOf(*member->file, member->evaluator));
+    }
+    if (!casters.empty()) real_cast_ = std::make_unique<CastShadow>(casters, kinds);
+    if (!draws) return;
+    const bool anybody = std::ranges::any_of(scene.members(), [](const auto& m) { return !m->file->real; });
+    if (!anybody) return;
+    LensResampler lens(cameras_.camera());
+    drawing_ =
+        std::make_unique<Drawing>(Drawing{CharactersDrawing(scene, frames_, options_, lens.plain()), std::move(lens)});
+}
+
+PhotographFrames::~PhotographFrames() = default;
+
+bool PhotographFrames::hasReal() const {
+    return real_cast_ || !scene_.realMeshes().empty() ||
+           std::ranges::any_of(scene_.members(), [](const auto& m) { return m->file->real; });
+}
+
+bool PhotographFrames::pose(std::optional<double> seconds) {
+    if (is_posed_ && posed_ == seconds) return false;
+    if (is_posed_ || seconds) scene_.pose(seconds);
+    frames_.evaluateMembers();
+    std::size_t real = 0;
+    for (const std::unique_ptr<SceneMember>& member : scene_.members())
+        if (member->file->real && member->caster != kNobody)
+            real_cast_->pose(real++, member->evaluator.bones(), member->to_scene);
+    shineSuns();
+    posed_ = seconds;
+    is_posed_ = true;
+    return true;
+}
+
+void PhotographFrames::shineSuns() {
+    maps_.resize(frames_.suns().size());
+    real_maps_.clear();
+    SunCasters real;
+    for (std::size_t m = 0; m < scene_.members().size(); ++m)
+        if (const SceneMember& member = *scene_.members()[m]; member.file->real && castsInSuns(*member.file))
+            real.members.push_back({frames_.members()[m].positions, member.asset->view.mesh.triangles});
+    addRealMeshes(scene_, real);
+    for (std::size_t s = 0; s < maps_.size(); ++s) {
+        drawSunMaps(frames_.suns()[s], frames_.sunCasters(), options_.sun_map, threads_, maps_[s]);
+        if (hasReal()) drawSunMaps(frames_.suns()[s], real, options_.sun_map, threads_, real_maps_.emplace_back());
+    }
+}
+
+// Adds some vertices of a member, each for its neighbours as well, with the light that the suns give them.
+void PhotographFrames::addEmitters(std::size_t member, std::vector<ShiningVertex>& vertices) const {
+    constexpr std::size_t kMost = 2000;  // vertices of a member that are looked at
+    const FrameVertices& from = frames_.members()[member];
+    const std::span<const std::uint32_t> triangles = frames_.lookOf(member).view.mesh.triangles;
+    std::vector<float> areas(from.positions.size());
+    for (std::size_t t = 0; t + 2 < triangles.size(); t += 3) {
+        const Vec3 a = from.positions[triangles[t]], b = from.positions[triangles[t + 1]],
+                   c = from.positions[triangles[t + 2]];
+        const float third = length(cross(b - a, c - a)) / 6;
+        for (std::size_t k = 0; k < 3; ++k) areas[triangles[t + k]] += third;
+    }
+    const std::size_t step = areas.size() / kMost + 1, first = vertices.size();
+    for (std::size_t v = 0; v < areas.size(); v += step)
+        vertices.push_back(
+            {from.positions[v], from.normals[v] * (areas[v] * float(step)), frames_.valuesOf(member)[v]});
+    const std::vector<LobeRange>& lobes = frames_.lookOf(member).lobes;
+    const std::span<const BrdfLobe> table = frames_.lobes().lobes();
+    parallelFor(vertices.size() - first, threads_, [&](std::size_t n) {
+        const std::size_t v = n * step;
+        const Mat3 to_local = toLocalFrame(from.normals[v], from.tangents[v]);
+        const Vec3 down = to_local * Vec3{0, -1, 0};  // the ground looks up
+        for (std::size_t s = 0; s < maps_.size(); ++s) {
+            const Sun& sun = frames_.suns()[s];
+            const float cosine = dot(sun.direction, from.normals[v]);
+            if (!(cosine > 0)) continue;
+            const Vec3 out = down.z > 0.1f ? down : Vec3{0, 0, 1};
+            const Vec3 reflected =
+                evalLobes(table.subspan(firstLobe(lobes[v]), lobeCount(lobes[v])), to_local * sun.direction, out);
+            const float visible = maps_[s].visibility(from.positions[v], from.normals[v]);
+            vertices[first + n].radiance += reflected * sun.irradiance * (cosine * visible);
+        }
+    });
+}
+
+void PhotographFrames::findEmitters() {
+    constexpr float kCells = 15;  // along the diagonal of a character, half of its box
+    std::vector<ShiningVertex> vertices;
+    float radius = 0;
+    for (std::size_t m = 0; m < scene_.members().size(); ++m) {
+        if (scene_.members()[m]->file->real || scene_.members()[m]->caster == kNobody) continue;
+        addEmitters(m, vertices);
+        radius = std::max(radius, float(boundsOf(frames_.members()[m].positions).radius()));
+    }
+    emitters_ = radius > 0 ? emittersOf(vertices, 2 * radius / kCells) : std::vector<Emitter>();
+}
+
+GroundLight PhotographFrames::groundLight() const {
+    GroundVertices up;
+    up.normals = {{0, 1, 0}};
+    up.tangents = {{0, 0, 1}};
+    return {&scene_.cast(),
+            real_cast_.get(),
+            groundWeights(up, frames_.sunlight().light, scene_.lightRotation()),
+            frames_.suns(),
+            maps_,
+            real_maps_,
+            emitters_};
+}
+
+void PhotographFrames::compute(const SceneView& view, std::optional<double> seconds, PhotographFrame& out) {
+    Stopwatch watch;
+    const bool moved = pose(seconds);
+    frames_.shadeFrom(toFloat(view.eye()));
+    cost_.shade = watch.lap();
+    if (bounce_) findEmitters();
+    cost_.light = watch.lap();
+    // The ground is computed beside the drawing: software draws triangles on one core.
+    const auto ground = [&] {
+        Stopwatch own;
+        if (scene_.file().ground && shadow_)
+            ratio_.compute(view, scene_.file().ground->height, groundLight(), threads_, out.ratio);
+        else
+            out.ratio.assign(std::size_t(camera().width) * std::size_t(camera().height), Vec3{1, 1, 1});
+        return own.lap();
+    };
+    std::future<double> beside = std::async(threads_ == 1 ? std::launch::deferred : std::launch::async, ground);
+    out.characters = {};
+    if (drawing_) drawing_->lens.resample(drawing_->characters.draw(view, moved), threads_, out.characters);
+    cost_.draw = watch.lap();
+    cost_.ground = beside.get();
+}
+
+}  // namespace penumbra
