@@ -189,7 +189,7 @@ TagChoice tagOfList(const BracketFile& list) {
 }
 
 // Finds the pose of a bracket: that of the list, or by the list's tag, or by --tag.
-CameraPose findPose(const CommonOptions& common, CaptureSources& from) {
+CameraPose findPose(const CommonOptions& common, const RadiancePicture& merged, CaptureSources& from) {
     const BracketFile& list = from.read.list;
     if (list.pose) return *list.pose;
     if (!from.tag) throw InvalidInput(list.name + ": /: has neither \"tag\" nor a pose (\"R\", \"t\")");
@@ -198,6 +198,7 @@ CameraPose findPose(const CommonOptions& common, CaptureSources& from) {
     } catch (const std::invalid_argument& error) {
         throw InvalidInput(list.name + ": " + error.what());
     }
+    from.by_tag = refineByEdges(merged, *list.camera, *from.tag, *from.by_tag);
     if (from.by_tag->clipped)
         reportWarning("penumbra-fit", list.name +
                                           ": the tag's paper is clipped in every picture that shows it: the pose "
@@ -207,7 +208,8 @@ CameraPose findPose(const CommonOptions& common, CaptureSources& from) {
 
 Panorama captureBall(const CaptureCommand& command, const CommonOptions& common, CaptureSources& from) {
     const BracketFile& list = from.read.list;
-    from.shots.push_back(mergeShots(from.read, findPose(common, from), 0, from.read.pictures.size()));
+    from.shots.push_back(mergeShots(from.read, {}, 0, from.read.pictures.size()));
+    from.shots[0].pose = findPose(common, from.shots[0].picture, from);
     try {
         const BallOutline outline = outlineOf(from.shots[0], *command.ball);
         if (outline.in_picture < 1)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "formats/capture/tag_edges.h"
 #include "formats/common/parallel_for.h"
 
 namespace penumbra {
@@ -43,6 +44,21 @@ BracketPose poseOfBracket(std::span<const TexturePicture> pictures, const Pinhol
     const std::optional<PoseEstimate> estimate = estimatePose(camera, taken);
     if (!estimate) throw std::invalid_argument("the corners of the tag " + nameOfTag(tag) + " fit no pose");
     return {*estimate, int(taken.size() / 4), good.empty()};
+}
+
+BracketPose refineByEdges(const RadiancePicture& picture, const PinholeCamera& camera, const TagChoice& tag,
+                          const BracketPose& first) {
+    BracketPose best = first;
+    for (int pass = 0; pass < 2; ++pass) {
+        const std::optional<std::vector<SeenPoint>> corners =
+            cornersByEdges({picture, camera, best.estimate.pose}, paperOf(tag));
+        if (!corners) return best;
+        const std::optional<PoseEstimate> estimate = estimatePose(camera, *corners);
+        if (!estimate) return best;
+        best.estimate = *estimate;
+        for (auto& c : *corners) printf("edges corner %.3f %.3f\n", c.pixel.x, c.pixel.y);
+    }
+    return best;
 }
 
 PaperTag paperOf(const TagChoice& tag) {

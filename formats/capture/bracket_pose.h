@@ -17,6 +17,11 @@ struct BracketPose {
 BracketPose poseOfBracket(std::span<const TexturePicture> pictures, const PinholeCamera& camera,
                           const CameraResponse& response, const TagChoice& tag, int threads);
 
+// Improves the pose by the edges of the tag's black square in the merged picture, which has less noise and no clipped
+// paper (tag_edges.h). Returns `first` where they are not found.
+BracketPose refineByEdges(const RadiancePicture& picture, const PinholeCamera& camera, const TagChoice& tag,
+                          const BracketPose& first);
+
 PaperTag paperOf(const TagChoice& tag);
 
 }  // namespace penumbra
