@@ -21,6 +21,6 @@ int main(int argc, char** argv) {
                       {kVisibilityFormat, kPosesFormat, kFieldsFormat, kModelFormat, kTransferFormat, kLobesFormat,
                        kBrdfFormat, kLightFormat, kBlockersFormat, kCameraPosesFormat},
                       {visibilityVerb(), compareVerb(), predictVerb(), transferVerb(), indirectVerb(), brdfVerb(),
-                       lightVerb(), blockersVerb(), pageVerb(), posesVerb()},
+                       lightVerb(), captureVerb(), blockersVerb(), pageVerb(), posesVerb()},
                       argc, argv);
 }

@@ -9,6 +9,7 @@ Verb predictVerb();
 Verb indirectVerb();
 Verb brdfVerb();
 Verb lightVerb();
+Verb captureVerb();
 Verb blockersVerb();
 Verb pageVerb();
 Verb posesVerb();

@@ -3,9 +3,10 @@
 #include <chrono>
 #include <cstdio>
 
-#include "fit/camera/tag_track.h"
 #include "fit/fit_verbs.h"
 #include "formats/cache/numbered_files.h"
+#include "formats/camera/tag_track.h"
+#include "formats/capture/capture_words.h"
 #include "formats/common/errors.h"
 #include "formats/common/options.h"
 #include "formats/common/progress.h"
@@ -23,30 +24,6 @@ constexpr Word<Gaps> kGapWords[] = {{"fill", Gaps::kFill}, {"leave", Gaps::kLeav
 // cam.json.
 constexpr double kLeastMargin = 0.2, kMostResidual = 0.5;
 
-struct PosesCommand {
-    std::vector<std::filesystem::path> pictures;
-    std::filesystem::path camera, output;
-    std::vector<TagChoice> tags;
-    std::string response = "srgb";
-    Gaps gaps = Gaps::kFill;
-    double smooth = 0;
-
-    std::vector<std::filesystem::path> inputs() const {
-        std::vector<std::filesystem::path> files = pictures;
-        files.push_back(camera);
-        return files;
-    }
-};
-
-struct TagSearch {
-    std::vector<TagFrame> frames;
-    std::size_t clipped = 0;            // frames whose paper is clipped
-    double milliseconds = 0;            // a frame, detection alone
-    std::size_t seen(bool any) const {  // frames with a tag, or without one
-        return std::size_t(std::ranges::count_if(frames, [any](const TagFrame& f) { return f.tags.empty() != any; }));
-    }
-};
-
 // Puts the files of a sequence in the place of the pattern that names them.
 std::vector<std::filesystem::path> listed(const std::vector<std::filesystem::path>& named) {
     std::vector<std::filesystem::path> out;
@@ -60,6 +37,30 @@ std::vector<std::filesystem::path> listed(const std::vector<std::filesystem::pat
     }
     return out;
 }
+
+struct PosesCommand {
+    std::vector<std::filesystem::path> pictures;
+    std::filesystem::path camera, output;
+    std::vector<TagChoice> tags;
+    std::string response = "srgb";
+    Gaps gaps = Gaps::kFill;
+    double smooth = 0;
+
+    std::vector<std::filesystem::path> inputs() const {
+        std::vector<std::filesystem::path> files = listed(pictures);
+        files.push_back(camera);
+        return files;
+    }
+};
+
+struct TagSearch {
+    std::vector<TagFrame> frames;
+    std::size_t clipped = 0;            // frames whose paper is clipped
+    double milliseconds = 0;            // a frame, detection alone
+    std::size_t seen(bool any) const {  // frames with a tag, or without one
+        return std::size_t(std::ranges::count_if(frames, [any](const TagFrame& f) { return f.tags.empty() != any; }));
+    }
+};
 
 TexturePicture readFrame(const std::filesystem::path& file, const PinholeCamera& camera) {
     TexturePicture picture = readTexture(file, file.string());
@@ -179,22 +180,10 @@ void definePoses(CLI::App& app, PosesCommand& command) {
                    "pictures, JPEG or PNG, in the order of their times; a folder or a pattern as f.%03d.jpg names all")
         ->required();
     app.add_option("--camera", command.camera, "cam.json: f, cx, cy, size, k1, k2 (formats/README.md)")->required();
-    const auto add = [&command](const std::string& text) {
-        try {
-            command.tags.push_back(parseTag(text));
-        } catch (const BadOption& problem) {
-            throw CLI::ValidationError("--tag", problem.problem);
-        }
-    };
-    app.add_option_function<std::vector<std::string>>(
-           "--tag",
-           [add](const std::vector<std::string>& texts) {
-               for (const std::string& text : texts) add(text);
-           },
-           "FAMILY:ID:SIDE of a printed tag, 36h11, 25h9, 16h5 or 4x4_50; side of its black square in metres. Given "
-           "again for more tags; the first is the marker's frame")
-        ->required()
-        ->allow_extra_args(false);
+    addTagOption(app, command.tags,
+                 "FAMILY:ID:SIDE of printed tags, 36h11, 25h9, 16h5 or 4x4_50; side of its black square in metres; the "
+                 "first is the marker's frame")
+        ->required();
     app.add_option("--response", command.response, "srgb, linear, rec709 or a file of penumbra-fit response");
     addChoice(app, "--gaps", command.gaps, kGapWords,
               "pictures without a tag: a pose between those of their neighbours, or none");

@@ -1,11 +1,13 @@
 // penumbra-player view X.pnb...: assets in a window.
 #include <cstdio>
 
+#include "formats/capture/capture_words.h"
 #include "formats/common/errors.h"
 #include "player/look_flags.h"
 #include "player/picture_flags.h"
 #include "player/player_verbs.h"
 #include "player/view/view_scene.h"
+#include "player/view/window/live_loop.h"
 #include "player/view/window/view_loop.h"
 #include "player/view/window_place.h"
 
@@ -18,6 +20,10 @@ struct ViewCommand {
     std::filesystem::path scene;
     ViewOptions options;
     bool no_settings = false;
+    LiveOptions live;
+    std::optional<MirrorBall> ball;
+    std::optional<Vec3d> at;
+    std::optional<double> paper;
 
     std::vector<std::filesystem::path> inputs() const {
         std::vector<std::filesystem::path> files = assets;
@@ -37,7 +43,41 @@ std::pair<int, int> parseWindowSize(const std::string& text) {
     return {size->width, size->height};
 }
 
+// Characters in photographs as they come.
+void runLivePlates(ViewCommand& command, const CommonOptions& common, Report& report) {
+    LiveOptions& live = command.live;
+    if (command.scene.empty()) throw UsageError("--plate: needs --scene, which has the camera and the characters");
+    if (!command.assets.empty() || !command.truths.empty())
+        throw UsageError("--plate: shows what --scene names, and no other assets");
+    if (command.ball.has_value() != command.at.has_value()) throw UsageError("--ball and --at: give both, or neither");
+    if (command.paper && live.tags.empty()) throw UsageError("--paper: needs --tag, whose paper it is");
+    live.scene = command.scene;
+    live.size = command.options.size;
+    live.screenshots = command.options.screenshots;
+    live.look.shading = command.options.shading;
+    if (command.ball) {
+        live.ball = LiveBall{*command.ball, *command.at, {}, command.paper.value_or(1)};
+        if (command.paper) live.ball->paper = live.tags.front();
+    }
+    report.willRead(filesNamedIn(readScene(command.scene)));
+    if (common.dry_run) {
+        std::printf("would show %s in the photographs of %s\n", live.scene.c_str(), live.plate.c_str());
+        return;
+    }
+    report.phase("view");
+    const LiveResult result = runLive(live, common.threads);
+    report.figures = {{"gl", result.gl},
+                      {"pictures", result.pictures},
+                      {"with_tags", result.seen},
+                      {"track_ms", result.track},
+                      {"compose_ms", result.compose}};
+    if (!common.quiet)
+        std::printf("%zu pictures, %zu with a tag: %.1f ms a picture for tags, %.1f ms for the composite\n",
+                    result.pictures, result.seen, result.track, result.compose);
+}
+
 void runViewCommand(ViewCommand& command, const CommonOptions& common, Report& report) {
+    if (!command.live.plate.empty()) return runLivePlates(command, common, report);
     ViewOptions& options = command.options;
     options.settings = !command.no_settings;
     options.quiet = common.quiet;
@@ -65,6 +105,41 @@ void runViewCommand(ViewCommand& command, const CommonOptions& common, Report& r
     if (!result.problem.empty()) std::fprintf(stderr, "penumbra-player: %s\n", result.problem.c_str());
 }
 
+void definePlates(CLI::App& app, ViewCommand& command) {
+    constexpr const char* kGroup = "Characters in photographs as they come (docs/ar.md)";
+    LiveOptions& live = command.live;
+    CLI::Option* plate = app.add_option("--plate", live.plate,
+                                        "a folder of photographs, P.%03d.jpg, P.y4m, - for a .y4m on standard input, "
+                                        "or a camera as /dev/video0; --scene has the camera and the characters")
+                             ->group(kGroup);
+    addTagOption(app, live.tags, "FAMILY:ID:SIDE of printed tags that show where the camera stands")
+        ->needs(plate)
+        ->group(kGroup);
+    app.add_option("--response", live.response,
+                   "of the camera: srgb, linear, rec709, or a file of penumbra-fit response")
+        ->needs(plate)
+        ->group(kGroup);
+    app.add_option("--exposure", live.exposure, "of the photographs: light of 1 times it has the highest code")
+        ->check(aboveZero())
+        ->needs(plate)
+        ->group(kGroup);
+    addParsed(app, "--ball", command.ball, parseBall,
+              "x/y/z,radius[,reflectance] of a mirror ball, metres of the marker's frame, whose light replaces that of "
+              "the scene while it is seen")
+        ->needs(plate)
+        ->group(kGroup);
+    addParsed(app, "--at", command.at, parsePlace, "x/y/z where that light is wanted: the middle of the character")
+        ->needs(plate)
+        ->group(kGroup);
+    app.add_option(
+           "--paper", command.paper,
+           "reflectance of the tag's paper: what is clipped in the ball is raised until the paper has its light")
+        ->check(within(0.01, 1.0))
+        ->needs(plate)
+        ->group(kGroup);
+    app.add_option("--pictures", live.pictures, "end after so many photographs")->needs(plate)->group(kGroup);
+}
+
 void defineView(CLI::App& app, ViewCommand& command) {
     app.add_option("assets", command.assets,
                    "X.pnb files: characters side by side; others add materials and lights, an .exr or .hdr a light");
@@ -85,6 +160,7 @@ void defineView(CLI::App& app, ViewCommand& command) {
                    "time constant in seconds of the suns that are found while lights change; 0: not smoothed")
         ->check(within(0.0, 10.0));
     app.add_option("--screenshots", command.options.screenshots, "folder that F12 writes view_0001.png, ... into");
+    definePlates(app, command);
 }
 
 }  // namespace

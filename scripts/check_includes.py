@@ -11,11 +11,11 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 SH = {"sh", "sh/brdf", "sh/cast", "sh/far", "sh/height", "sh/light"}  # everybody sees the maths
 # Folder or room -> the rooms that it may include beside itself. A room that is not listed may not exist.
-FORMATS = {f"formats/{room}" for room in ("common", "asset", "brdf", "image", "stage", "rig", "cache", "source", "scene", "camera",
-                                      "height")}
+FORMATS = {f"formats/{room}" for room in ("common", "asset", "brdf", "image", "stage", "rig", "cache", "source", "scene",
+                                      "height", "camera", "capture")}
 RUNTIME = {"runtime", *(f"runtime/{room}" for room in ("papers", "evaluate", "sun", "shade", "cast", "glsl", "capi"))}
 FIT = {f"fit/{room}" for room in ("numerics", "clusters", "models", "light", "reflectance", "blockers", "visibility")}
-PAPERS = {f"fit/papers/{room}" for room in ("transfer", "lobes", "operators", "compare")}
+PAPERS = {f"fit/papers/{room}" for room in ("capture", "transfer", "lobes", "operators", "compare")}
 VIEW = {"player/view", "player/view/playback", "player/view/window"}
 MAY_INCLUDE = {
     "sh": set(),
@@ -24,6 +24,7 @@ MAY_INCLUDE = {
     "formats/common": SH,
     **{f"formats/{room}": SH | {"formats/common"} for room in ("asset", "brdf", "image", "stage", "rig")},
     "formats/camera": SH | {"formats/common", "formats/image"},
+    "formats/capture": SH | {"formats/common", "formats/image", "formats/camera"},
     "formats/scene": SH | {"formats/common", "formats/asset", "formats/camera", "formats/height"},
     "formats/cache": SH | {"formats/common", "formats/rig"},
     "formats/source": SH | {"formats/common", "formats/rig", "formats/cache"},
@@ -44,7 +45,7 @@ MAY_INCLUDE = {
     "fit/page": SH | FORMATS,
     "fit/camera": SH | {"fit/numerics"} | FORMATS,
     "fit/report": SH | FIT | FORMATS,  # what several commands do alike
-    **{f"fit/papers/{room}": SH | FIT | FORMATS for room in ("transfer", "lobes", "operators")},
+    **{f"fit/papers/{room}": SH | FIT | FORMATS for room in ("capture", "transfer", "lobes", "operators")},
     "fit/papers/compare": SH | FIT | PAPERS | {"fit/page"} | FORMATS,
     "fit/papers": SH | FIT | PAPERS | {"fit/report", "fit/page"} | FORMATS,
     "fit": SH | FIT | {"fit/camera", "fit/report", "fit/page", "fit/papers"} | FORMATS,  # no other room includes fit/papers
@@ -63,7 +64,7 @@ MAY_INCLUDE = {
     **{f"player/{room}": SH | RUNTIME | {"player/gl", "player/frame", "player/draw", "player/papers", "player/scene"} | FORMATS
        for room in ("render", "view/playback")},
     "player/view": SH | RUNTIME | {"player/gl", "player/frame", "player/draw", "player/papers", "player/scene", "player/view/playback"} | FORMATS,
-    "player/view/window": SH | RUNTIME | VIEW | {"player/gl", "player/frame", "player/draw", "player/scene"} | FORMATS,
+    "player/view/window": SH | RUNTIME | VIEW | {"player/gl", "player/frame", "player/draw", "player/scene", "player/composite"} | FORMATS,
     "player/composite": SH | RUNTIME | {"player/gl", "player/frame", "player/draw", "player/papers", "player/scene", "player/render"} | FORMATS,
     "player/bench": SH | RUNTIME | {"player/gl", "player/frame", "player/draw", "player/render", "player/scene"} | FORMATS,
     "player": SH | RUNTIME | {"player/gl", "player/frame", "player/draw", "player/render", "player/papers", "player/scene",

@@ -79,8 +79,12 @@ SceneView SceneCameras::view(std::size_t picture, Vec3d origin) const {
     if (!poses_[i])
         throw InvalidInput(at_ + "/poses: frame " + std::to_string(first_ + i) +
                            " has no pose; penumbra-fit poses can fill gaps");
+    return viewFrom(*poses_[i], origin);
+}
+
+SceneView SceneCameras::viewFrom(const CameraPose& pose, Vec3d origin) const {
     SceneView out = view_;
-    out.pose = *poses_[i];
+    out.pose = pose;
     out.origin = origin;
     return out;
 }

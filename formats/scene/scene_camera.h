@@ -46,6 +46,8 @@ public:
     // Throws InvalidInput, which names the frame, where it is not there or has no pose. A camera that stands still has
     // every picture. `origin` is that of the scene.
     SceneView view(std::size_t picture, Vec3d origin) const;
+    // The same camera where it stands elsewhere.
+    SceneView viewFrom(const CameraPose& pose, Vec3d origin) const;
 
 private:
     SceneView view_;  // without a pose

@@ -202,9 +202,8 @@ GroundLight PhotographFrames::groundLight() const {
             emitters_};
 }
 
-void PhotographFrames::compute(std::size_t picture, std::optional<double> seconds, PhotographFrame& out) {
+void PhotographFrames::compute(const SceneView& view, std::optional<double> seconds, PhotographFrame& out) {
     Stopwatch watch;
-    const SceneView view = cameras_.view(picture, scene_.file().origin);
     const bool moved = pose(seconds);
     frames_.shadeFrom(toFloat(view.eye()));
     cost_.shade = watch.lap();

@@ -36,7 +36,18 @@ public:
         bounce_ = bounce;
     }
     // Takes everyone to a time (as PosedScene::pose()), and adds them to the photograph of this number.
-    void compute(std::size_t picture, std::optional<double> seconds, PhotographFrame& out);
+    void compute(std::size_t picture, std::optional<double> seconds, PhotographFrame& out) {
+        compute(cameras_.view(picture, scene_.file().origin), seconds, out);
+    }
+    // The same for a photograph of a camera that stands where a tracker says.
+    void compute(const CameraPose& pose, std::optional<double> seconds, PhotographFrame& out) {
+        compute(cameras_.viewFrom(pose, scene_.file().origin), seconds, out);
+    }
+    // SceneFrames::replaceLight(), for the next picture.
+    void replaceLight(const LightView& light) {
+        frames_.replaceLight(light);
+        is_posed_ = false;
+    }
     // Milliseconds of the last frame: poses and shading, suns and light from characters, the ground, drawing.
     struct Cost {
         double shade = 0, light = 0, ground = 0, draw = 0;
@@ -61,6 +72,7 @@ private:
     bool is_posed_ = false, shadow_ = true, bounce_ = true;
     Cost cost_;
 
+    void compute(const SceneView& view, std::optional<double> seconds, PhotographFrame& out);
     bool pose(std::optional<double> seconds);  // returns whether anybody may have moved
     void shineSuns();
     void findEmitters();

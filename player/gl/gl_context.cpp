@@ -24,6 +24,7 @@ void describe(GlContext& context, const std::string& system) {
 }
 
 std::unique_ptr<GlContext> createGlContext(GlBackend backend) {
+    if (backend == GlBackend::kCurrent) return std::make_unique<GlContext>();
     std::string egl_reason, osmesa_reason;
     std::unique_ptr<GlContext> context;
     if (backend == GlBackend::kAuto) context = createEglContext(EglDevices::kGpus, egl_reason);

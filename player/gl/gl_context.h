@@ -8,9 +8,10 @@
 namespace penumbra {
 
 enum class GlBackend {
-    kAuto,    // EGL when it finds a GPU, else OSMesa, else EGL in software
-    kEgl,     // libEGL.so.1: a GPU device when there is one, else Mesa's surfaceless platform
-    kOsMesa,  // libOSMesa.so.8: software, needs neither GPU nor display
+    kAuto,     // EGL when it finds a GPU, else OSMesa, else EGL in software
+    kEgl,      // libEGL.so.1: a GPU device when there is one, else Mesa's surfaceless platform
+    kOsMesa,   // libOSMesa.so.8: software, needs neither GPU nor display
+    kCurrent,  // the context of a window, which is current and whose entry points are loaded
 };
 
 inline constexpr Word<GlBackend> kGlWords[] = {

@@ -43,6 +43,17 @@ void SceneFrames::makeField() {
     ground_lobes_.assign(field.heights().field().grid().size(), sunlight_.ground);
 }
 
+void SceneFrames::replaceLight(const LightView& light) {
+    const bool shines = !scene_.light()->suns.empty() && !sunlight_.remainder.empty();
+    for (const std::unique_ptr<SceneLook>& look : looks_)
+        if (look->shading) look->shading->replaceLight(look->shot.light, light);
+    sunlight_.light = light;
+    if (!shines) return;
+    sunlight_.suns = sunsOf(light, sunlight_.light_rotation);
+    sunlight_.remainder = remainderOf(light);
+    sunlight_.light.sh = sunlight_.remainder;
+}
+
 SunCasters SceneFrames::sunCasters() const {
     SunCasters casters;
     for (std::size_t m = 0; m < members_.size(); ++m)

@@ -36,6 +36,9 @@ public:
     void evaluateMembers();
     void evaluateGround();
     void shade();
+    // Lights the members as `light` does, turned as the scene's light is, from the next step on. It has at most the
+    // order of the scene's light. Its suns shine where that has suns. `light` outlives this object, or the next call.
+    void replaceLight(const LightView& light);
     // Shades the members alone, as seen from a place in the scene that is not the camera of the options.
     void shadeFrom(Vec3 eye) {
         view_.eye = eye;

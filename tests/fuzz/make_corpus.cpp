@@ -100,9 +100,19 @@ void writeTables(const fs::path& out) {
           R"({"format": "penumbra.bone_poses", "version": 1, "joints": ["hip"], "poses": [{"clip": "walk", "time": 0.5,
 "bones": [[1, 0, 0, 0.5, 0, 1, 0, 0, 0, 0, 1, 0]], "rotations": [[0, 0.1, 0]]}]}
 )");
-    write(out / "fuzz_camera_poses" / "two.poses.json",
-          R"({"format": "penumbra.camera_poses", "version": 1, "camera": {"f": 640, "cx": 319.5, "cy": 239.5, "size": [640, 480], "k1": -0.1, "k2": 0.02},
+    write(
+        out / "fuzz_camera_poses" / "two.poses.json",
+        R"({"format": "penumbra.camera_poses", "version": 1, "camera": {"f": 640, "cx": 319.5, "cy": 239.5, "size": [640, 480], "k1": -0.1, "k2": 0.02},
 "frames": [{"file": "a.jpg", "R": [[1, 0, 0], [0, -1, 0], [0, 0, -1]], "t": [0, 0.1, 2], "margin": 0.9}, {"file": "b.jpg"}]}
+)");
+    write(
+        out / "fuzz_bracket_file" / "ball.json",
+        R"({"camera": {"f": 600, "cx": 319.5, "cy": 239.5, "size": [640, 480], "k1": -0.1, "k2": 0.01}, "response": "find",
+ "tag": "36h11:3:0.7", "pictures": [{"file": "a.jpg", "exposure": 4}, {"file": "b.jpg", "exposure": 1}]}
+)");
+    write(out / "fuzz_bracket_file" / "walk.json",
+          R"({"camera": {"f": 600, "size": [640, 480]}, "response": "srgb",
+ "pictures": [{"file": "a.jpg", "exposure": 4, "R": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "t": [0, 0, 2]}]}
 )");
     write(inputs / "frames.csv", "clip,frame,wind\nwave,0,1\nwave,1,2\n\"gust\",0,-3\n");
 }

@@ -1,4 +1,4 @@
-#include "fit/camera/tag_track.h"
+#include "formats/camera/tag_track.h"
 
 #include <algorithm>
 

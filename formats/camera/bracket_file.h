@@ -1,0 +1,39 @@
+#pragma once
+// JSON files that list photographs and their exposures: BRACKET.json (one camera, one place, several exposures) and
+// SHOTS.json (a walk around: every picture has a pose of its own). formats/README.md lists the keys.
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sh/pinhole_camera.h"
+
+namespace penumbra {
+
+struct ExposedPicture {
+    std::filesystem::path file;      // found from the folder of the JSON file
+    double exposure = 0;             // code = response(radiance times exposure), > 0; seconds, or any other unit
+    std::optional<CameraPose> pose;  // of a walk around, always; of a bracket, never
+};
+
+// A BRACKET.json or a SHOTS.json.
+struct BracketFile {
+    std::string name;                      // of the file, for messages
+    std::optional<PinholeCamera> camera;   // always there in a walk around
+    std::string response;                  // "srgb", "linear", "rec709", "find", "" (not said), or a path to a file
+    std::string tag;                       // of a bracket, "FAMILY:ID:SIDE" as parseTag() reads it, or ""
+    std::optional<CameraPose> pose;        // of a bracket; never beside a tag
+    std::vector<ExposedPicture> pictures;  // at least one
+};
+
+// Reads {"camera": {..}, "response", "tag" or "R" and "t", "pictures": [{"file", "exposure"}]}. All but the pictures
+// may miss. Exposures must all rise or all fall, and need at least two pictures. Throws IoError, and InvalidInput with
+// the file, the JSON pointer and what is wrong.
+BracketFile readBracket(const std::filesystem::path& path);
+BracketFile parseBracket(const std::string& text, const std::string& name);
+
+// Reads {"camera": {..}, "response", "pictures": [{"file", "exposure", "R", "t"}]}. Only the response may miss.
+BracketFile readShots(const std::filesystem::path& path);
+BracketFile parseShots(const std::string& text, const std::string& name);
+
+}  // namespace penumbra
