@@ -81,7 +81,11 @@ void define(CLI::App& app, LightCommand& command) {
         app.add_flag("--factor", command.factor,
                      "also find the suns of the light, for shadows with edges; the SH stay the whole light");
     LightFactorChoice& choice = command.factor_choice;
-    app.add_option("--suns", choice.suns, "suns at most")->check(within(1, kMaxSuns))->needs(factor);
+    app.add_option("--suns", choice.suns,
+                   "suns at most; 1 is for skies, 2 or more find lamps and windows in the picture, as many as their "
+                   "shadows are worth")
+        ->check(within(1, kMaxSuns))
+        ->needs(factor);
     addChoice(app, "--factor-mode", choice.mode, kFactorWords,
               "suns that fade where the light has no dominant direction; or one sun as Nowrouzezahrai 2011 prints it")
         ->needs(factor);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "formats/image/area_lights.h"
 #include "formats/image/project_map.h"
 #include "sh/angles.h"
 
@@ -39,9 +40,23 @@ void removeSuns(EnvironmentMap map, int width, LightSuns& light) {
     if (width > 0) light.picture = smallPicture(map, width, light.report.clamped);
 }
 
+// Several suns: the lamps and windows of the picture itself.
+LightSuns factorAreaLights(const EnvironmentMap& map, const LightFactorChoice& choice) {
+    LightSuns light;
+    light.factor = nameOfMode(choice.mode);
+    const AreaLights found = findAreaLights(map, choice.suns);
+    for (const AreaLight& area : found.lights) {
+        light.suns.push_back(area.sun);
+        light.report.suns.push_back({area.worth, area.share, measureSun(map, area.sun.direction).flat_pixels});
+    }
+    if (choice.picture_width > 0) light.picture = smallPicture(found.rest, choice.picture_width, light.report.clamped);
+    return light;
+}
+
 }  // namespace
 
 LightSuns factorLight(const EnvironmentMap& map, const LightFactorChoice& choice, int threads) {
+    if (choice.suns > 1 && choice.mode == FactorMode::kHandOver) return factorAreaLights(map, choice);
     LightSuns light = sunsOfSh(projectMap(map, kFactorOrder, threads).sh, choice);
     constexpr double kNear = 5 * kDegree;  // farther away the brightest pixels are another lamp
     for (std::size_t i = 0; i < light.suns.size(); ++i) {

@@ -19,8 +19,10 @@ struct LightFactorChoice {
 // What was found, a row a sun.
 struct FactorReport {
     struct SunReport {
-        double dominance = 1, share = 1;  // q and c of sh/light/dominant_light.h; c without what a wide sun loses
-        std::size_t flat_pixels = 0;      // of a picture: pixels at the peak (sun_picture.h)
+        // q and c of sh/light/dominant_light.h, c without what a wide sun loses; of several suns of a picture the
+        // worth and the share of area_lights.h
+        double dominance = 1, share = 1;
+        std::size_t flat_pixels = 0;  // of a picture: pixels at the peak (sun_picture.h)
     };
     std::vector<SunReport> suns;
     double clamped = 0;  // flux of the picture, as a part of all, that half floats cannot hold
@@ -37,8 +39,10 @@ struct LightSuns {
 // at order 4 a weak one 4 to 10 degrees.
 constexpr int kFactorOrder = 6;
 
-// Suns of a picture. kHandOver takes the direction of a sun from the brightest pixels and its irradiance from SH. A sun
-// of 15 degrees counts whole, one of 25 or more is none, and between them a part stays in the remainder.
+// Suns of a picture. Where more than one is allowed, kHandOver finds lights of up to 15 degrees in the picture itself
+// (area_lights.h), as many as are worth a shadow of their own. One sun is found in SH: kHandOver takes the direction of
+// a sun from the brightest pixels and its irradiance from SH. A sun of 15 degrees counts whole, one of 25 or more is
+// none, and between them a part stays in the remainder.
 LightSuns factorLight(const EnvironmentMap& map, const LightFactorChoice& choice, int threads);
 // Suns of analytic lights. kHandOver takes the brightest directional lights, suns and discs of up to kMaxSunRadius as
 // they are described. All of a disc's flux goes to its sun.

@@ -10,6 +10,7 @@ namespace penumbra {
 namespace {
 
 constexpr GLuint kLobeUnit = 1, kMapUnit = 2, kSkyUnit = 4;  // 0 is the painters' own; maps take two
+constexpr int kFirstMaps = 3;                                // the painter makes more when a light has more suns
 
 }  // namespace
 
@@ -20,7 +21,7 @@ SunlightUniforms sunlightUniforms(const GlObject& program) {
             at("sky_size"),         at("light_from_scene"), sunUniforms(program)};
 }
 
-Sunlight::Sunlight(const LobeTable& lobes, int map_size) : lobes_(&lobes), maps_(kMaxSuns, map_size) {}
+Sunlight::Sunlight(const LobeTable& lobes, int map_size) : lobes_(&lobes), maps_(kFirstMaps, map_size) {}
 
 void Sunlight::reflect(const SkyPicture& sky) {
     sky_ = makeTextureBuffer(GL_RGBA16F, std::as_bytes(std::span(sky.texels)));

@@ -88,9 +88,9 @@ TEST(FactoredLight, WrongNumbersAreRefused) {
               std::string::npos);
 }
 
-TEST(FactoredLight, MoreThanThreeSunsAreRefused) {
+TEST(FactoredLight, MoreThanEightSunsAreRefused) {
     LightFile light = factoredLight();
-    light.suns.resize(4, light.suns[0]);
+    light.suns.resize(9, light.suns[0]);
     const std::vector<std::byte> bytes = packedWith(light);
     EXPECT_THROW(openAsset(bytes), InvalidInput);
 }
