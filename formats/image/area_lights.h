@@ -18,7 +18,8 @@ struct AreaLights {
     EnvironmentMap rest;            // the picture without them, nowhere negative
 };
 
-// Returns at most `most` lights, 1 <= most <= kMaxSuns. They change continuously with the picture.
+// Returns at most `most` lights, 1 <= most <= kMaxSuns. They change continuously while lights fade, move, cross and
+// meet. A disc that grows beyond some 15 degrees does not: it breaks into several for a while.
 AreaLights findAreaLights(const EnvironmentMap& map, int most);
 
 }  // namespace penumbra
