@@ -12,6 +12,7 @@
 
 #include <ceres/ceres.h>
 #include <ceres/rotation.h>
+#include <glog/logging.h>
 
 #include <algorithm>
 #include <cmath>
@@ -118,6 +119,7 @@ void addPoints(std::span<const GridShot> shots, Unknowns& x, ceres::Problem& pro
 }
 
 void minimise(std::span<const GridShot> shots, Unknowns& x, std::array<double, 5>& deviations) {
+    [[maybe_unused]] static const int quiet = FLAGS_minloglevel = google::GLOG_ERROR;  // Ceres prints of its own
     ceres::Problem problem;
     addPoints(shots, x, problem);
     ceres::Solver::Options options;
