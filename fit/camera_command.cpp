@@ -104,6 +104,7 @@ void describeCamera(const SolvedCamera& solved, Report& report, bool quiet) {
     const double values[] = {camera.f, camera.cx, camera.cy, camera.k1, camera.k2};
     report.figures["pictures"] = solved.poses.size();
     report.figures["corners"] = solved.points;
+    report.figures["strays"] = solved.strays;
     report.figures["residual_px"] = solved.residual;
     report.figures["residuals_px"] = solved.residuals;
     report.figures["coverage"] = solved.coverage;
@@ -112,8 +113,10 @@ void describeCamera(const SolvedCamera& solved, Report& report, bool quiet) {
         report.figures[names[i]] = {{"value", values[i]}, {"deviation", solved.deviations[i]}};
     if (quiet) return;
     for (std::size_t i = 0; i < 5; ++i) std::printf("%s %.6g +- %.2g\n", names[i], values[i], solved.deviations[i]);
-    std::printf("%zu corners in %zu pictures, %.3f px rms, %.0f%% of the picture covered, tilted up to %.0f degrees\n",
-                solved.points, solved.poses.size(), solved.residual, 100 * solved.coverage, solved.tilt);
+    std::printf(
+        "%zu corners in %zu pictures, %zu left out, %.3f px rms, %.0f%% of the picture covered, tilted up to %.0f "
+        "degrees\n",
+        solved.points, solved.poses.size(), solved.strays, solved.residual, 100 * solved.coverage, solved.tilt);
 }
 
 void runCamera(const CameraCommand& command, const CommonOptions& common, Report& report) {

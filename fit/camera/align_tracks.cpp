@@ -14,6 +14,7 @@
 
 #include <ceres/ceres.h>
 #include <ceres/rotation.h>
+#include <glog/logging.h>
 
 #include <algorithm>
 #include <cmath>
@@ -138,6 +139,7 @@ TrackNoise measuredNoise(std::span<const PosePair> pairs, const MapNumbers& x) {
 }
 
 void solve(std::span<const PosePair> pairs, const TrackNoise& noise, MapNumbers& x) {
+    [[maybe_unused]] static const int quiet = FLAGS_minloglevel = google::GLOG_ERROR;  // Ceres prints of its own
     ceres::Problem problem;
     for (const PosePair& pair : pairs)
         problem.AddResidualBlock(new ceres::AutoDiffCostFunction<PairError, 6, 7>(new PairError{pair, noise}),

@@ -7,11 +7,12 @@
 // needs no such care: each gives the poses of some shots by homographies, and the one with the least median error wins.
 //
 // Then Ceres, first without the lens and with the principal point in the middle, then with all. Points that are off by
-// more than a pixel (a wrongly read tag) count less.
+// more than a pixel (a wrongly read tag) count less, and in the end those far beyond the others not at all.
 #include "fit/camera/solve_camera.h"
 
 #include <ceres/ceres.h>
 #include <ceres/rotation.h>
+#include <glog/logging.h>
 
 #include <algorithm>
 #include <cmath>
@@ -118,6 +119,7 @@ void addPoints(std::span<const GridShot> shots, Unknowns& x, ceres::Problem& pro
 }
 
 void minimise(std::span<const GridShot> shots, Unknowns& x, std::array<double, 5>& deviations) {
+    [[maybe_unused]] static const int quiet = FLAGS_minloglevel = google::GLOG_ERROR;  // Ceres prints of its own
     ceres::Problem problem;
     addPoints(shots, x, problem);
     ceres::Solver::Options options;
@@ -149,15 +151,50 @@ void minimise(std::span<const GridShot> shots, Unknowns& x, std::array<double, 5
                   std::sqrt(of_lens[3])};
 }
 
+double distanceOf(const PinholeCamera& camera, const CameraPose& pose, const SeenPoint& seen) {
+    const std::optional<PixelPoint> at = project(camera, pose.rotation * seen.point + pose.translation);
+    return at ? std::hypot(at->x - seen.pixel.x, at->y - seen.pixel.y) : 1e6;
+}
+
+// Leaves out the points that are off by more than six times the median, and half a pixel: corners that were refined
+// towards something else. A shot keeps at least eight.
+std::vector<GridShot> withoutStrays(std::span<const GridShot> shots, const PinholeCamera& camera, const Unknowns& x) {
+    std::vector<std::vector<double>> distances;
+    std::vector<double> all;
+    for (std::size_t s = 0; s < shots.size(); ++s) {
+        const CameraPose pose = poseOfNumbers(x.poses[s]);
+        std::vector<double>& here = distances.emplace_back();
+        for (const SeenPoint& seen : shots[s].points) here.push_back(distanceOf(camera, pose, seen));
+        all.insert(all.end(), here.begin(), here.end());
+    }
+    std::ranges::nth_element(all, all.begin() + std::ptrdiff_t(all.size() / 2));
+    const double most = std::max(6 * all[all.size() / 2], 0.5);
+    std::vector<GridShot> out;
+    for (std::size_t s = 0; s < shots.size(); ++s) {
+        GridShot& kept = out.emplace_back(GridShot{shots[s].file, {}});
+        for (std::size_t i = 0; i < shots[s].points.size(); ++i)
+            if (distances[s][i] <= most) kept.points.push_back(shots[s].points[i]);
+        if (kept.points.size() < 8) kept.points = shots[s].points;
+    }
+    return out;
+}
+
+PinholeCamera cameraOf(int width, int height, const Unknowns& x) {
+    PinholeCamera camera = middleCamera(width, height, x.pinhole[0]);
+    camera.cx = x.pinhole[1];
+    camera.cy = x.pinhole[2];
+    camera.k1 = x.lens[0];
+    camera.k2 = x.lens[1];
+    return camera;
+}
+
 void measureResiduals(std::span<const GridShot> shots, SolvedCamera& out) {
     double all = 0;
     for (std::size_t s = 0; s < shots.size(); ++s) {
         double sum = 0;
         for (const SeenPoint& seen : shots[s].points) {
-            const std::optional<PixelPoint> at =
-                project(out.camera, out.poses[s].rotation * seen.point + out.poses[s].translation);
-            const double dx = at ? at->x - seen.pixel.x : 1e6, dy = at ? at->y - seen.pixel.y : 1e6;
-            sum += dx * dx + dy * dy;
+            const double distance = distanceOf(out.camera, out.poses[s], seen);
+            sum += distance * distance;
         }
         out.residuals.push_back(std::sqrt(sum / double(shots[s].points.size())));
         out.points += shots[s].points.size();
@@ -187,14 +224,14 @@ SolvedCamera solveCamera(int width, int height, std::span<const GridShot> shots)
     Unknowns x = startOf(width, height, shots);
     SolvedCamera out;
     minimise(shots, x, out.deviations);
-    out.camera = middleCamera(width, height, x.pinhole[0]);
-    out.camera.cx = x.pinhole[1];
-    out.camera.cy = x.pinhole[2];
-    out.camera.k1 = x.lens[0];
-    out.camera.k2 = x.lens[1];
+    const std::vector<GridShot> kept = withoutStrays(shots, cameraOf(width, height, x), x);
+    minimise(kept, x, out.deviations);
+    out.camera = cameraOf(width, height, x);
     for (const std::array<double, 6>& pose : x.poses) out.poses.push_back(poseOfNumbers(pose));
-    measureResiduals(shots, out);
-    measureViews(shots, out);
+    measureResiduals(kept, out);
+    measureViews(kept, out);
+    for (const GridShot& shot : shots) out.strays += shot.points.size();
+    out.strays -= out.points;
     if (out.tilt < kLeastTilt)
         throw InvalidInput(shots.front().file + ": the grid is level with all pictures (" +
                            std::to_string(out.tilt).substr(0, 3) +

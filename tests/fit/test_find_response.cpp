@@ -2,8 +2,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <map>
+#include <optional>
 #include <random>
+#include <string>
 
 #include "fit/camera/find_response.h"
 #include "formats/common/errors.h"
@@ -20,8 +24,10 @@ float filmCode(double light) {
 }
 
 float codeOfLight(const char* curve, double light) {
-    if (std::string_view(curve) == "film") return filmCode(light);
-    return codeOf(*knownResponse(curve), 0, float(std::min(light, 1.0)));
+    static std::map<std::string, std::optional<CameraResponse>> known;  // a table takes long to make
+    if (!known.contains(curve)) known[curve] = knownResponse(curve);
+    const std::optional<CameraResponse>& response = known[curve];
+    return response ? codeOf(*response, 0, float(std::min(light, 1.0))) : filmCode(light);
 }
 
 // 12 x 12 flat fields over 5 decades of light, with noise, at exposures two stops apart.
@@ -93,10 +99,11 @@ std::string problemOf(const BracketPictures& bracket) {
 TEST(FindResponse, RefusesWhatTellsNone) {
     EXPECT_THAT(problemOf(fieldsUnder("srgb", 1e9)), HasSubstr("b.json: 0 places show a usable red"));
     EXPECT_THAT(problemOf(fieldsUnder("srgb", 1e9)), HasSubstr("100% of all codes are clipped"));
-    EXPECT_THAT(problemOf(fieldsUnder("srgb", 0)), HasSubstr("100% dark"));
-    BracketPictures apart = fieldsUnder("srgb");  // the first and the last alone, ten stops apart
-    apart.pictures.erase(apart.pictures.begin() + 1, apart.pictures.end() - 1);
-    apart.exposures.erase(apart.exposures.begin() + 1, apart.exposures.end() - 1);
+    EXPECT_THAT(problemOf(fieldsUnder("srgb", 0)), HasSubstr("0% of all codes are clipped"));
+    BracketPictures apart = fieldsUnder("srgb");  // so far that the second shows nothing
+    apart.pictures.resize(2);
+    apart.exposures = {1, 1e-9};
+    std::ranges::fill(apart.pictures[1].rgb, std::uint8_t(0));
     EXPECT_THAT(problemOf(apart), HasSubstr("take exposures that are nearer to one another"));
 }
 
