@@ -17,10 +17,11 @@ int main(int argc, char** argv) {
     using namespace penumbra;
     setSourceHash(kSourceHash);
     useFixedBlocks();
-    return runProgram("penumbra-fit", "Fit run-time models: visibility, materials, lights and blockers.",
-                      {kVisibilityFormat, kPosesFormat, kFieldsFormat, kModelFormat, kTransferFormat, kLobesFormat,
-                       kBrdfFormat, kLightFormat, kBlockersFormat, kCameraPosesFormat},
-                      {visibilityVerb(), compareVerb(), predictVerb(), transferVerb(), indirectVerb(), brdfVerb(),
-                       lightVerb(), captureVerb(), blockersVerb(), pageVerb(), posesVerb()},
-                      argc, argv);
+    return runProgram(
+        "penumbra-fit", "Fit run-time models: visibility, materials, lights and blockers.",
+        {kVisibilityFormat, kPosesFormat, kFieldsFormat, kModelFormat, kTransferFormat, kLobesFormat, kBrdfFormat,
+         kLightFormat, kBlockersFormat, kCameraPosesFormat, kCameraFormat, kResponseFormat},
+        {visibilityVerb(), compareVerb(), predictVerb(), transferVerb(), indirectVerb(), brdfVerb(), lightVerb(),
+         captureVerb(), blockersVerb(), pageVerb(), posesVerb(), cameraVerb(), responseVerb(), alignVerb()},
+        argc, argv);
 }

@@ -13,5 +13,8 @@ Verb captureVerb();
 Verb blockersVerb();
 Verb pageVerb();
 Verb posesVerb();
+Verb cameraVerb();
+Verb responseVerb();
+Verb alignVerb();
 
 }  // namespace penumbra

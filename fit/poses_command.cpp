@@ -5,6 +5,7 @@
 
 #include "fit/fit_verbs.h"
 #include "formats/cache/numbered_files.h"
+#include "formats/camera/colmap_model.h"
 #include "formats/camera/tag_track.h"
 #include "formats/capture/capture_words.h"
 #include "formats/common/errors.h"
@@ -40,16 +41,17 @@ std::vector<std::filesystem::path> listed(const std::vector<std::filesystem::pat
 
 struct PosesCommand {
     std::vector<std::filesystem::path> pictures;
-    std::filesystem::path camera, output;
+    std::filesystem::path camera, colmap, output;
     std::vector<TagChoice> tags;
     std::string response = "srgb";
     Gaps gaps = Gaps::kFill;
     double smooth = 0;
 
     std::vector<std::filesystem::path> inputs() const {
+        if (!colmap.empty()) return {colmap / "cameras.txt", colmap / "images.txt"};
         std::vector<std::filesystem::path> files = listed(pictures);
         files.push_back(camera);
-        return files;
+        return namedFiles(files);
     }
 };
 
@@ -140,7 +142,28 @@ void warnOf(const CameraTrack& track, const TagSearch& found) {
              " and more: the camera's f, cx, cy, k1 or k2, or the tag's side, are not those of these pictures");
 }
 
+// Turns the model of structure from motion into a track.
+void runColmap(const PosesCommand& command, const CommonOptions& common, Report& report) {
+    report.phase("read");
+    CameraTrack track = readColmapModel(command.colmap);
+    if (common.dry_run) {
+        std::printf("would write %zu poses\n", track.frames.size());
+        return;
+    }
+    if (command.smooth > 0) smoothTrack(track.frames, command.smooth);
+    report.figures = {{"pictures", track.frames.size()}};
+    if (!common.quiet)
+        std::printf("%s: %zu poses in a frame of unknown scale: penumbra-fit align brings them to a marker's\n",
+                    command.output.c_str(), track.frames.size());
+    report.phase("write");
+    writeWholeFile(command.output, cameraTrackText(track));
+}
+
 void runPoses(const PosesCommand& command, const CommonOptions& common, Report& report) {
+    if (!command.colmap.empty()) return runColmap(command, common, report);
+    if (command.pictures.empty()) throw UsageError("pictures or --colmap: give one of them");
+    if (command.camera.empty()) throw UsageError("--camera is required");
+    if (command.tags.empty()) throw UsageError("--tag is required");
     report.phase("read");
     const PinholeCamera camera = readCamera(command.camera);
     if (common.dry_run) {
@@ -176,14 +199,20 @@ void runPoses(const PosesCommand& command, const CommonOptions& common, Report& 
 }
 
 void definePoses(CLI::App& app, PosesCommand& command) {
-    app.add_option("frames", command.pictures,
-                   "pictures, JPEG or PNG, in the order of their times; a folder or a pattern as f.%03d.jpg names all")
-        ->required();
-    app.add_option("--camera", command.camera, "cam.json: f, cx, cy, size, k1, k2 (formats/README.md)")->required();
+    CLI::Option* frames = app.add_option(
+        "frames", command.pictures,
+        "pictures, JPEG or PNG, in the order of their times; a folder or a pattern as f.%03d.jpg names all");
+    CLI::Option* camera =
+        app.add_option("--camera", command.camera, "cam.json: f, cx, cy, size, k1, k2 (formats/README.md)");
+    CLI::Option* colmap = app.add_option("--colmap", command.colmap,
+                                         "folder of a text model of COLMAP (cameras.txt, images.txt), instead of "
+                                         "pictures: its poses as they are, without metres")
+                              ->excludes(frames)
+                              ->excludes(camera);
     addTagOption(app, command.tags,
                  "FAMILY:ID:SIDE of printed tags, 36h11, 25h9, 16h5 or 4x4_50; side of its black square in metres; the "
                  "first is the marker's frame")
-        ->required();
+        ->excludes(colmap);
     app.add_option("--response", command.response, "srgb, linear, rec709 or a file of penumbra-fit response");
     addChoice(app, "--gaps", command.gaps, kGapWords,
               "pictures without a tag: a pose between those of their neighbours, or none");

@@ -495,7 +495,7 @@ PENUMBRA_API penumbra_status penumbra_shading_set_light_rotation(penumbra_shadin
 
 /* --- Suns: the part of a light that comes from single directions, and casts shadows with edges --- */
 
-#define PENUMBRA_MAX_SUNS 3
+#define PENUMBRA_MAX_SUNS 8
 typedef struct penumbra_sun {
     float direction[3];  /* unit, towards the sun */
     float irradiance[3]; /* at normal incidence, linear Rec.709 */

@@ -15,7 +15,7 @@ FORMATS = {f"formats/{room}" for room in ("common", "asset", "brdf", "image", "s
                                       "height", "camera", "capture")}
 RUNTIME = {"runtime", *(f"runtime/{room}" for room in ("papers", "evaluate", "sun", "shade", "cast", "glsl", "capi"))}
 FIT = {f"fit/{room}" for room in ("numerics", "clusters", "models", "light", "reflectance", "blockers", "visibility")}
-PAPERS = {f"fit/papers/{room}" for room in ("capture", "transfer", "lobes", "operators", "compare")}
+PAPERS = {f"fit/papers/{room}" for room in ("align", "capture", "transfer", "lobes", "operators", "compare")}
 VIEW = {"player/view", "player/view/playback", "player/view/window"}
 MAY_INCLUDE = {
     "sh": set(),
@@ -46,6 +46,7 @@ MAY_INCLUDE = {
     "fit/camera": SH | {"fit/numerics"} | FORMATS,
     "fit/report": SH | FIT | FORMATS,  # what several commands do alike
     **{f"fit/papers/{room}": SH | FIT | FORMATS for room in ("capture", "transfer", "lobes", "operators")},
+    "fit/papers/align": SH | {"fit/camera"} | FORMATS,
     "fit/papers/compare": SH | FIT | PAPERS | {"fit/page"} | FORMATS,
     "fit/papers": SH | FIT | PAPERS | {"fit/report", "fit/page"} | FORMATS,
     "fit": SH | FIT | {"fit/camera", "fit/report", "fit/page", "fit/papers"} | FORMATS,  # no other room includes fit/papers
@@ -94,7 +95,7 @@ EDGES = {
     r"Eigen/": ["fit/", "pack/", "formats/camera/tag_pose.cpp", "tests/"],
     r"apriltag/": ["formats/camera/tag_family"],
     r"linux/videodev2\.h": ["formats/camera/video_device.cpp", "tests/formats/test_video_device.cpp"],
-    r"ceres/|glog/": ["fit/numerics/quasi_newton.cpp"],  # GPL parts: never in the player or in pack
+    r"ceres/|glog/": ["fit/numerics/quasi_newton.cpp", "fit/camera/align_tracks.cpp", "fit/camera/solve_camera.cpp"],  # GPL parts: never in the player or in pack
     r"flatbuffers/|asset_generated\.h": ["formats/asset/", "pack/", "tests/"],
 }
 

@@ -72,6 +72,29 @@ void CharactersDrawing::drawMeshes(const FrameView& view) {
     }
 }
 
+FrameView CharactersDrawing::frameView(const SceneView& view) const {
+    FrameView frame;
+    frame.eye = toFloat(view.eye());
+    std::vector<BoundingBox> boxes;
+    for (const FrameVertices& member : frames_.members()) boxes.push_back(boundsOf(member.positions));
+    for (const RealMesh& mesh : scene_.realMeshes()) boxes.push_back(boundsOf(mesh.positions));
+    clipFromPhotograph(view, boxes, 0, frame.clip_from_model);
+    return frame;
+}
+
+DrawnPart CharactersDrawing::drawRatios(SceneView view, std::span<const RealSurface> surfaces) {
+    view.camera = camera_;
+    if (!surfaces_target_) {
+        surfaces_target_.emplace(camera_.width, camera_.height, samples_);
+        for (const RealSurface& surface : surfaces) surfaces_.emplace_back(surface.triangles, Channel::kShaded);
+    }
+    const FrameView frame = frameView(view);
+    surfaces_target_->begin();
+    for (std::size_t s = 0; s < surfaces.size(); ++s)
+        surfaces_[s].draw(frame, surfaces[s].positions, surfaces[s].ratio);
+    return {surfaces_target_->read(), 0, 0};
+}
+
 DrawnPart CharactersDrawing::draw(SceneView view, bool moved) {
     const Part part = partOf(view);
     if (part.width == 0) return {};
@@ -80,12 +103,7 @@ DrawnPart CharactersDrawing::draw(SceneView view, bool moved) {
     view.camera.cy -= part.y;
     view.camera.width = part.width;
     view.camera.height = part.height;
-    FrameView frame;
-    frame.eye = toFloat(view.eye());
-    std::vector<BoundingBox> boxes;
-    for (const FrameVertices& member : frames_.members()) boxes.push_back(boundsOf(member.positions));
-    for (const RealMesh& mesh : scene_.realMeshes()) boxes.push_back(boundsOf(mesh.positions));
-    clipFromPhotograph(view, boxes, 0, frame.clip_from_model);
+    const FrameView frame = frameView(view);
     if (suns_ && (moved || !shone_)) suns_->shine(frames_.suns(), frames_.sunCasters());
     shone_ = true;
     if (!target_ || target_->width() != part.width || target_->height() != part.height)

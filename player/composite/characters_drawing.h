@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "player/composite/real_surfaces.h"
 #include "player/draw/draw_frame.h"
 #include "player/gl/gl_context.h"
 #include "player/gl/offscreen_target.h"
@@ -27,6 +28,9 @@ public:
     // the rectangle around the characters is drawn. `moved` is false where everyone stands as before.
     DrawnPart draw(SceneView view, bool moved);
 
+    // Draws what of the surfaces is seen: their ratios times coverage.
+    DrawnPart drawRatios(SceneView view, std::span<const RealSurface> surfaces);
+
 private:
     const PosedScene& scene_;
     const SceneFrames& frames_;
@@ -38,6 +42,10 @@ private:
     bool shone_ = false;                  // their maps are drawn
     std::vector<ValuePainter> painters_;  // of frames_.meshes()
     std::vector<ValuePainter> hiding_;    // of real members, then of real meshes
+    std::vector<ValuePainter> surfaces_;  // of drawRatios(), made when it is first asked for
+    std::optional<OffscreenTarget> surfaces_target_;
+
+    FrameView frameView(const SceneView& view) const;
 
     struct Part {
         int x, y, width, height;

@@ -65,20 +65,53 @@ PhotographFrames::PhotographFrames(PosedScene& scene, const RenderOptions& optio
         kinds.push_back(*casterKindOf(*member->file, member->evaluator));
     }
     if (!casters.empty()) real_cast_ = std::make_unique<CastShadow>(casters, kinds);
-    if (!draws) return;
-    const bool anybody = std::ranges::any_of(scene.members(), [](const auto& m) { return !m->file->real; });
-    if (!anybody) return;
+    makeSurfaces();
+    draws_ = draws && std::ranges::any_of(scene.members(), [](const auto& m) { return !m->file->real; });
+    if (!draws_ && surfaces_.empty()) return;
     LensResampler lens(cameras_.camera());
     drawing_ =
         std::make_unique<Drawing>(Drawing{CharactersDrawing(scene, frames_, options_, lens.plain()), std::move(lens)});
 }
 
+void PhotographFrames::makeSurfaces() {
+    constexpr double kEdge = 0.05;  // metres of the scene
+    std::size_t real = 0;
+    for (const std::unique_ptr<SceneMember>& member : scene_.members()) {
+        if (!member->file->real) continue;
+        RealSurface& surface = surfaces_.emplace_back();
+        const std::span<const std::uint32_t> triangles = member->asset->view.mesh.triangles;
+        surface.triangles.assign(triangles.begin(), triangles.end());
+        surface.caster = member->caster;
+        if (member->caster != kNobody) surface.real_caster = real++;
+    }
+    for (const RealMesh& mesh : scene_.realMeshes()) surfaces_.push_back(surfaceOf(mesh, kEdge));
+}
+
+// Takes the vertices of members in the photograph to where they are.
+void PhotographFrames::poseSurfaces() {
+    std::size_t next = 0;
+    for (std::size_t m = 0; m < scene_.members().size(); ++m) {
+        if (!scene_.members()[m]->file->real) continue;
+        const FrameVertices& from = frames_.members()[m];
+        RealSurface& surface = surfaces_[next++];
+        surface.positions = from.positions;
+        surface.normals = from.normals;
+        surface.tangents = from.tangents;
+    }
+}
+
+// Puts the ratios of surfaces in the place of those of the ground behind them.
+void PhotographFrames::addSurfaces(const SceneView& view, std::vector<Vec3>& ratio) {
+    const GroundLight light = groundLight();
+    for (RealSurface& surface : surfaces_) shadeSurface(scene_, light, frames_.sunlight().light.sh, threads_, surface);
+    Image seen;
+    drawing_->lens.resample(drawing_->characters.drawRatios(view, surfaces_), threads_, seen);
+    for (std::size_t i = 0; i < ratio.size(); ++i) ratio[i] = ratio[i] * (1 - seen.alpha[i]) + seen.pixels[i];
+}
+
 PhotographFrames::~PhotographFrames() = default;
 
-bool PhotographFrames::hasReal() const {
-    return real_cast_ || !scene_.realMeshes().empty() ||
-           std::ranges::any_of(scene_.members(), [](const auto& m) { return m->file->real; });
-}
+bool PhotographFrames::hasReal() const { return !surfaces_.empty(); }
 
 bool PhotographFrames::pose(std::optional<double> seconds) {
     if (is_posed_ && posed_ == seconds) return false;
@@ -89,6 +122,7 @@ bool PhotographFrames::pose(std::optional<double> seconds) {
         if (member->file->real && member->caster != kNobody)
             real_cast_->pose(real++, member->evaluator.bones(), member->to_scene);
     shineSuns();
+    poseSurfaces();
     posed_ = seconds;
     is_posed_ = true;
     return true;
@@ -186,9 +220,10 @@ void PhotographFrames::compute(const SceneView& view, std::optional<double> seco
     };
     std::future<double> beside = std::async(threads_ == 1 ? std::launch::deferred : std::launch::async, ground);
     out.characters = {};
-    if (drawing_) drawing_->lens.resample(drawing_->characters.draw(view, moved), threads_, out.characters);
+    if (draws_) drawing_->lens.resample(drawing_->characters.draw(view, moved), threads_, out.characters);
     cost_.draw = watch.lap();
     cost_.ground = beside.get();
+    if (!surfaces_.empty() && shadow_) addSurfaces(view, out.ratio);
 }
 
 }  // namespace penumbra

@@ -5,6 +5,7 @@
 
 #include "player/composite/ground_ratio.h"
 #include "player/composite/lens_resampler.h"
+#include "player/composite/real_surfaces.h"
 #include "player/draw/draw_frame.h"
 #include "player/gl/gl_context.h"
 #include "player/gl/offscreen_target.h"
@@ -65,7 +66,9 @@ private:
     std::vector<SunMaps> maps_, real_maps_;
     std::vector<Emitter> emitters_;
     std::unique_ptr<Drawing> drawing_;
-    std::optional<double> posed_;  // the time that everyone is at
+    bool draws_;                         // characters
+    std::vector<RealSurface> surfaces_;  // of those in the photograph: members, then meshes
+    std::optional<double> posed_;        // the time that everyone is at
     bool is_posed_ = false, shadow_ = true, bounce_ = true;
     Cost cost_;
 
@@ -76,6 +79,9 @@ private:
     void addEmitters(std::size_t member, std::vector<ShiningVertex>& vertices) const;
     GroundLight groundLight() const;
     bool hasReal() const;
+    void makeSurfaces();
+    void poseSurfaces();
+    void addSurfaces(const SceneView& view, std::vector<Vec3>& ratio);
 };
 
 }  // namespace penumbra

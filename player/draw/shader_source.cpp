@@ -10,6 +10,7 @@
 #include "runtime/glsl/far_glsl.h"
 #include "runtime/glsl/sh_glsl.h"
 #include "runtime/glsl/shading_glsl.h"
+#include "sh/light/dominant_light.h"
 
 namespace penumbra {
 
@@ -219,7 +220,8 @@ std::string evaluatedVertexSource(Channel channel, BrdfModels sunlit) {
 std::string skyVertexSource() { return preamble(Channel::kShaded) + kShaderSkyVert; }
 
 std::string skyFragmentSource() {
-    return preamble(Channel::kShaded) + kShaderDisplayGlsl + kShaderSkyGlsl + kShaderSkyFrag;
+    return preamble(Channel::kShaded) + define("SUN_MAX_SUNS", kMaxSuns) + kShaderDisplayGlsl + kShaderSkyGlsl +
+           kShaderSkyFrag;
 }
 
 std::string channelFragmentSource(Channel channel, BrdfModels sunlit) {

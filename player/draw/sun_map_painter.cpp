@@ -17,6 +17,8 @@ constexpr int kSunBlock = 8;          // texels a side of a block
 constexpr int kSunLevels = 5;         // of blocks of twice the side of those before
 constexpr int kBlocksWorkGroup = 8;   // invocations a side, as sun_blocks.comp has it
 constexpr GLuint kBlocksBinding = 0;  // of storage blocks, while they are made
+constexpr int kFramesBinding = 0;     // of uniform blocks
+constexpr int kMostMaps = kMaxSunMaps * kMaxNestedMaps;
 
 // Blocks of texels a side, a power of two, so that every level has half the side of the one before.
 int blockSide(int size) {
@@ -70,17 +72,17 @@ std::string sunDefine(const char* name, int value) {
 }  // namespace
 
 std::string sunGlsl() {
-    return sunDefine("MAX_SUNS", kMaxSunMaps) + sunDefine("MOST_MAPS", kMaxSunMaps * kMaxNestedMaps) +
-           sunDefine("BIAS", kSunBias) + sunDefine("SLOPE_BIAS", kSunSlopeBias) +
-           sunDefine("LEAST_COSINE", kSunLeastCosine) + sunDefine("BOX", kSunBox) + sunDefine("CELLS", kSunCells) +
-           sunDefine("SEARCH_CELLS", kSunSearchCells) + sunDefine("PASSES", kSunPasses) +
-           sunDefine("BLOCK", kSunBlock) + sunDefine("LEVELS", kSunLevels) + kShaderSunGlsl;
+    return sunDefine("MAX_SUNS", kMaxSunMaps) + sunDefine("MOST_MAPS", kMostMaps) +
+           sunDefine("FRAMES_BINDING", kFramesBinding) + sunDefine("BIAS", kSunBias) +
+           sunDefine("SLOPE_BIAS", kSunSlopeBias) + sunDefine("LEAST_COSINE", kSunLeastCosine) +
+           sunDefine("BOX", kSunBox) + sunDefine("CELLS", kSunCells) + sunDefine("SEARCH_CELLS", kSunSearchCells) +
+           sunDefine("PASSES", kSunPasses) + sunDefine("BLOCK", kSunBlock) + sunDefine("LEVELS", kSunLevels) +
+           kShaderSunGlsl;
 }
 
 SunUniforms sunUniforms(const GlObject& program) {
     const auto at = [&](const char* name) { return gl::GetUniformLocation(program.id(), name); };
-    return {at("sun_depths"), at("sun_blocks"),     at("sun_maps"),
-            at("sun_frames"), at("sun_block_side"), at("sun_block_count")};
+    return {at("sun_depths"), at("sun_blocks"), at("sun_maps"), at("sun_block_side"), at("sun_block_count")};
 }
 
 SunMapPainter::SunMapPainter(int suns, int size)
@@ -92,7 +94,9 @@ SunMapPainter::SunMapPainter(int suns, int size)
       texel_blocks_(makeComputeProgram(blocksSource(true))),
       block_blocks_(makeComputeProgram(blocksSource(false))),
       frame_at_(gl::GetUniformLocation(program_.id(), "sun_frame")) {
-    makeLayers(std::size_t(suns));  // refuses what is above this OpenGL's limit
+    makeLayers(1);  // refuses what is above this OpenGL's limit
+    const std::vector<float> none(kMostMaps * kFrameFloats);
+    frames_block_ = makeBuffer(GL_UNIFORM_BUFFER, std::span<const float>(none));
     assert(suns >= 1 && suns <= kMaxSunMaps && size >= kSmallestSunMap && size <= kLargestSunMap);
     checkGl("making the sun's map");
 }
@@ -180,6 +184,8 @@ void SunMapPainter::draw(std::span<const SunNest> nests, const SunCasters& caste
         for (const NestedSunMap& map : nests[sun].maps) drawLayer(layer++, map, casters.ground_version);
         maps_[2 * sun + 1] = GLint(layer);
     }
+    gl::BindBuffer(GL_UNIFORM_BUFFER, frames_block_.id());
+    gl::BufferSubData(GL_UNIFORM_BUFFER, 0, GLsizeiptr(layer * kFrameFloats * sizeof(float)), frames_.data());
     checkGl("drawing the sun's map");
 }
 
@@ -267,7 +273,7 @@ void SunMapPainter::bind(const SunUniforms& at, GLuint unit) const {
     gl::Uniform1i(at.block_side, blockSide(size_));
     gl::Uniform1i(at.block_count, blocksOf(size_));
     gl::Uniform2iv(at.maps, kMaxSunMaps, maps_.data());
-    gl::Uniform4fv(at.frames, GLsizei(frames_.size() / 4), frames_.data());
+    gl::BindBufferBase(GL_UNIFORM_BUFFER, GLuint(kFramesBinding), frames_block_.id());
     gl::ActiveTexture(GL_TEXTURE0);
 }
 

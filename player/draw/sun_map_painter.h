@@ -14,14 +14,15 @@ std::string sunGlsl();
 
 // The places of what sunGlsl() reads in a program; -1 where it does not use them.
 struct SunUniforms {
-    GLint depths = -1, blocks = -1, maps = -1, frames = -1, block_side = -1, block_count = -1;
+    GLint depths = -1, blocks = -1, maps = -1, block_side = -1, block_count = -1;
 };
 SunUniforms sunUniforms(const GlObject& program);
 
 class SunMapPainter {
 public:
-    // Makes a map for each of `suns` suns (1 to kMaxSunMaps), of `size` texels a side; draw() makes more where suns
-    // have several. Throws Unsupported when GL has no textures of that size.
+    // Draws maps of up to `suns` suns (1 to kMaxSunMaps), of `size` texels a side. It makes one now, and draw() makes
+    // more where there are more suns or where they have several. Throws Unsupported when GL has no textures of that
+    // size.
     explicit SunMapPainter(int suns = 1, int size = kSunMapSize);
 
     // Uploads the triangles. The casters of draw() have them, in the same order.
@@ -77,6 +78,7 @@ private:
     std::vector<Layer> layers_;
     std::array<GLint, 2 * kMaxSunMaps> maps_{};  // of each sun: its first layer, and the one after its last
     std::vector<float> frames_;                  // of the layers, as the shader has them
+    GlObject frames_block_;                      // what shaders read of frames_
 };
 
 }  // namespace penumbra

@@ -2,8 +2,8 @@
 in vec3 ray;  // in the light's own frame
 
 uniform int sun_count;
-uniform vec4 sun_disc[3];      // direction in the light's own frame, cosine of the radius
-uniform vec3 sun_radiance[3];  // of the disc, in addition to the picture
+uniform vec4 sun_disc[SUN_MAX_SUNS];      // direction in the light's own frame, cosine of the radius
+uniform vec3 sun_radiance[SUN_MAX_SUNS];  // of the disc, in addition to the picture
 
 layout(location = 0) out vec4 color;
 

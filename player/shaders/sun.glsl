@@ -1,13 +1,13 @@
 // The share of a sun that a point sees, from depth maps of the casters. It has the rules of SunMaps
 // (runtime/sun/sun_map.h), whose source tells the method; sun_nest.cpp tells why a sun has several maps.
 // player/draw/sun_map_painter.cpp defines MAX_SUNS, MOST_MAPS, BIAS, SLOPE_BIAS, LEAST_COSINE, BOX, CELLS,
-// SEARCH_CELLS, PASSES, BLOCK and LEVELS as SUN_... from its constants.
+// FRAMES_BINDING, SEARCH_CELLS, PASSES, BLOCK and LEVELS as SUN_... from its constants.
 uniform sampler2DArray sun_depths;            // a layer a map: depth / range; 1: nothing
 uniform samplerBuffer sun_blocks;             // what sun_blocks.comp makes
 uniform int sun_block_side, sun_block_count;  // blocks of texels a side; numbers of a map in sun_blocks
 uniform ivec2 sun_maps[SUN_MAX_SUNS];         // the first map of a sun, and the one after its last
 // NestedSunMap: 3 rows, (range, tangent of the radius, texel, size), (origin, border)
-uniform vec4 sun_frames[5 * SUN_MOST_MAPS];
+layout(std140, binding = SUN_FRAMES_BINDING) uniform SunFrames { vec4 sun_frames[5 * SUN_MOST_MAPS]; };
 
 // Where cell `across` of a line tests its texel, from its start: the multiples of the golden section.
 int sunCellTexel(int across, int stride) { return (((across * 40503) & 65535) * stride) >> 16; }

@@ -9,8 +9,8 @@ flat in uint surface_lobes;                             // LobeTable::add()
 uniform samplerBuffer lobes;  // 2 texels a lobe: its parameters; its colour and its model
 uniform vec3 scene_eye;
 uniform int sun_count;
-uniform vec3 sun_direction[3], sun_irradiance[3];  // unit, towards the sun; at normal incidence
-uniform float sun_cosine[3];                       // of the radius; 1: a point, which no mirror shows
+uniform vec3 sun_direction[SUN_MAX_SUNS], sun_irradiance[SUN_MAX_SUNS];  // unit, towards the sun; at normal incidence
+uniform float sun_cosine[SUN_MAX_SUNS];  // of the radius; 1: a point, which no mirror shows
 uniform mat3 light_from_scene;                     // for sky.glsl
 
 // Where the maps are asked: at the centroid, because at an edge the middle of the pixel may lie beyond the triangle and

@@ -10,7 +10,7 @@
 
 namespace penumbra {
 
-constexpr int kMaxSunMaps = 3;                             // suns of a light
+constexpr int kMaxSunMaps = 8;                             // suns of a light
 constexpr int kSunMapSize = 1024;                          // default, texels a side
 constexpr int kSmallestSunMap = 8, kLargestSunMap = 8192;  // texels a side
 

@@ -11,7 +11,7 @@
 
 namespace penumbra {
 
-constexpr int kMaxSuns = 3;
+constexpr int kMaxSuns = 8;
 
 // A light at infinity: a delta whose shadow has the penumbra of a disc.
 template <class T>

@@ -276,8 +276,8 @@ TEST(CApiSuns, WrongCallsOfShadings) {
     EXPECT_EQ(penumbra_shading_set_suns(nullptr, 1, &error), PENUMBRA_INVALID_ARGUMENT);
     EXPECT_EQ(penumbra_shading_sun_count(nullptr), 0u);
     EXPECT_EQ(penumbra_shading_find_suns(roomless.shading.get(), 1, 0.1, &error), PENUMBRA_UNSUPPORTED);
-    EXPECT_EQ(penumbra_shading_find_suns(s, 4, 0.1, &error), PENUMBRA_INVALID_ARGUMENT);
-    EXPECT_STREQ(error.message, "most is 4, allowed are 0..3");
+    EXPECT_EQ(penumbra_shading_find_suns(s, 9, 0.1, &error), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_STREQ(error.message, "most is 9, allowed are 0..8");
     for (const double seconds : {-1.0, double(NAN), double(INFINITY)}) {
         EXPECT_EQ(penumbra_shading_find_suns(s, 1, seconds, &error), PENUMBRA_INVALID_ARGUMENT);
         const std::vector<float> sh(48);

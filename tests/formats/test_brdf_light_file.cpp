@@ -276,7 +276,7 @@ TEST(LightFile, BadSunsAreRefused) {
     expectRefused("not of length 1", [](LightFile& l) { l.suns[1].direction = {0, 2, 0}; });
     expectRefused("row 1 has a negative irradiance", [](LightFile& l) { l.suns[1].irradiance.y = -1; });
     expectRefused("radius", [](LightFile& l) { l.suns[0].radius = 2; });
-    expectRefused("1 to 3 suns, not 4", [](LightFile& l) { l.suns.resize(4, l.suns[0]); });
+    expectRefused("1 to 8 suns, not 9", [](LightFile& l) { l.suns.resize(9, l.suns[0]); });
     expectRefused("factor", [](LightFile& l) { l.factor = "best"; });
     expectRefused("/light/picture", [](LightFile& l) { l.picture.pixels[3] = -1; });
     expectRefused("/light/picture", [](LightFile& l) { l.picture.pixels[3] = 1e6f; });

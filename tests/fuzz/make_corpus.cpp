@@ -114,6 +114,9 @@ void writeTables(const fs::path& out) {
           R"({"camera": {"f": 600, "size": [640, 480]}, "response": "srgb",
  "pictures": [{"file": "a.jpg", "exposure": 4, "R": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "t": [0, 0, 2]}]}
 )");
+    write(out / "fuzz_colmap_model" / "two.txt",
+          std::string("# cameras\n1 RADIAL 640 480 600 320 240 -0.1 0.02\n") + '\0' +
+              "# images\n1 1 0 0 0 0 0 2 1 a.jpg\n10 20 -1 30 40 5\n2 0.9 0.1 0 0 0 0.5 2 1 b c.jpg\n\n");
     write(inputs / "frames.csv", "clip,frame,wind\nwave,0,1\nwave,1,2\n\"gust\",0,-3\n");
 }
 

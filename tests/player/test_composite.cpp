@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <fstream>
 #include <numbers>
 #include <random>
@@ -233,6 +234,13 @@ TEST_F(PhotographTest, RealPropsHideAndAddNoShadow) {
     const double before = coverage(frameOf(*free)), after = coverage(frameOf(*hidden));
     EXPECT_GT(before, 100);
     EXPECT_LT(after, 0.9 * before);
+    // A box three metres away leaves the tube's shadow as it is.
+    const auto far = scene(std::string(kTube) + R"(, "props": [{"real": "box.obj", "position": [3, -0.2, 0]}])");
+    const PhotographFrame with = frameOf(*free), beside = frameOf(*far);
+    Largest apart;
+    for (std::size_t i = 0; i < with.ratio.size(); ++i) apart.add(double(length(with.ratio[i] - beside.ratio[i])));
+    EXPECT_LT(apart, 0.4);  // the maps are coarser; measured: 0.26 at an edge
+    EXPECT_LT(std::ranges::min(beside.ratio, {}, &Vec3::x).x, 0.7f);
 }
 
 TEST_F(PhotographTest, WhoCastsNothingLeavesTheGroundAsItIs) {

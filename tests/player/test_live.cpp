@@ -38,7 +38,8 @@ TEST(LivePlates, AFolderBeginsAgain) {
     EXPECT_EQ(first[1], first[4]);
     EXPECT_LT(first[0], first[1]);
     EXPECT_LT(first[1], first[2]);
-    EXPECT_THROW(LivePlates("/nowhere", 4, 4), IoError);
+    Plate none;
+    EXPECT_THROW((void)LivePlates("/nowhere.png", 4, 4).next(none), IoError);
 }
 
 Photograph seenFrom(Vec3d eye) {
