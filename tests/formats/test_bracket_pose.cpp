@@ -60,7 +60,8 @@ TEST(BracketPose, NamesWhatIsWrong) {
 }
 
 TEST(TagEdges, AreNoneWhereThereIsNoTag) {
-    const RadiancePicture merged = mergeExposures(std::vector{samples::photographOf(camera(1), {})}, std::vector{1.0}, kSrgb);
+    const RadiancePicture merged =
+        mergeExposures(std::vector{samples::photographOf(camera(1), {})}, std::vector{1.0}, kSrgb);
     EXPECT_FALSE(cornersByEdges({merged, camera(1).camera, camera(1).pose}, paperOf(kTag)));
 }
 
