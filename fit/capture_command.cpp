@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "fit/camera/find_response.h"
 #include "fit/fit_verbs.h"
 #include "fit/report/capture_report.h"
 #include "formats/camera/bracket_file.h"
@@ -84,13 +85,18 @@ std::vector<double> exposuresOf(const BracketFile& list) {
     return exposures;
 }
 
-CameraResponse responseOf(const BracketFile& list) {
+// Returns the response that the list names, or finds it in the pictures of a bracket.
+CameraResponse responseOf(const CaptureCommand& command, const ReadShots& shots, Report& report) {
+    const BracketFile& list = shots.list;
     if (list.response.empty()) throw InvalidInput(list.name + ": /: has no \"response\"");
-    if (list.response == "find")
+    if (list.response != "find") return readResponse(list.response);
+    if (command.way == CaptureWay::kRoam)
         throw InvalidInput(list.name +
                            ": /response: is \"find\", which needs a bracket: name the file that "
                            "penumbra-fit response made of one");
-    return readResponse(list.response);
+    const FoundResponse found = findResponse({list.name, shots.pictures, exposuresOf(list)});
+    report.figures["response_rms"] = {found.channels[0].rms, found.channels[1].rms, found.channels[2].rms};
+    return found.response;
 }
 
 ReadShots readPictures(const CaptureCommand& command, const CommonOptions& common, Report& report) {
@@ -102,7 +108,7 @@ ReadShots readPictures(const CaptureCommand& command, const CommonOptions& commo
     report.willRead(files);
     out.pictures = readShotPictures(files, *out.list.camera, common.threads);
     report.phase("response");
-    out.response = responseOf(out.list);
+    out.response = responseOf(command, out, report);
     return out;
 }
 

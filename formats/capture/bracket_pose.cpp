@@ -56,7 +56,6 @@ BracketPose refineByEdges(const RadiancePicture& picture, const PinholeCamera& c
         const std::optional<PoseEstimate> estimate = estimatePose(camera, *corners);
         if (!estimate) return best;
         best.estimate = *estimate;
-        for (auto& c : *corners) printf("edges corner %.3f %.3f\n", c.pixel.x, c.pixel.y);
     }
     return best;
 }

@@ -50,7 +50,7 @@ TEST(BracketPose, EdgesAreMoreExactThanCorners) {
 }
 
 TEST(BracketPose, NamesWhatIsWrong) {
-    const std::vector<TexturePicture> none = bracket({});
+    const std::vector<TexturePicture> none = {samples::photographOf(camera(1), {})};
     EXPECT_THAT([&] { (void)poseOfBracket(none, camera(1).camera, kSrgb, kTag, 1); },
                 testing::ThrowsMessage<std::invalid_argument>("no picture shows the tag 36h11:3"));
     const samples::DrawnTag two[] = {{kTag.family, kTag.id, 0.4, {-0.6, 0, 0}},
@@ -60,7 +60,8 @@ TEST(BracketPose, NamesWhatIsWrong) {
 }
 
 TEST(TagEdges, AreNoneWhereThereIsNoTag) {
-    const RadiancePicture merged = mergeExposures(bracket({}), kExposures, kSrgb);
+    const RadiancePicture merged =
+        mergeExposures(std::vector{samples::photographOf(camera(1), {})}, std::vector{1.0}, kSrgb);
     EXPECT_FALSE(cornersByEdges({merged, camera(1).camera, camera(1).pose}, paperOf(kTag)));
 }
 
