@@ -11,7 +11,7 @@ CharactersDrawing::CharactersDrawing(const PosedScene& scene, const SceneFrames&
       camera_(camera),
       samples_(options.samples),
       context_(createGlContext(options.backend)) {
-    if (!frames.suns().empty()) {
+    if (!frames.suns().empty() && !sunsAtVertices()) {
         suns_.emplace(frames.lobes(), options.sun_map);
         suns_->reflect(skyPicture(*scene.light()));
         suns_->turnSky(frames.lightRotation());
@@ -63,12 +63,27 @@ CharactersDrawing::Part CharactersDrawing::partOf(const SceneView& view) const {
     return {x0, y0, (x1 - x0 + kStep - 1) / kStep * kStep, (y1 - y0 + kStep - 1) / kStep * kStep};
 }
 
-void CharactersDrawing::drawMeshes(const FrameView& view) {
-    std::size_t next = 0;
+bool CharactersDrawing::sunsAtVertices() const {
+    constexpr std::size_t kPixels = 64;  // of the picture, for a vertex
+    constexpr BrdfModels kFragments = 1u << int(BrdfModel::kMirror) | kMembranes;
+    if (!context_->software || (frames_.lobes().models() & kFragments)) return false;
+    const std::size_t least = std::size_t(camera_.width) * std::size_t(camera_.height) / kPixels;
+    return std::ranges::all_of(frames_.meshes(), [&](const SceneMesh& mesh) {
+        return mesh.triangles.size() / 6 >= least;  // a closed mesh has half as many vertices as triangles
+    });
+}
+
+void CharactersDrawing::drawMeshes(const FrameView& view, std::span<const std::vector<Vec3>> sunlit) {
+    std::size_t next = 0, member = 0;
     for (const SceneMesh& mesh : frames_.meshes()) {
+        while (!frames_.lookOf(member).drawn) ++member;
         ValuePainter& painter = painters_[next++];
-        painter.upload(mesh.positions, mesh.values, mesh.surface);
+        if (suns_)
+            painter.upload(mesh.positions, mesh.values, mesh.surface);
+        else
+            painter.upload(mesh.positions, sunlit[member]);
         painter.draw(view, suns_ ? &*suns_ : nullptr);
+        ++member;
     }
 }
 
@@ -95,7 +110,7 @@ DrawnPart CharactersDrawing::drawRatios(SceneView view, std::span<const RealSurf
     return {surfaces_target_->read(), 0, 0};
 }
 
-DrawnPart CharactersDrawing::draw(SceneView view, bool moved) {
+DrawnPart CharactersDrawing::draw(SceneView view, std::span<const std::vector<Vec3>> sunlit, bool moved) {
     const Part part = partOf(view);
     if (part.width == 0) return {};
     view.camera = camera_;
@@ -110,7 +125,7 @@ DrawnPart CharactersDrawing::draw(SceneView view, bool moved) {
         target_.emplace(part.width, part.height, samples_);
     target_->begin();
     drawHiding(frame);
-    drawMeshes(frame);
+    drawMeshes(frame, sunlit);
     return {target_->read(), part.x, part.y};
 }
 

@@ -26,7 +26,8 @@ public:
                       const PinholeCamera& camera);
     // Draws what `frames` shaded last by a camera that stands as `view` does, and has the constructor's pixels. Only
     // the rectangle around the characters is drawn. `moved` is false where everyone stands as before.
-    DrawnPart draw(SceneView view, bool moved);
+    // `sunlit` is what the vertices of each member show, with suns.
+    DrawnPart draw(SceneView view, std::span<const std::vector<Vec3>> sunlit, bool moved);
 
     // Draws what of the surfaces is seen: their ratios times coverage.
     DrawnPart drawRatios(SceneView view, std::span<const RealSurface> surfaces);
@@ -51,7 +52,9 @@ private:
         int x, y, width, height;
     };
     Part partOf(const SceneView& view) const;
-    void drawMeshes(const FrameView& view);
+    void drawMeshes(const FrameView& view, std::span<const std::vector<Vec3>> sunlit);
+    // Tells whether vertices are so many that suns need no fragments. Fragments cost software most of its time.
+    bool sunsAtVertices() const;
     void drawHiding(const FrameView& view);
 };
 

@@ -142,7 +142,35 @@ void PhotographFrames::shineSuns() {
     }
 }
 
-// Adds some vertices of a member, each for its neighbours as well, with the light that the suns give them.
+// Adds what the suns give to every vertex of a member: visible E f(omega_i, omega_o) cos.
+void PhotographFrames::addSuns(std::size_t member, Vec3 eye) {
+    constexpr std::size_t kPiece = 256;
+    const FrameVertices& from = frames_.members()[member];
+    std::vector<Vec3>& out = sunlit_[member];
+    out = frames_.valuesOf(member);
+    const std::vector<LobeRange>& lobes = frames_.lookOf(member).lobes;
+    const std::span<const BrdfLobe> table = frames_.lobes().lobes();
+    if (maps_.empty()) return;
+    parallelFor((out.size() + kPiece - 1) / kPiece, threads_, [&](std::size_t piece) {
+        for (std::size_t v = piece * kPiece; v < std::min((piece + 1) * kPiece, out.size()); ++v) {
+            const Mat3 to_local = toLocalFrame(from.normals[v], from.tangents[v]);
+            Vec3 towards = to_local * normalized(eye - from.positions[v]);
+            // The ground sees what the eye does not, and silhouettes stay as light as what is beside them.
+            towards = normalized(Vec3{towards.x, towards.y, std::max(towards.z, 0.1f)});
+            for (std::size_t s = 0; s < maps_.size(); ++s) {
+                const Sun& sun = frames_.suns()[s];
+                const float cosine = dot(sun.direction, from.normals[v]);
+                if (!(cosine > 0)) continue;
+                const Vec3 reflected = evalLobes(table.subspan(firstLobe(lobes[v]), lobeCount(lobes[v])),
+                                                 to_local * sun.direction, towards);
+                out[v] +=
+                    reflected * sun.irradiance * (cosine * maps_[s].visibility(from.positions[v], from.normals[v]));
+            }
+        }
+    });
+}
+
+// Adds some vertices of a member, each for its neighbours as well.
 void PhotographFrames::addEmitters(std::size_t member, std::vector<ShiningVertex>& vertices) const {
     constexpr std::size_t kMost = 2000;  // vertices of a member that are looked at
     const FrameVertices& from = frames_.members()[member];
@@ -154,27 +182,9 @@ void PhotographFrames::addEmitters(std::size_t member, std::vector<ShiningVertex
         const float third = length(cross(b - a, c - a)) / 6;
         for (std::size_t k = 0; k < 3; ++k) areas[triangles[t + k]] += third;
     }
-    const std::size_t step = areas.size() / kMost + 1, first = vertices.size();
+    const std::size_t step = areas.size() / kMost + 1;
     for (std::size_t v = 0; v < areas.size(); v += step)
-        vertices.push_back(
-            {from.positions[v], from.normals[v] * (areas[v] * float(step)), frames_.valuesOf(member)[v]});
-    const std::vector<LobeRange>& lobes = frames_.lookOf(member).lobes;
-    const std::span<const BrdfLobe> table = frames_.lobes().lobes();
-    parallelFor(vertices.size() - first, threads_, [&](std::size_t n) {
-        const std::size_t v = n * step;
-        const Mat3 to_local = toLocalFrame(from.normals[v], from.tangents[v]);
-        const Vec3 down = to_local * Vec3{0, -1, 0};  // the ground looks up
-        for (std::size_t s = 0; s < maps_.size(); ++s) {
-            const Sun& sun = frames_.suns()[s];
-            const float cosine = dot(sun.direction, from.normals[v]);
-            if (!(cosine > 0)) continue;
-            const Vec3 out = down.z > 0.1f ? down : Vec3{0, 0, 1};
-            const Vec3 reflected =
-                evalLobes(table.subspan(firstLobe(lobes[v]), lobeCount(lobes[v])), to_local * sun.direction, out);
-            const float visible = maps_[s].visibility(from.positions[v], from.normals[v]);
-            vertices[first + n].radiance += reflected * sun.irradiance * (cosine * visible);
-        }
-    });
+        vertices.push_back({from.positions[v], from.normals[v] * (areas[v] * float(step)), sunlit_[member][v]});
 }
 
 void PhotographFrames::findEmitters() {
@@ -206,6 +216,9 @@ void PhotographFrames::compute(const SceneView& view, std::optional<double> seco
     Stopwatch watch;
     const bool moved = pose(seconds);
     frames_.shadeFrom(toFloat(view.eye()));
+    sunlit_.resize(frames_.members().size());
+    for (std::size_t m = 0; m < sunlit_.size(); ++m)
+        if (frames_.lookOf(m).drawn) addSuns(m, toFloat(view.eye()));
     cost_.shade = watch.lap();
     if (bounce_) findEmitters();
     cost_.light = watch.lap();
@@ -220,7 +233,7 @@ void PhotographFrames::compute(const SceneView& view, std::optional<double> seco
     };
     std::future<double> beside = std::async(threads_ == 1 ? std::launch::deferred : std::launch::async, ground);
     out.characters = {};
-    if (draws_) drawing_->lens.resample(drawing_->characters.draw(view, moved), threads_, out.characters);
+    if (draws_) drawing_->lens.resample(drawing_->characters.draw(view, sunlit_, moved), threads_, out.characters);
     cost_.draw = watch.lap();
     cost_.ground = beside.get();
     if (!surfaces_.empty() && shadow_) addSurfaces(view, out.ratio);

@@ -64,6 +64,7 @@ private:
     GroundRatio ratio_;
     std::unique_ptr<CastShadow> real_cast_;  // of those in the photograph
     std::vector<SunMaps> maps_, real_maps_;
+    std::vector<std::vector<Vec3>> sunlit_;  // of each member: what its vertices show, with suns
     std::vector<Emitter> emitters_;
     std::unique_ptr<Drawing> drawing_;
     bool draws_;                         // characters
@@ -76,6 +77,7 @@ private:
     bool pose(std::optional<double> seconds);  // returns whether anybody may have moved
     void shineSuns();
     void findEmitters();
+    void addSuns(std::size_t member, Vec3 eye);
     void addEmitters(std::size_t member, std::vector<ShiningVertex>& vertices) const;
     GroundLight groundLight() const;
     bool hasReal() const;
