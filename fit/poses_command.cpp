@@ -8,6 +8,7 @@
 #include "formats/camera/colmap_model.h"
 #include "formats/camera/tag_track.h"
 #include "formats/capture/capture_words.h"
+#include "formats/capture/tag_edges.h"
 #include "formats/common/errors.h"
 #include "formats/common/options.h"
 #include "formats/common/progress.h"
@@ -84,7 +85,8 @@ TagSearch search(const PosesCommand& command, const PinholeCamera& camera, const
     for (const std::filesystem::path& file : files) {
         const TexturePicture picture = readFrame(file, camera);
         const auto start = std::chrono::steady_clock::now();
-        const std::vector<DetectedTag> found = detector.detect(picture, response);
+        std::vector<DetectedTag> found = detector.detect(picture, response);
+        refineCorners(picture, camera, response, command.tags, found);
         const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - start;
         out.milliseconds += took.count() / double(files.size());
         out.frames.push_back(chosenTags(file.string(), found, command.tags));

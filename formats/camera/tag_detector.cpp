@@ -23,20 +23,41 @@ struct Found {
     float paper = 0;  // luminance of the white around it
 };
 
-// The place in the picture of a point in libapriltag's frame of a tag, whose black square is [-1, 1]^2, y down.
-PixelPoint placeOf(const apriltag_detection_t& found, double x, double y) {
-    const double* h = found.H->data;
-    const double w = h[6] * x + h[7] * y + h[8];
-    return {(h[0] * x + h[1] * y + h[2]) / w - 0.5, (h[3] * x + h[4] * y + h[5]) / w - 0.5};
+// A part of a picture.
+struct Window {
+    int x = 0, y = 0, width = 0, height = 0;
+};
+
+// The part that holds these tags and half of their size around them.
+Window windowAround(const std::vector<Found>& found, const LinearLuminance& light) {
+    double low_x = light.width, low_y = light.height, high_x = 0, high_y = 0;
+    for (const Found& one : found) {
+        const auto& c = one.tag.corners;
+        const double size =
+            std::max(std::hypot(c[2].x - c[0].x, c[2].y - c[0].y), std::hypot(c[3].x - c[1].x, c[3].y - c[1].y));
+        for (const PixelPoint& p : c) {
+            low_x = std::min(low_x, p.x - size / 2), high_x = std::max(high_x, p.x + size / 2);
+            low_y = std::min(low_y, p.y - size / 2), high_y = std::max(high_y, p.y + size / 2);
+        }
+    }
+    const int x = std::max(0, int(low_x)), y = std::max(0, int(low_y));
+    return {x, y, std::min(light.width, int(high_x) + 1) - x, std::min(light.height, int(high_y) + 1) - y};
 }
 
-// Calls back with the pixel of places in the middle of the white ring around the black square, `modules` across.
-void alongPaper(const apriltag_detection_t& found, int modules, auto visit) {
-    const double ring = 1 + 1.0 / modules;
+// The place in the picture of a point in libapriltag's frame of a tag, whose black square is [-1, 1]^2, y down.
+PixelPoint placeOf(const apriltag_detection_t& found, const Window& in, double x, double y) {
+    const double* h = found.H->data;
+    const double w = h[6] * x + h[7] * y + h[8];
+    return {(h[0] * x + h[1] * y + h[2]) / w - 0.5 + in.x, (h[3] * x + h[4] * y + h[5]) / w - 0.5 + in.y};
+}
+
+// Calls back with the pixel of places in the middle of the white ring around the black square.
+void alongPaper(const apriltag_detection_t& found, const Window& in, auto visit) {
+    const double ring = 1 + 1.0 / found.family->width_at_border;
     for (double along = -0.9; along < 1; along += 0.2)
         for (int side = 0; side < 4; ++side) {
             const double across = side % 2 ? ring : -ring;
-            const PixelPoint at = side < 2 ? placeOf(found, along, across) : placeOf(found, across, along);
+            const PixelPoint at = side < 2 ? placeOf(found, in, along, across) : placeOf(found, in, across, along);
             visit(int(std::lround(at.x)), int(std::lround(at.y)));
         }
 }
@@ -51,11 +72,11 @@ float median(std::vector<float> values) {
 // libapriltag names the corners from the lower left, counter-clockwise, of a tag as its own pictures show it. OpenCV
 // prints AprilTags turned by half a turn against these pictures, and scripts/make_tags does as OpenCV; so the upper
 // right corner of theirs is the lower left one of ours.
-void storeCorners(const apriltag_detection_t& found, TagFamily family, DetectedTag& out) {
-    const std::size_t first = family == TagFamily::k4x4_50 ? 0 : 2;
+void storeCorners(const apriltag_detection_t& found, const Window& in, DetectedTag& out) {
+    const std::size_t first = out.family == TagFamily::k4x4_50 ? 0 : 2;
     for (std::size_t i = 0; i < 4; ++i) {
         const double* p = found.p[(first + i) % 4];
-        out.corners[i] = {p[0] - 0.5, p[1] - 0.5};  // libapriltag's pixel centers are at .5
+        out.corners[i] = {p[0] - 0.5 + in.x, p[1] - 0.5 + in.y};  // libapriltag's pixel centers are at .5
     }
 }
 
@@ -119,12 +140,14 @@ struct TagDetector::Impl {
     DetectorPointer detector{apriltag_detector_create(), apriltag_detector_destroy};
     std::vector<std::uint8_t> gray;
 
-    // Brings a luminance of 1 to 255 `gain`, and returns what is found there.
-    std::vector<Found> findAt(float gain, const LinearLuminance& light, const TexturePicture& picture);
-    Found read(const apriltag_detection_t& found, const LinearLuminance& light, const TexturePicture& picture) const;
+    // Brings a luminance of 1 to 255 `gain`, and returns what is found in a part of the picture.
+    std::vector<Found> findAt(float gain, const Window& in, const LinearLuminance& light,
+                              const TexturePicture& picture);
+    Found read(const apriltag_detection_t& found, const Window& in, const LinearLuminance& light,
+               const TexturePicture& picture) const;
 };
 
-Found TagDetector::Impl::read(const apriltag_detection_t& found, const LinearLuminance& light,
+Found TagDetector::Impl::read(const apriltag_detection_t& found, const Window& in, const LinearLuminance& light,
                               const TexturePicture& picture) const {
     const auto at = std::ranges::find_if(families, [&](const FamilyPointer& f) { return f.get() == found.family; });
     Found out;
@@ -132,9 +155,9 @@ Found TagDetector::Impl::read(const apriltag_detection_t& found, const LinearLum
     out.tag.id = found.id;
     out.tag.decision_margin = double(found.decision_margin);
     out.tag.flipped_bits = found.hamming;
-    storeCorners(found, out.tag.family, out.tag);
+    storeCorners(found, in, out.tag);
     std::vector<float> paper, codes;
-    alongPaper(found, found.family->width_at_border, [&](int x, int y) {
+    alongPaper(found, in, [&](int x, int y) {
         if (x < 0 || y < 0 || x >= light.width || y >= light.height) return;
         const std::size_t pixel = std::size_t(y) * std::size_t(light.width) + std::size_t(x);
         const std::uint8_t* rgb = &picture.rgb[3 * pixel];
@@ -146,17 +169,21 @@ Found TagDetector::Impl::read(const apriltag_detection_t& found, const LinearLum
     return out;
 }
 
-std::vector<Found> TagDetector::Impl::findAt(float gain, const LinearLuminance& light, const TexturePicture& picture) {
-    gray.resize(light.values.size());
-    for (std::size_t i = 0; i < gray.size(); ++i)
-        gray[i] = std::uint8_t(std::min(255 * gain * light.values[i] + 0.5f, 255.0f));
-    image_u8_t image{light.width, light.height, light.width, gray.data()};  // Debian hides image_u8_create()
+std::vector<Found> TagDetector::Impl::findAt(float gain, const Window& in, const LinearLuminance& light,
+                                             const TexturePicture& picture) {
+    gray.resize(std::size_t(in.width) * std::size_t(in.height));
+    for (int y = 0; y < in.height; ++y) {
+        const float* row = &light.values[std::size_t(in.y + y) * std::size_t(light.width) + std::size_t(in.x)];
+        std::uint8_t* out = &gray[std::size_t(y) * std::size_t(in.width)];
+        for (int x = 0; x < in.width; ++x) out[x] = std::uint8_t(std::min(255 * gain * row[x] + 0.5f, 255.0f));
+    }
+    image_u8_t image{in.width, in.height, in.width, gray.data()};  // Debian hides image_u8_create()
     zarray_t* const all = apriltag_detector_detect(detector.get(), &image);
     std::vector<Found> out;
     for (int i = 0; i < zarray_size(all); ++i) {
         apriltag_detection_t* one = nullptr;
         zarray_get(all, i, &one);
-        out.push_back(read(*one, light, picture));
+        out.push_back(read(*one, in, light, picture));
     }
     apriltag_detections_destroy(all);
     return out;
@@ -181,14 +208,15 @@ std::vector<DetectedTag> TagDetector::detect(const TexturePicture& picture, cons
     const LinearLuminance light = linearLuminance(picture, response);
     std::vector<Found> found;
     for (const float gain : kGains) {
-        found = impl_->findAt(gain, light, picture);
+        found = impl_->findAt(gain, {0, 0, light.width, light.height}, light, picture);
         if (!found.empty()) break;
     }
     // Eight bits are most exact where the paper of the tag is bright and not clipped.
     float brightest = 0;
     for (const Found& one : found) brightest = std::max(brightest, one.paper);
     if (brightest > 0)
-        for (Found& again : impl_->findAt(float(kPaperLevel / 255) / brightest, light, picture))
+        for (Found& again :
+             impl_->findAt(float(kPaperLevel / 255) / brightest, windowAround(found, light), light, picture))
             for (Found& one : found)
                 if (sameTag(one.tag, again.tag) && again.tag.decision_margin > one.tag.decision_margin) one = again;
     std::vector<DetectedTag> out;

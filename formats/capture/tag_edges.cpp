@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "formats/capture/bracket_pose.h"
 #include "sh/light/dominant_light.h"
 
 namespace penumbra {
@@ -136,6 +137,26 @@ std::optional<std::vector<SeenPoint>> cornersByEdges(const PosedPicture& shot, c
         out.push_back({corners[i], *pixel});
     }
     return out;
+}
+
+void refineCorners(const TexturePicture& picture, const PinholeCamera& camera, const CameraResponse& response,
+                   std::span<const TagChoice> chosen, std::span<DetectedTag> tags) {
+    constexpr std::array<double, 1> kExposure{1};
+    PosedPicture shot{{}, camera, {}};
+    for (DetectedTag& tag : tags) {
+        const auto choice = std::ranges::find_if(
+            chosen, [&](const TagChoice& one) { return one.family == tag.family && one.id == tag.id; });
+        if (choice == chosen.end()) continue;
+        if (shot.picture.width == 0) shot.picture = mergeExposures({&picture, 1}, kExposure, response);
+        for (int pass = 0; pass < 2; ++pass) {  // the second one samples nearer to the edges
+            const std::optional<PoseEstimate> pose = estimatePose(camera, seenCorners(tag, choice->side));
+            if (!pose) break;
+            shot.pose = pose->pose;
+            const std::optional<std::vector<SeenPoint>> corners = cornersByEdges(shot, paperOf(*choice));
+            if (!corners) break;
+            for (std::size_t i = 0; i < 4; ++i) tag.corners[i] = (*corners)[i].pixel;
+        }
+    }
 }
 
 }  // namespace penumbra

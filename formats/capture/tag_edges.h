@@ -16,4 +16,9 @@ namespace penumbra {
 // place of the edge; lines through these places, without those that lie off, meet in the corners.
 std::optional<std::vector<SeenPoint>> cornersByEdges(const PosedPicture& shot, const PaperTag& tag);
 
+// Moves the corners of tags that a detector found in a picture to where the edges say. Tags whose edges are not seen
+// keep theirs.
+void refineCorners(const TexturePicture& picture, const PinholeCamera& camera, const CameraResponse& response,
+                   std::span<const TagChoice> chosen, std::span<DetectedTag> tags);
+
 }  // namespace penumbra
