@@ -12,6 +12,7 @@ import numpy as np
 from PIL import Image
 
 from programs import must, refused
+from view_window import Display, View, wait_until
 
 BIN = os.path.abspath(sys.argv[1])
 BAKE, FIT, PACK, PLAYER = (os.path.join(BIN, "penumbra-" + name) for name in ("bake", "fit", "pack", "player"))
@@ -141,6 +142,26 @@ def check_refusals():
     refused(3, "--camera", BAKE, "reference", "--scene", "s.json", "-o", "x.png")
 
 
+def check_window():
+    """The window shows what composite writes."""
+    composite("s.json", "--plate", "plate_03.png", "-o", "still.png", "--exposure", 0.2)
+    with Display():
+        view = View("--scene", "s.json", "--plate", "plate_03.png", "--exposure", "0.2", "--screenshots", ".", size="640x480")
+        view.keys("Tab", "F12")
+        wait_until(lambda: os.path.exists("view_0001.png"), "a screenshot")
+        view.keys("q")
+        said = view.process.communicate(timeout=60)[0]
+        assert view.process.returncode == 0 and "with a tag" in said, said
+        done = subprocess.run([PLAYER, "view", "--scene", "moving.json", "--plate", ".", "--pictures", "3"],
+                              capture_output=True, text=True)
+        assert done.returncode == 3 and "several sequences" in done.stderr, done
+    shown = Image.open("view_0001.png").convert("RGB").resize((WIDTH, HEIGHT), Image.BOX)
+    difference = np.abs(np.asarray(shown).astype(int) - read("still.png"))
+    assert difference.mean() < 4, difference.mean()
+    refused(1, "--plate", PLAYER, "view", "--plate", "plate_03.png")
+    refused(3, "must be the camera", PLAYER, "view", "--scene", "orbit.json", "--plate", "plate_03.png")
+
+
 def main():
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
@@ -150,6 +171,7 @@ def main():
         check_numbered()
         check_video()
         check_refusals()
+        check_window()
     print("composites of pictures, numbered pictures and videos are as they should be")
 
 
