@@ -106,7 +106,8 @@ TEST(BallPanorama, SmallSunsKeepTheirEnergy) {
 // Lights far away, a ball in a square picture that it fills: SH as the golden gather has them, whose holes were filled
 // otherwise.
 TEST(BallPanorama, IsAsGoodAsTheGoldenGather) {
-    for (const nlohmann::json& photo : readGolden("light_capture.json")["photos"]) {
+    const nlohmann::json golden = readGolden("light_capture.json")["photos"];
+    for (const nlohmann::json& photo : golden) {
         const MirrorBall ball{vec3(photo["ball_centre_over_radius"]), 1, 1};
         const double k = 1 / length(ball.center), reach = k / std::sqrt(1 - k * k);
         const PinholeCamera camera{256 / reach, 255.5, 255.5, 512, 512, 0, 0};

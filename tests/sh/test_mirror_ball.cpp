@@ -26,7 +26,8 @@ TEST(MirrorBall, AnglesAreTheGoldenOnes) {
 }
 
 TEST(MirrorBall, ReflectedDirectionsAreTheGoldenOnes) {
-    for (const nlohmann::json& one : readGolden("light_capture.json")["vectors"]) {
+    const nlohmann::json golden = readGolden("light_capture.json")["vectors"];
+    for (const nlohmann::json& one : golden) {
         const std::optional<Vec3d> found = reflectedDirection({vec3(one["c"]), 1, 1}, {}, vec3(one["e"]));
         ASSERT_TRUE(found);
         EXPECT_LT(distanceBetween(*found, vec3(one["direction"])), 1e-9);
