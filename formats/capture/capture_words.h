@@ -48,7 +48,11 @@ inline TagChoice readTag(const std::string& text) {
 inline CLI::Option* addTagOption(CLI::App& app, std::vector<TagChoice>& tags, const std::string& help) {
     const auto take = [&tags](const std::string& text) {
         try {
-            tags.push_back(readTag(text));
+            const TagChoice tag = readTag(text);
+            for (const TagChoice& other : tags)
+                if (other.family == tag.family && other.id == tag.id)
+                    throw std::invalid_argument("'" + text + "' is there twice");
+            tags.push_back(tag);
         } catch (const std::invalid_argument& error) {
             throw CLI::ValidationError("--tag", error.what());
         }
