@@ -5,6 +5,7 @@
 #include "bake/bake_verbs.h"
 #include "bake/cache_flags.h"
 #include "bake/fields/part_fields.h"
+#include "bake/rig_flags.h"
 
 namespace penumbra {
 
@@ -39,6 +40,7 @@ void runFields(FieldsCommand& command, const CommonOptions& common, Report& repo
     const auto start = std::chrono::steady_clock::now();
     const FieldPlan plan = planFields(command.rigs, command.options);
     command.files_read = plan.files_read;
+    reportNotes(plan.notes, report);
     reportPlan(plan, command.options, report);
     if (common.dry_run) {
         std::printf("%zu of %zu parts, %zu points x %d rays\n", plan.file.fields.parts.size(), plan.file.partCount(),
@@ -77,6 +79,7 @@ void defineFields(CLI::App& app, FieldsCommand& command) {
               "A:B, half-open: these parts only, for a shard that merge puts together");
     addFile(app, "--inputs", options.inputs, "FILE.csv of the bake, for an occluder that moves with a point of it");
     addCacheFlags(app, options.cache);
+    addRigFlags(app, options.rig);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include "bake/bake_verbs.h"
 #include "bake/poses/pose_list.h"
+#include "bake/rig_flags.h"
 #include "bake/source/frame_choice.h"
 #include "formats/common/errors.h"
 #include "formats/common/options.h"
@@ -40,6 +41,7 @@ std::string optionsJson(const PosesCommand& command) {
     if (options.mix > 0) json["mix"] = options.mix;
     if (options.cover > 0) json["cover"] = options.cover;
     json["seed"] = options.seed;
+    listRigOptions(options.rig, json);
     return json.dump();
 }
 
@@ -133,6 +135,7 @@ void runPoses(PosesCommand& command, const CommonOptions& common, Report& report
     report.phase("read");
     const PosePlan plan = planPoses(command.rigs, command.options);
     command.files_read = plan.rig.files_read;
+    reportNotes(plan.notes, report);
     if (!command.options.limits.empty()) command.files_read.push_back(command.options.limits);
     if (common.dry_run) {
         const PoseOptions& options = command.options;
@@ -149,6 +152,7 @@ void runPoses(PosesCommand& command, const CommonOptions& common, Report& report
     PoseList list = makePoses(plan, command.options, common.threads);
     report.phase("write");
     list.file.provenance = makeProvenance("penumbra-bake poses", optionsJson(command), command.files_read);
+    list.file.provenance.notes = plan.notes;
     if (isGlb(command))
         writeGlbOfPoses(command, plan, list.file);
     else if (isJson(command))
@@ -187,6 +191,7 @@ void definePoses(CLI::App& app, PosesCommand& command) {
     app.add_option("--fps", options.fps, "candidates a second (default: the clips' own keys)")
         ->check(within(0.0, 1000.0, "samples a second"));
     addFrames(app, options.frames, "A:B[:S], half-open, of the sampled frames of all these clips");
+    addRigFlags(app, options.rig);
     addSeed(app, options.seed, "of --method random, --sample (0: plain Halton points), --mix and --cover");
 }
 

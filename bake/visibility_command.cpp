@@ -9,6 +9,7 @@
 
 #include "bake/bake_verbs.h"
 #include "bake/cache_flags.h"
+#include "bake/rig_flags.h"
 #include "bake/source/frame_choice.h"
 #include "bake/source/surface_colors.h"
 #include "bake/visibility/bake_estimate.h"
@@ -94,15 +95,6 @@ void reportPlan(const BakePlan& plan, const BakeOptions& options, Report& report
     if (!plan.albedo_from.empty()) report.figures["albedo_from"] = plan.albedo_from;
 }
 
-// Prints what the readers of point caches noted.
-void reportNotes(const BakePlan& plan) {
-    std::vector<const BakeSource*> sources = {&plan.source};
-    for (const Occluder& occluder : plan.occluders) sources.push_back(&occluder.source);
-    for (const BakeSource* source : sources)
-        if (source->cache)
-            for (const std::string& note : source->cache->notes) reportWarning("penumbra-bake", note);
-}
-
 void printEstimate(const BakeEstimate& estimate, int threads, Report& report) {
     report.figures["estimated_seconds"] = estimate.seconds;
     report.figures["estimated_bytes"] = estimate.bytes;
@@ -130,7 +122,7 @@ void runVisibility(VisibilityCommand& command, const CommonOptions& common, Repo
     report.phase("read");
     const BakePlan plan = planBake(command.rigs, options);
     command.files_read = plan.files_read;
-    reportNotes(plan);
+    reportNotes(plan.notes(), report);
     reportPlan(plan, options, report);
     if (common.dry_run) {
         std::printf("%zu frames x %zu vertices x %d rays = %.1f Mray; %.1f MB before compression\n",
@@ -191,6 +183,7 @@ void defineVisibility(CLI::App& app, VisibilityCommand& command) {
                    "cut every clip into this many blocks of equal length, clips NAME#1, NAME#2, ... (to hold one out)")
         ->check(within(1, 10000, "blocks of every clip"));
     addCacheFlags(app, options.cache);
+    addRigFlags(app, options.rig);
     app.add_option("--cache-fps", options.cache.fps,
                    "keys a second of a point cache (default: as its file says, else 24)")
         ->check(within(0.0, 999999.0, "keys a second"));

@@ -9,6 +9,7 @@
 
 #include "formats/cache/point_cache.h"
 #include "formats/common/frame_range.h"
+#include "formats/rig/rig_options.h"
 #include "formats/stage/visibility_file.h"
 
 namespace penumbra {
@@ -35,6 +36,7 @@ struct BakeOptions {
     // Each clip is cut into so many contiguous blocks of equal length, 1..10000. A block is a clip of its own.
     int blocks = 1;
     PointCacheOptions cache = {};
+    RigOptions rig = {};
     int order = 5;           // SH bands, 1..kMaxOrder; 5 gives 25 coefficients a vertex
     int rays = 1024;         // directions above the horizon (the set over the sphere has twice as many), 16..2^16
     std::uint64_t seed = 1;  // 1 is the plain set of directions; any other seed turns it

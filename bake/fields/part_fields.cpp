@@ -49,6 +49,7 @@ std::string optionsJson(const FieldOptions& options) {
     json["fade"] = options.fade;
     if (options.parts) json["parts"] = {options.parts->begin, options.parts->end};
     if (options.inputs) json["inputs"] = options.inputs->filename().string();
+    listRigOptions(options.rig, json);
     if (options.cache.metres != 1) json["metres"] = options.cache.metres;
     if (options.cache.z_up) json["up"] = "z";
     return json.dump();
@@ -102,7 +103,7 @@ std::size_t FieldPlan::pointCount() const {
 }
 
 FieldPlan planFields(const std::vector<std::filesystem::path>& paths, const FieldOptions& options) {
-    const BakeSource source = readSource(paths, options.cache);
+    const BakeSource source = readSource(paths, options.cache, options.rig);
     if (source.rig && (options.cache.metres != 1 || options.cache.z_up))
         throw BadOption(options.cache.metres != 1 ? "units" : "up",
                         "is for point caches, and " + paths.front().string() + " is a rig");
@@ -113,6 +114,7 @@ FieldPlan planFields(const std::vector<std::filesystem::path>& paths, const Fiel
     const PartTable table = source.rig ? makePartTable(mesh, source.rig->skin) : wholeAsOnePart(mesh);
     FieldPlan plan;
     plan.files_read = source.filesRead();
+    plan.notes = source.notes();
     FieldFile& file = plan.file;
     if (source.rig) file.joint_names = source.rig->skin.joint_names;
     file.part_of_joint = table.part_of_joint;
@@ -128,6 +130,7 @@ FieldPlan planFields(const std::vector<std::filesystem::path>& paths, const Fiel
     }
     file.motion = motionOf(source, options.inputs);
     file.provenance = makeProvenance("penumbra-bake fields", optionsJson(options), plan.files_read);
+    file.provenance.notes = plan.notes;
     return plan;
 }
 

@@ -9,6 +9,7 @@
 #include "formats/cache/point_cache.h"
 #include "formats/common/frame_range.h"
 #include "formats/common/progress.h"
+#include "formats/rig/rig_options.h"
 #include "formats/stage/field_file.h"
 
 namespace penumbra {
@@ -23,6 +24,7 @@ struct FieldOptions {
     // numbers of --inputs of the bake, for a mesh without skin that moves with one of their points
     std::optional<std::filesystem::path> inputs = {};
     PointCacheOptions cache = {};
+    RigOptions rig = {};
 };
 
 // The plan tells what will be traced, before any ray is.
@@ -30,6 +32,7 @@ struct FieldPlan {
     FieldFile file;                // without bytes and scales
     std::vector<PartMesh> meshes;  // one for each of file.fields.parts
     std::vector<std::filesystem::path> files_read;
+    std::vector<std::string> notes;  // BakeSource::notes()
 
     std::size_t pointCount() const;
 };

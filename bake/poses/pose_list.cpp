@@ -32,7 +32,8 @@ std::vector<std::string> candidateClips(const Rig& rig, const PoseOptions& optio
 }  // namespace
 
 PosePlan planPoses(const std::vector<std::filesystem::path>& rigs, const PoseOptions& options) {
-    PosePlan plan{readRig(rigs), {}};
+    PosePlan plan{readRig(rigs, options.rig), {}, {}};
+    for (const RigNote& note : plan.rig.notes) plan.notes.push_back(textOf(note));
     for (const std::string name : {kSampledClip, kMixedClip})
         if (clipIndices(plan.rig, {name})[0] >= 0)
             throw InvalidInput(rigs.front().string() + ": has a clip '" + name + "', the name of " + name +

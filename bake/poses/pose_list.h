@@ -29,11 +29,13 @@ struct PoseOptions {
     // With these all candidates are listed unless `choose` says otherwise.
     std::int64_t mix = 0, cover = 0;
     std::uint64_t seed = 1;  // seeds the random choice, the sampling and the mixing
+    RigOptions rig = {};
 };
 
 struct PosePlan {
     Rig rig;
     FrameList candidates;
+    std::vector<std::string> notes;  // of the rig, a line each
 };
 // Reads the rig and finds the candidates. Throws UsageError, IoError and InvalidInput.
 PosePlan planPoses(const std::vector<std::filesystem::path>& rigs, const PoseOptions& options);

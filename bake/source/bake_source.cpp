@@ -15,12 +15,20 @@ std::vector<std::string> BakeSource::clipNames() const {
     return names;
 }
 
-BakeSource readSource(const std::vector<std::filesystem::path>& paths, const PointCacheOptions& options) {
+std::vector<std::string> BakeSource::notes() const {
+    if (cache) return cache->notes;
+    std::vector<std::string> lines;
+    for (const RigNote& note : rig->notes) lines.push_back(textOf(note));
+    return lines;
+}
+
+BakeSource readSource(const std::vector<std::filesystem::path>& paths, const PointCacheOptions& options,
+                      const RigOptions& rig_options) {
     BakeSource source;
     if (isPointCache(paths.front()))
         source.cache = readPointCache(paths, options);
     else
-        source.rig = readRig(paths);
+        source.rig = readRig(paths, rig_options);
     return source;
 }
 

@@ -4,6 +4,7 @@
 
 #include "formats/cache/point_cache.h"
 #include "formats/rig/rig_file.h"
+#include "formats/rig/rig_options.h"
 
 namespace penumbra {
 
@@ -15,11 +16,13 @@ struct BakeSource {
     std::vector<std::filesystem::path>& filesRead() { return rig ? rig->files_read : cache->files_read; }
     const std::vector<std::filesystem::path>& filesRead() const { return rig ? rig->files_read : cache->files_read; }
     std::vector<std::string> clipNames() const;
+    std::vector<std::string> notes() const;  // what its reader has to say, a line each
 };
 
 // Reads a point cache where the first path is one (isPointCache()), and a rig otherwise. Throws the errors of
 // readPointCache() and readRig().
-BakeSource readSource(const std::vector<std::filesystem::path>& paths, const PointCacheOptions& options);
+BakeSource readSource(const std::vector<std::filesystem::path>& paths, const PointCacheOptions& options,
+                      const RigOptions& rig_options = {});
 
 // Lists the frames of these clips (all if empty) at `fps` samples a second, or at the clips' own keys for 0.
 FrameList sampleFrames(const BakeSource& source, const std::vector<std::string>& clips, double fps);

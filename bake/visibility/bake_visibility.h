@@ -32,8 +32,9 @@ struct BakePlan {
     ExtraInputs inputs;
     std::vector<std::vector<EdgeTurns>> turns;  // [F] of a point cache, else empty
 
-    double rays() const;            // upper bound: every direction above the horizon of every vertex and frame
-    double bytes(Precision) const;  // of the output before compression
+    std::vector<std::string> notes() const;  // of the source and of the occluders, a line each
+    double rays() const;                     // upper bound: every direction above the horizon of every vertex and frame
+    double bytes(Precision) const;           // of the output before compression
 };
 // Reads the source and chooses the frames. Throws UsageError, IoError and InvalidInput.
 BakePlan planBake(const std::vector<std::filesystem::path>& paths, const BakeOptions& options);

@@ -33,6 +33,7 @@ std::string optionsJson(const BakeOptions& options, const std::string& albedo_fr
     if (options.ground_y) json["ground_y"] = *options.ground_y;
     json["precision"] = options.precision == Precision::kFloat16 ? "f16" : "f32";
     if (options.blocks > 1) json["blocks"] = options.blocks;
+    listRigOptions(options.rig, json);
     if (options.cache.metres != 1) json["metres"] = options.cache.metres;
     if (options.cache.z_up) json["up"] = "z";
     if (options.cache.fps > 0) json["cache_fps"] = options.cache.fps;
@@ -170,7 +171,7 @@ void checkCacheOptions(const BakePlan& plan, const PointCacheOptions& options) {
 
 BakePlan planBake(const std::vector<std::filesystem::path>& paths, const BakeOptions& options) {
     BakePlan plan;
-    plan.source = readSource(paths, options.cache);
+    plan.source = readSource(paths, options.cache, options.rig);
     VisibilityHeader& header = plan.header;
     header.mesh = plan.source.mesh();
     describePose(plan.source, header);
@@ -199,7 +200,15 @@ BakePlan planBake(const std::vector<std::filesystem::path>& paths, const BakeOpt
         plan.local = makeLocalParts(header.mesh, header.skin, header.local->steps, plan.blockers.triangles.size());
     header.provenance =
         makeProvenance("penumbra-bake visibility", optionsJson(options, plan.albedo_from), plan.files_read);
+    header.provenance.notes = plan.notes();
     return plan;
+}
+
+std::vector<std::string> BakePlan::notes() const {
+    std::vector<std::string> lines = source.notes();
+    for (const Occluder& occluder : occluders)
+        for (std::string& line : occluder.source.notes()) lines.push_back(std::move(line));
+    return lines;
 }
 
 double BakePlan::rays() const {

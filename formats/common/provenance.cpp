@@ -38,6 +38,7 @@ std::string toJson(const Provenance& provenance) {
     json["inputs"] = Json::array();
     for (const ProvenanceInput& input : provenance.inputs)
         json["inputs"].push_back(Json{{"name", input.name}, {"sha256", input.sha256}});
+    if (!provenance.notes.empty()) json["notes"] = provenance.notes;
     // File names need not be UTF-8, but JSON has to be.
     return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
@@ -60,6 +61,7 @@ Provenance provenanceFromJson(std::string_view json) try {
     if (!parsed.at("options").is_object()) throw InvalidInput("provenance: options is not an object");
     for (const Json& input : parsed.at("inputs"))
         provenance.inputs.push_back({input.at("name").get<std::string>(), input.at("sha256").get<std::string>()});
+    if (parsed.contains("notes")) provenance.notes = parsed["notes"].get<std::vector<std::string>>();
     return provenance;
 } catch (const nlohmann::json::exception& error) {
     throw InvalidInput("provenance: " + std::string(error.what()));

@@ -19,6 +19,7 @@ struct Provenance {
     std::string
         options_json;  // an object: every option that changes the result, defaults included; no threads, no paths
     std::vector<ProvenanceInput> inputs;
+    std::vector<std::string> notes = {};  // what the readers of the inputs did not do as these say, a line each
 };
 
 std::string_view penumbraVersion();

@@ -7,6 +7,7 @@
 
 #include "formats/rig/rig_file.h"
 #include "formats/rig/rig_matrix.h"
+#include "formats/rig/rig_options.h"
 
 namespace penumbra {
 
@@ -25,13 +26,15 @@ struct SourcePart {
     std::string material = kDefaultSlot;
     PartColor color;
     std::vector<Vec3> positions;
+    std::vector<Vec3> normals;          // [vertices] unit, in the space of positions; empty: the file has none
     std::vector<Triangle> triangles;    // indices into positions
     int influences = 0;                 // influences of a vertex; 0 without skin
     std::vector<std::uint32_t> joints;  // [vertices, influences], indices into the skin; free where the weight is 0
     std::vector<double> weights;        // [vertices, influences], not yet normalised
     // Only with morph targets: what each adds to the positions at weight 1 (empty: nothing), and the weights at rest.
     std::vector<std::vector<Vec3>> targets;
-    std::vector<double> rest_weights;  // one for each target
+    std::vector<std::vector<Vec3>> target_normals;  // what each adds to the normals; empty as above
+    std::vector<double> rest_weights;               // one for each target
 };
 
 // The weights of a node's morph targets over time. They are interpolated as in Channel.
@@ -52,6 +55,7 @@ struct RigSource {
     std::vector<Clip> clips;
     std::vector<MorphChannel> morphs;  // only if asked for
     std::vector<std::filesystem::path> files_read;
+    std::vector<RigNote> notes;
 };
 
 // The importers check nodes, clips, indices and numbers. What is drawn may still be empty.
@@ -76,7 +80,12 @@ constexpr double kFarthestUv = 1e6;
 [[noreturn]] void failAtNode(const RigSource& source, int node, const std::string& what);
 
 // Makes one rig of what the paths bring: the first brings mesh and skin. formats/source/source_readers.h reads them.
-Rig joinRig(std::vector<RigSource> sources);
+Rig joinRig(std::vector<RigSource> sources, const RigOptions& options);
+
+// Takes the notes of all sources, each once.
+std::vector<RigNote> takeNotes(std::vector<RigSource>& sources);
+// Throws Unsupported with the first note where there is one.
+void refuseNotes(const std::vector<RigNote>& notes);
 
 // The joints of the rig, and which of them moves each part.
 struct JointTable {

@@ -28,15 +28,16 @@ void visit(auto& archive, Is<MaterialColor> auto& color) {
 }
 void visit(auto& archive, Is<PartColor> auto& color) { archive(color.material, color.uv); }
 void visit(auto& archive, Is<SourcePart> auto& part) {
-    archive(part.node, part.skin, part.material, part.color, part.positions, part.triangles, part.influences,
-            part.joints, part.weights);
+    archive(part.node, part.skin, part.material, part.color, part.positions, part.normals, part.triangles,
+            part.influences, part.joints, part.weights);
 }
 void visit(auto& archive, Is<Channel> auto& channel) {
     archive(channel.node, channel.path, channel.interpolation, channel.times, channel.values);
 }
 void visit(auto& archive, Is<Clip> auto& clip) { archive(clip.name, clip.duration, clip.channels); }
+void visit(auto& archive, Is<RigNote> auto& note) { archive(note.file, note.node, note.feature, note.effect); }
 void visit(auto& archive, Is<RigSource> auto& source) {
-    archive(source.nodes, source.skins, source.parts, source.clips);
+    archive(source.nodes, source.skins, source.parts, source.clips, source.notes);
 }
 
 // Numbers, enums, and arrays of these: their bytes are their value.
@@ -220,6 +221,7 @@ void checkParts(const RigSource& source) {
         for (std::size_t v = 0; v < part.positions.size(); ++v)
             if (!isFinite(part.positions[v]))
                 failAtNode(source, part.node, "vertex " + std::to_string(v) + " is not finite");
+        requireSound(source, part.normals.empty() || part.normals.size() == part.positions.size());
         checkInfluences(source, part);
         checkColor(source, part);
     }

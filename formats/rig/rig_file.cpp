@@ -123,13 +123,16 @@ Rig buildRig(RigSource&& source) {
 
 }  // namespace
 
-Rig joinRig(std::vector<RigSource> sources) {
+Rig joinRig(std::vector<RigSource> sources, const RigOptions& options) {
     assert(!sources.empty());
     RigSource& first = sources.front();
     for (std::size_t i = 1; i < sources.size(); ++i) addClips(first, std::move(sources[i]));
     makeClipNamesUnique(first.clips);
     if (first.clips.size() > 65535) throw Unsupported(first.file.string() + ": more than 65535 clips");
-    return buildRig(std::move(first));
+    Rig rig = buildRig(std::move(first));
+    rig.notes = takeNotes(sources);
+    if (options.strict) refuseNotes(rig.notes);
+    return rig;
 }
 
 namespace {

@@ -80,6 +80,18 @@ struct ColoredPart {
     std::vector<Triangle> triangles;             // indices into the part's vertices
 };
 
+// Something that a file says and its reader does not do, and what is seen of that.
+struct RigNote {
+    std::string file;
+    std::string node;     // "" where it is not about one
+    std::string feature;  // "KHR_materials_transmission"
+    std::string effect;   // "the glass hides what is behind it"
+
+    bool operator==(const RigNote&) const = default;
+};
+// Returns "FILE: node 'NODE': FEATURE: EFFECT".
+std::string textOf(const RigNote& note);
+
 struct Rig {
     Mesh mesh;
     std::vector<ColoredPart> part_colors;
@@ -92,6 +104,7 @@ struct Rig {
     std::vector<Clip> clips;
     // The rig and every file that it refers to. Depfiles and provenance list them.
     std::vector<std::filesystem::path> files_read;
+    std::vector<RigNote> notes;  // each once
 };
 
 // The name of the clip that sampleFrames() gives a rig without clips.

@@ -73,10 +73,10 @@ bool isPointCache(const std::filesystem::path& path) {
     return reader && reader->cache && (!reader->is_cache || reader->is_cache(path));
 }
 
-Rig readRig(const std::vector<std::filesystem::path>& paths) {
+Rig readRig(const std::vector<std::filesystem::path>& paths, const RigOptions& options) {
     std::vector<RigSource> sources;
     for (const std::filesystem::path& path : paths) sources.push_back(readRigSource(path));
-    return joinRig(std::move(sources));
+    return joinRig(std::move(sources), options);
 }
 
 PointCache readPointCache(const std::vector<std::filesystem::path>& paths, const PointCacheOptions& options) {

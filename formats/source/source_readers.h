@@ -33,8 +33,8 @@ bool isPointCache(const std::filesystem::path& path);
 // Reads several files as one rig. The first one brings mesh and skin; later ones may bring only clips, whose joints
 // are matched by name. Checks everything. Throws InvalidInput, which names file and node, and Unsupported for a
 // required extension that we do not have. Triangles without area are dropped. A mesh without triangles or with one
-// vertex, missing weights and NaN are errors.
-Rig readRig(const std::vector<std::filesystem::path>& paths);
+// vertex, missing weights and NaN are errors. Rig::notes tells what the files say and nobody does.
+Rig readRig(const std::vector<std::filesystem::path>& paths, const RigOptions& options = {});
 
 // Reads a cache of several paths (point_cache.h). Checks everything except the frames' numbers, which are checked when
 // they are read. Throws BadOption, IoError, InvalidInput, which names file, field and frame, and
