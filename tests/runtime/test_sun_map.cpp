@@ -57,8 +57,8 @@ TEST(SunMap, EdgesAndPenumbrasOfABarAreThoseOfADisc) {
         }
 }
 
-// The slopes of a valley rise above the plane of its floor, but stand nowhere before the disc of a wide sun. Without what
-// SunMap looks through first, a box as wide as the far caster says, floors were dark in patches.
+// The slopes of a valley rise above the plane of its floor, but stand nowhere before the disc of a wide sun. Without
+// what SunMap looks through first, a box as wide as the far caster says, floors were dark in patches.
 TEST(SunMap, FloorsOfValleysAreLitByAWideSun) {
     const SunMesh valley = player_test::sunGround(4, 65, [](float x, float y) { return 0.1f * (x * x + y * y); });
     const SunMesh far_box = player_test::sunBox({-1.9f, -1.9f, 3}, {-1.8f, -1.8f, 3.1f});
