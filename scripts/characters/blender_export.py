@@ -84,7 +84,7 @@ def action(rig, name, angles):
 
 
 def export():
-    bpy.ops.export_scene.gltf(filepath=str(folder / "blender_tube.glb"), export_format="GLB", export_current_frame=False)
+    bpy.ops.export_scene.gltf(filepath=str(folder / "blender_tube.glb"), export_format="GLB")
     bpy.ops.export_scene.gltf(filepath=str(folder / "blender_tube.gltf"), export_format="GLTF_EMBEDDED")
     bpy.ops.export_scene.fbx(filepath=str(folder / "blender_tube.fbx"), bake_anim=True, bake_anim_use_all_actions=True,
                              bake_anim_use_nla_strips=False, add_leaf_bones=False)

@@ -12,9 +12,9 @@ import struct
 
 import numpy as np
 
-HEADER = ("version", "filesize", "flags", "num_text", "ofs_text", "num_meshes", "ofs_meshes", "num_arrays", "num_vertices",
-          "ofs_arrays", "num_triangles", "ofs_triangles", "ofs_adjacency", "num_joints", "ofs_joints", "num_poses",
-          "ofs_poses", "num_anims", "ofs_anims", "num_frames", "num_channels", "ofs_frames")
+HEADER = ("version", "filesize", "flags", "num_text", "ofs_text", "num_meshes", "ofs_meshes", "num_arrays",
+          "num_vertices", "ofs_arrays", "num_triangles", "ofs_triangles", "ofs_adjacency", "num_joints", "ofs_joints",
+          "num_poses", "ofs_poses", "num_anims", "ofs_anims", "num_frames", "num_channels", "ofs_frames")
 FORMATS = {1: "u1", 7: "<f4"}  # unsigned bytes and floats are all that vertex arrays of characters have
 ARRAYS = {0: ("POSITION", 3), 1: ("TEXCOORD_0", 2), 2: ("NORMAL", 3), 4: ("JOINTS_0", 4), 5: ("WEIGHTS_0", 4)}
 COMPONENT = {"u1": 5121, "<f4": 5126, "<u4": 5125}
@@ -64,7 +64,7 @@ class Iqm:
 
 class Glb:
     def __init__(self):
-        self.json = {"asset": {"version": "2.0", "generator": "iqm_to_glb.py"}, "scene": 0, "accessors": [], "bufferViews": []}
+        self.json = {"asset": {"version": "2.0"}, "scene": 0, "accessors": [], "bufferViews": []}
         self.bytes = bytearray()
 
     def accessor(self, values, kind, **more):
@@ -72,8 +72,9 @@ class Glb:
         view = {"buffer": 0, "byteOffset": len(self.bytes), "byteLength": values.nbytes}
         self.bytes += values.tobytes() + bytes(-values.nbytes % 4)
         self.json["bufferViews"].append(view)
-        self.json["accessors"].append({"bufferView": len(self.json["bufferViews"]) - 1, "count": len(values), "type": kind,
-                                       "componentType": COMPONENT[values.dtype.str.lstrip("|")], **more})
+        component = COMPONENT[values.dtype.str.lstrip("|")]
+        self.json["accessors"].append({"bufferView": len(self.json["bufferViews"]) - 1, "componentType": component,
+                                       "count": len(values), "type": kind, **more})
         return len(self.json["accessors"]) - 1
 
     def write(self, path):
@@ -102,7 +103,8 @@ def add_joints(model, glb):
         own = matrix(numbers[:3], turn, numbers[7:])
         world.append(own if parent < 0 else world[parent] @ own)
         half.append(np.linalg.inv(world[-1]).T.reshape(16))
-        nodes.append({"name": model.text(name), "translation": numbers[:3], "rotation": turn.tolist(), "scale": numbers[7:]})
+        nodes.append({"name": model.text(name), "translation": numbers[:3], "rotation": turn.tolist(),
+                      "scale": numbers[7:]})
         nodes[parent + 1].setdefault("children", []).append(len(nodes) - 1)
     glb.json["skins"] = [{"joints": list(range(1, len(nodes))),
                           "inverseBindMatrices": glb.accessor(np.array(half, "<f4"), "MAT4")}]

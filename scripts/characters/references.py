@@ -27,7 +27,7 @@ def diagonal(points):
 
 class Three:
     """glTF by three.js: vertex by vertex."""
-    name, bound = "three.js", 1e-5
+    name, bound, rate = "three.js", 1e-5, None
 
     def __init__(self, file, modules, work):
         if not (modules / "three").is_dir():
@@ -82,8 +82,9 @@ def farthest(points, others):
 
 
 class Cloud:
-    """A reader with vertices of its own order: the distance of two sets of points, both ways."""
-    bound = 1e-3
+    """A reader with vertices of its own order: the distance of two sets of points, both ways. `rate`: of the frames at
+    which the file was made; between them, curves that were baked are not those of the file."""
+    bound, rate = 1e-3, None
 
     def apart(self, asked, bake, frames):
         theirs = self.places(asked)
@@ -113,7 +114,9 @@ class Ufbx(Cloud):
         return json.loads(run([self.program, self.file, request, out])), out
 
     def clips(self):
-        return [tuple(clip) for clip in self.call([])[0]["clips"]]
+        header = self.call([])[0]
+        self.rate = header["rate"]
+        return [tuple(clip) for clip in header["clips"]]
 
     def places(self, asked):
         header, out = self.call(asked)

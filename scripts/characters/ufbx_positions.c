@@ -2,7 +2,7 @@
 //
 // Compiled by references.py with ufbx.c. REQUEST has a line "clip seconds" a frame; clip numbers the animation stacks,
 // -1 is the file as it stands. OUT gets frames x points x 3 doubles: metres, y up, the corners of visible polygons.
-// Prints {"clips": [[name, seconds], ...], "points"}.
+// Prints {"clips": [[name, seconds], ...], "points", "rate"}; rate: frames a second.
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -60,7 +60,7 @@ static void printClips(const ufbx_scene* scene, size_t points) {
         for (const char* c = stack->name.data; *c; ++c) printf(*c == '"' || *c == '\\' ? "\\%c" : "%c", *c);
         printf("\", %.9g]", stack->time_end - stack->time_begin);
     }
-    printf("], \"points\": %zu}\n", points);
+    printf("], \"points\": %zu, \"rate\": %.9g}\n", points, scene->settings.frames_per_second);
 }
 
 int main(int argc, char** argv) {
