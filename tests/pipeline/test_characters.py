@@ -37,7 +37,7 @@ def main():
         (folder / "cut.glb").write_bytes(RIG.read_bytes()[:-200])
         code, lines, table = check(folder, BIN)
         assert code == 0 and [line.split()[0] for line in lines[:2]] == ["right", "refused"], lines
-        assert float(lines[0].split()[1]) < 1e-6 and "| glb | 2 | 1 | 0 | 1 | 0 |" in table, table
+        assert float(lines[0].split()[1]) < 1e-6 and "| all | glb | 2 | 1 | 0 | 1 | 0 |" in table, table
 
         wrong = programs / "penumbra-bake"
         wrong.write_text(f'#!/bin/sh\nverb=$1\nshift 2\nexec "{BIN}/penumbra-bake" "$verb" "{OTHER}" "$@"\n')
