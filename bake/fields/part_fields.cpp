@@ -108,7 +108,7 @@ FieldPlan planFields(const std::vector<std::filesystem::path>& paths, const Fiel
         throw BadOption(options.cache.metres != 1 ? "units" : "up",
                         "is for point caches, and " + paths.front().string() + " is a rig");
     const Mesh& mesh = source.mesh();
-    const double diagonal = boxDiagonal(mesh.rest_positions);
+    const double diagonal = characterDiagonal(mesh);
     if (!(diagonal > 0 && std::isfinite(diagonal)))
         throw InvalidInput(paths.front().string() + ": the rest positions have no extent");
     const PartTable table = source.rig ? makePartTable(mesh, source.rig->skin) : wholeAsOnePart(mesh);

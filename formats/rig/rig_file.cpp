@@ -93,6 +93,18 @@ void setRestTransforms(Rig& rig) {
     }
 }
 
+// Normals follow the sign of the determinant of the blended matrix (skinVertices()), and triangles are wound so that
+// they face outwards at rest in the scene. So where bones mirror at rest, the outside in the space of rest_positions is
+// on the other side of the triangles than there.
+void turnMirroredNormals(Rig& rig, const std::vector<Affine>& at_rest) {
+    const std::size_t k = std::size_t(rig.skin.influences);
+    for (std::size_t v = 0; v < rig.rest_normals.size(); ++v) {
+        const Affine blend = blendBones(std::span(rig.skin.joints).subspan(v * k, k),
+                                        std::span(rig.skin.weights).subspan(v * k, k), at_rest);
+        if (determinant(blend.linear()) < 0) rig.rest_normals[v] = -rig.rest_normals[v];
+    }
+}
+
 Rig buildRig(RigSource&& source) {
     std::size_t triangles = 0;
     for (const SourcePart& part : source.parts) triangles += part.triangles.size();
@@ -100,7 +112,7 @@ Rig buildRig(RigSource&& source) {
     const JointTable table = chooseJoints(source);
     Rig rig;
     SourceVertices vertices = gatherVertices(source, table);
-    const double diagonal = boxDiagonal(vertices.positions);
+    const double diagonal = characterDiagonal(vertices.triangles, vertices.positions);
     if (!std::isfinite(diagonal) || !(diagonal > 0))
         throw InvalidInput(source.file.string() + ": its vertices are all at one place, or not finite");
     weldVertices(vertices, rig.mesh, rig.skin);
@@ -117,7 +129,11 @@ Rig buildRig(RigSource&& source) {
     setRestTransforms(rig);
     rig.clips = std::move(source.clips);
     rig.files_read = std::move(source.files_read);
-    evaluatePose(rig, -1, 0);  // throws where a transform is not finite
+    const std::vector<Affine> at_rest = evaluatePose(rig, -1, 0).bones;  // throws where a transform is not finite
+    turnMirroredNormals(rig, at_rest);
+    std::vector<Vec3> positions, normals;
+    skinVertices(rig.mesh, rig.skin, rig.rest_normals, at_rest, positions, normals);
+    noteTwins(source, rig, positions);
     return rig;
 }
 
@@ -127,6 +143,7 @@ Rig joinRig(std::vector<RigSource> sources, const RigOptions& options) {
     assert(!sources.empty());
     RigSource& first = sources.front();
     for (std::size_t i = 1; i < sources.size(); ++i) addClips(first, std::move(sources[i]));
+    selectParts(first, options);
     makeClipNamesUnique(first.clips);
     if (first.clips.size() > 65535) throw Unsupported(first.file.string() + ": more than 65535 clips");
     Rig rig = buildRig(std::move(first));
