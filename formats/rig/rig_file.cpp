@@ -93,16 +93,10 @@ void setRestTransforms(Rig& rig) {
     }
 }
 
-// Normals follow the sign of the determinant of the blended matrix (skinVertices()), and triangles are wound so that
-// they face outwards at rest in the scene. So where bones mirror at rest, the outside in the space of rest_positions is
-// on the other side of the triangles than there.
-void turnMirroredNormals(Rig& rig, const std::vector<Affine>& at_rest) {
-    const std::size_t k = std::size_t(rig.skin.influences);
-    for (std::size_t v = 0; v < rig.rest_normals.size(); ++v) {
-        const Affine blend = blendBones(std::span(rig.skin.joints).subspan(v * k, k),
-                                        std::span(rig.skin.weights).subspan(v * k, k), at_rest);
-        if (determinant(blend.linear()) < 0) rig.rest_normals[v] = -rig.rest_normals[v];
-    }
+void turnMirroredNormals(Rig& rig) {
+    const std::vector<bool> mirrored = mirroredAtRest(rig);
+    for (std::size_t v = 0; v < rig.rest_normals.size(); ++v)
+        if (mirrored[v]) rig.rest_normals[v] = -rig.rest_normals[v];
 }
 
 Rig buildRig(RigSource&& source) {
@@ -130,7 +124,7 @@ Rig buildRig(RigSource&& source) {
     rig.clips = std::move(source.clips);
     rig.files_read = std::move(source.files_read);
     const std::vector<Affine> at_rest = evaluatePose(rig, -1, 0).bones;  // throws where a transform is not finite
-    turnMirroredNormals(rig, at_rest);
+    turnMirroredNormals(rig);
     std::vector<Vec3> positions, normals;
     skinVertices(rig.mesh, rig.skin, rig.rest_normals, at_rest, positions, normals);
     noteTwins(source, rig, positions);
@@ -150,6 +144,18 @@ Rig joinRig(std::vector<RigSource> sources, const RigOptions& options) {
     rig.notes = takeNotes(sources);
     if (options.strict) refuseNotes(rig.notes);
     return rig;
+}
+
+std::vector<bool> mirroredAtRest(const Rig& rig) {
+    const std::vector<Affine> bones = evaluatePose(rig, -1, 0).bones;
+    const std::size_t k = std::size_t(rig.skin.influences);
+    std::vector<bool> mirrored;
+    for (std::size_t v = 0; v < rig.mesh.vertexCount(); ++v) {
+        const Affine blend = blendBones(std::span(rig.skin.joints).subspan(v * k, k),
+                                        std::span(rig.skin.weights).subspan(v * k, k), bones);
+        mirrored.push_back(determinant(blend.linear()) < 0);
+    }
+    return mirrored;
 }
 
 namespace {

@@ -203,13 +203,12 @@ bool hasArea(const std::vector<Vec3>& positions, const Triangle& t) {
 
 namespace {
 
-// Marks the vertices of triangles with an area. Others are no part of the surface: exporters leave some behind, and
-// primitives that share a pool of vertices have those of the others.
+// Marks the vertices of triangles. Others are no part of the surface: exporters leave some behind, and primitives that
+// share a pool of vertices have those of the others. Where there are no triangles at all, every vertex counts.
 std::vector<bool> usedVertices(const SourceVertices& vertices) {
-    std::vector<bool> used(vertices.positions.size());
+    std::vector<bool> used(vertices.positions.size(), vertices.triangles.empty());
     for (const Triangle& t : vertices.triangles)
-        if (hasArea(vertices.positions, t))
-            for (const std::uint32_t corner : t) used[corner] = true;
+        for (const std::uint32_t corner : t) used[corner] = true;
     return used;
 }
 
