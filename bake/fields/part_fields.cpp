@@ -75,14 +75,26 @@ void checkPart(const std::filesystem::path& file, const FieldFile& fields, std::
                            "' is too small, or too far from the origin for its size");
 }
 
-void addParts(const Mesh& mesh, const PartTable& table, const FieldOptions& options, FieldPlan& plan) {
+// Returns the triangles as they face outwards in the space of the rest positions, where the parts are.
+std::vector<Triangle> outwardAtRest(const BakeSource& source) {
+    std::vector<Triangle> triangles = source.mesh().triangles;
+    if (!source.rig) return triangles;
+    const std::vector<bool> mirrored = mirroredAtRest(*source.rig);
+    for (Triangle& t : triangles)
+        if (mirrored[t[0]]) std::swap(t[1], t[2]);
+    return triangles;
+}
+
+void addParts(const BakeSource& source, const PartTable& table, const FieldOptions& options, FieldPlan& plan) {
     const FrameRange range = options.parts.value_or(FrameRange{0, table.partCount(), 1});
     if (range.end > table.partCount())
         throw BadOption("parts", "ends at " + std::to_string(range.end) + ", but there are " +
                                      std::to_string(table.partCount()) + " parts");
+    const Mesh& mesh = source.mesh();
+    const std::vector<Triangle> triangles = outwardAtRest(source);
     std::vector<PartMesh> meshes;
     for (std::size_t part = 0; part < table.partCount(); ++part)
-        meshes.push_back(partMesh(mesh.rest_positions, mesh.triangles, table.part_of_triangle, part));
+        meshes.push_back(partMesh(mesh.rest_positions, triangles, table.part_of_triangle, part));
     const std::vector<PartField> fields =
         placeFields(meshes, options.cells, std::size_t(options.megabytes * kMegabyte));
     for (std::size_t part = range.begin; part < range.end; ++part) {
@@ -108,7 +120,7 @@ FieldPlan planFields(const std::vector<std::filesystem::path>& paths, const Fiel
         throw BadOption(options.cache.metres != 1 ? "units" : "up",
                         "is for point caches, and " + paths.front().string() + " is a rig");
     const Mesh& mesh = source.mesh();
-    const double diagonal = boxDiagonal(mesh.rest_positions);
+    const double diagonal = characterDiagonal(mesh);
     if (!(diagonal > 0 && std::isfinite(diagonal)))
         throw InvalidInput(paths.front().string() + ": the rest positions have no extent");
     const PartTable table = source.rig ? makePartTable(mesh, source.rig->skin) : wholeAsOnePart(mesh);
@@ -123,7 +135,7 @@ FieldPlan planFields(const std::vector<std::filesystem::path>& paths, const Fiel
     file.mesh_sha256 = meshSha256(mesh);
     file.rays = options.rays;
     file.fields.fade = float(options.fade * diagonal);
-    addParts(mesh, table, options, plan);
+    addParts(source, table, options, plan);
     if (options.inputs) {
         if (source.rig) throw BadOption("inputs", "of a mesh without skin only; a rig's parts move with its bones");
         plan.files_read.push_back(*options.inputs);

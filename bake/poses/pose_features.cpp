@@ -24,7 +24,7 @@ MovingBones movingBones(const Rig& rig) {
         bones.share.push_back(weight[j] / double(rig.mesh.vertexCount()));
         bones.center.push_back(toDouble(centers[j]));
     }
-    bones.diagonal = boxDiagonal(rig.mesh.rest_positions);
+    bones.diagonal = characterDiagonal(rig.mesh);
     return bones;
 }
 

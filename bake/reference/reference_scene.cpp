@@ -11,8 +11,10 @@ namespace penumbra {
 ReferenceScene makeReferenceScene(const ReferenceFrame& input, const ReferenceOptions& options, int threads) {
     const std::vector<RgbBrdf>& brdfs = options.brdfs;
     const std::vector<Vec3>& model = input.frame.positions;
-    const double diagonal = boxDiagonal(model);
-    const SceneScale scale = input.scale.value_or(sceneScale(model, diagonal > 0 ? diagonal : 1));
+    const BoundingBox box = characterBox(input.mesh.frontTriangles(), model);
+    const double diagonal = length(toDouble(box.high) - toDouble(box.low));
+    const std::array corners{box.low, box.high};
+    const SceneScale scale = input.scale.value_or(sceneScale(corners, diagonal > 0 ? diagonal : 1));
     std::vector<Vec3> positions;
     for (Vec3 p : model) positions.push_back(scale.apply(p));
     OcclusionScene scene(positions, input.mesh.frontTriangles());

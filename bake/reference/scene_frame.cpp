@@ -14,7 +14,7 @@
 #include "formats/scene/bone_poses.h"
 #include "formats/scene/scene_origin.h"
 #include "formats/scene/scene_placement.h"
-#include "sh/bounding_box.h"
+#include "sh/character_box.h"
 
 namespace penumbra {
 
@@ -89,7 +89,8 @@ public:
         for (std::size_t v = 0; v < posed.positions.size(); ++v)
             out_.brdf_of_vertex.push_back(
                 material_of_slot[asset.mesh.slot_of_vertex.empty() ? 0 : asset.mesh.slot_of_vertex[v]]);
-        const BoundingBox box = boundsOf(std::span(out_.frame.positions).subspan(first));
+        const BoundingBox box =
+            characterBox(asset.mesh.frontTriangles(), std::span(out_.frame.positions).subspan(first));
         corners_.insert(corners_.end(), {box.low, box.high});
         if (box.radius() > 0) least_ = std::min(least_, 2 * box.radius());
     }

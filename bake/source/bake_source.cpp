@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "formats/common/errors.h"
 #include "formats/source/source_readers.h"
 
 namespace penumbra {
@@ -25,7 +26,11 @@ std::vector<std::string> BakeSource::notes() const {
 BakeSource readSource(const std::vector<std::filesystem::path>& paths, const PointCacheOptions& options,
                       const RigOptions& rig_options) {
     BakeSource source;
-    if (isPointCache(paths.front()))
+    const bool is_cache = isPointCache(paths.front());
+    if (is_cache && !(rig_options.nodes.empty() && rig_options.without.empty()))
+        throw BadOption(rig_options.nodes.empty() ? "without" : "nodes",
+                        "is for rigs, and " + paths.front().string() + " is a point cache");
+    if (is_cache)
         source.cache = readPointCache(paths, options);
     else
         source.rig = readRig(paths, rig_options);

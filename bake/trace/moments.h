@@ -25,6 +25,7 @@ struct MomentTracer {
     const Mesh* mesh = nullptr;
     std::span<const Vec3> vertices = {};    // [V] of the mesh in this frame
     std::optional<LocalTracer> local = {};  // set for local moments; the scene must have been made with `filters`
+    std::span<const float> far_bias = {};   // for each front vertex in place of `bias`, where any is far (far_bias.h)
 };
 
 // Where the moments of some points go.
@@ -38,6 +39,9 @@ struct MomentOutput {
         return {coefficients.subspan(begin * n2, count * n2), local.subspan(begin * m2, count * m2)};
     }
 };
+
+// Returns the bias of a vertex.
+float biasOf(const MomentTracer& tracer, std::size_t vertex);
 
 // Returns where the rays of a point start: at the bias along the normal, or by the rules for sheets where these
 // apply. A vertex v of the back has the front vertex v - frontVertexCount().

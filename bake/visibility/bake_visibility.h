@@ -18,12 +18,13 @@ namespace penumbra {
 struct BakePlan {
     BakeSource source;
     std::vector<std::filesystem::path> files_read;  // all of them, for provenance and depfiles
-    double rest_diagonal = 0;                       // of the rest pose in the model frame: the unit of `bias`
+    double rest_diagonal = 0;  // of the character in its rest pose in the model frame: the unit of `bias`
     VisibilityHeader header;
     std::string albedo_from;                      // surface_colors.h; empty without bounces
     std::vector<std::filesystem::path> pictures;  // that the albedo was read from
     std::vector<int> source_clip;                 // [C] the source's clip of each of header.frames' clips; -1 = at rest
     float bias = 1e-4f;
+    std::vector<float> far_bias;  // far_bias.h; mostly empty
     // With a point cache, a sheet or occluders, rays start by the rules of ray_start.h.
     bool sheet_rules = false;
     Blockers blockers;

@@ -51,7 +51,11 @@ FrameScene frameScene(const BakePlan& plan, std::size_t f) {
     const FrameList& frames = plan.header.frames;
     std::vector<Vec3> scaled(frame.positions.begin(),
                              frame.positions.begin() + std::ptrdiff_t(plan.header.mesh.frontVertexCount()));
-    const SceneScale scale = sceneScale(scaled, plan.rest_diagonal);
+    SceneScale scale = sceneScale(scaled, plan.rest_diagonal);
+    if (!plan.far_bias.empty()) {
+        const BoundingBox box = characterBox(plan.header.mesh.frontTriangles(), scaled);
+        scale = sceneScale(std::array{box.low, box.high}, plan.rest_diagonal);
+    }
     for (const Occluder& occluder : plan.occluders) appendPositions(occluder, frames.clip[f], frames.time[f], scaled);
     for (Vec3& p : scaled) p = scale.apply(p);
     std::vector<BoundingBox> boxes;
@@ -75,6 +79,7 @@ MomentTracer tracerOf(const BakePlan& plan, const FrameScene& posed, const BakeD
     MomentTracer tracer{posed.scene, directions.whole, posed.scale, plan.bias,
                         plan.header.ground_y ? Floor::kSolid : Floor::kNone};
     if (plan.sheet_rules) tracer.blockers = &plan.blockers;
+    tracer.far_bias = plan.far_bias;
     tracer.mesh = &plan.header.mesh;
     tracer.vertices = posed.frame.positions;
     if (plan.local)

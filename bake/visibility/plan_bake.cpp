@@ -6,6 +6,7 @@
 
 #include "bake/source/frame_choice.h"
 #include "bake/source/surface_colors.h"
+#include "bake/trace/far_bias.h"
 #include "bake/visibility/bake_visibility.h"
 #include "formats/common/errors.h"
 
@@ -178,7 +179,8 @@ BakePlan planBake(const std::vector<std::filesystem::path>& paths, const BakeOpt
     chooseFrames(plan, options);
 
     const std::vector<Vec3> positions = sourcePositions(plan.source, -1, 0);
-    plan.rest_diagonal = boxDiagonal(positions);
+    const BoundingBox box = characterBox(header.mesh.triangles, positions);
+    plan.rest_diagonal = length(toDouble(box.high) - toDouble(box.low));
     if (!(plan.rest_diagonal > 0 && std::isfinite(plan.rest_diagonal)))
         throw InvalidInput(paths.front().string() + ": the rest pose has no extent");
 
@@ -187,14 +189,12 @@ BakePlan planBake(const std::vector<std::filesystem::path>& paths, const BakeOpt
     if (options.transfer) describeTransfer(plan, *options.transfer);
     plan.files_read = filesRead(plan, options);
     plan.bias = float(options.bias);
+    plan.far_bias = farBiases(plan.source.mesh().triangles, positions, box, plan.bias);
     header.order = options.order;
     header.rays = options.rays;
     header.seed = options.seed;
     if (options.ground_y) header.ground_y = float(*options.ground_y);
-    if (options.ground && !options.ground_y) {
-        const auto by_height = [](Vec3 a, Vec3 b) { return a.y < b.y; };
-        header.ground_y = std::min_element(positions.begin(), positions.end(), by_height)->y;
-    }
+    if (options.ground && !options.ground_y) header.ground_y = box.low.y;
     header.local = options.local;
     if (header.local)
         plan.local = makeLocalParts(header.mesh, header.skin, header.local->steps, plan.blockers.triangles.size());

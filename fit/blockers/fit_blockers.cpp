@@ -242,7 +242,7 @@ BlockerFit fitBlockers(const Model& model, const BlockerOptions& options, int th
     BlockerFit fit;
     GroupedBlockers grouped = paper ? boundVertices(samples, options.spheres, options.seed)
                                     : groupByArea(model, samples, poses, options, fit);
-    const float least = kMinRadius * float(boxDiagonal(model.mesh.rest_positions));
+    const float least = kMinRadius * float(characterDiagonal(model.mesh));
     for (CasterSphere& sphere : grouped.blockers.spheres) sphere.radius = std::max(sphere.radius, least);
     fit.rigid_share = rigidShare(samples, grouped);
     fit.blockers = std::move(grouped.blockers);

@@ -81,7 +81,7 @@ void scaleNumber(InputJoint& joint, const RawPoses& raw, std::size_t inputs, std
 void addInputJoints(const VisibilityHeader& header, const RawPoses& raw, const PoseRequest& request, PoseTable& poses) {
     const std::size_t inputs = header.input_names.size();
     poses.input_joints = inputJoints(header.input_names, poses.skin.jointCount());
-    const double scale = boxDiagonal(header.mesh.rest_positions);
+    const double scale = characterDiagonal(header.mesh);
     // 1. Name the joints.
     for (const std::string& name : inputJointNames(header.input_names, poses.input_joints)) {
         poses.skin.joint_names.push_back(name);

@@ -98,6 +98,7 @@ std::vector<double> keysOf(const RigSource& source, std::size_t clip) {
 CacheFile readGltfCache(const std::filesystem::path& path, double fps) {
     const auto source = std::make_shared<RigSource>(readGltf(path, Morphs::kRead));
     if (fps > 0) throw BadOption("cache_fps", path.string() + " has key times of its own");
+    selectParts(*source, {});
     checkParts(*source);
     CacheFile cache;
     cache.file = path;

@@ -2,7 +2,7 @@
 
 #include <cassert>
 
-#include "sh/bounding_box.h"
+#include "sh/character_box.h"
 #include "sh/vertex_normals.h"
 
 namespace penumbra {
@@ -12,10 +12,21 @@ double boxDiagonal(const std::vector<Vec3>& positions) {
     return length(toDouble(box.high) - toDouble(box.low));
 }
 
-namespace {
+BoundingBox characterBox(std::span<const Triangle> triangles, std::span<const Vec3> positions) {
+    static_assert(sizeof(Triangle) == 3 * sizeof(std::uint32_t));
+    const std::uint32_t* corners = triangles.empty() ? nullptr : triangles.data()->data();
+    return characterBox(std::span(corners, 3 * triangles.size()), positions);
+}
+
+double characterDiagonal(std::span<const Triangle> triangles, std::span<const Vec3> positions) {
+    const BoundingBox box = characterBox(triangles, positions);
+    return length(toDouble(box.high) - toDouble(box.low));
+}
+
+double characterDiagonal(const Mesh& mesh) { return characterDiagonal(mesh.frontTriangles(), mesh.rest_positions); }
 
 Affine blendBones(std::span<const std::uint16_t> joints, std::span<const float> weights,
-                  const std::vector<Affine>& bones) {
+                  std::span<const Affine> bones) {
     Affine blend{{}};
     for (std::size_t k = 0; k < joints.size(); ++k) {
         if (weights[k] == 0) continue;
@@ -23,8 +34,6 @@ Affine blendBones(std::span<const std::uint16_t> joints, std::span<const float> 
     }
     return blend;
 }
-
-}  // namespace
 
 void skinVertices(const Mesh& mesh, const Skin& skin, const std::vector<Vec3>& rest_normals,
                   const std::vector<Affine>& bones, std::vector<Vec3>& positions, std::vector<Vec3>& normals) {
@@ -37,7 +46,7 @@ void skinVertices(const Mesh& mesh, const Skin& skin, const std::vector<Vec3>& r
         const Affine blend = blendBones(std::span(skin.joints).subspan(v * influences, influences),
                                         std::span(skin.weights).subspan(v * influences, influences), bones);
         positions[v] = blend.point(mesh.rest_positions[v]);
-        normals[v] = normalized(cofactor(blend.linear()) * rest_normals[v]);
+        normals[v] = normalized(normalMatrix(blend.linear()) * rest_normals[v]);
     }
 }
 

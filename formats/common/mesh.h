@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "sh/bounding_box.h"
 #include "sh/vec3.h"
 
 namespace penumbra {
@@ -60,11 +61,18 @@ struct FrameList {
 constexpr const char* kJointRotationVectors = "joint_rotation_vectors";
 constexpr const char* kDihedralAngles = "dihedral_angles";
 
-// Returns the diagonal of the axis-aligned box, the unit of every scale-relative tolerance. 0 for an empty or
+// Returns the diagonal of the axis-aligned box. 0 for an empty or
 // one-point set.
 double boxDiagonal(const std::vector<Vec3>& positions);
+// Returns the box of the character alone (sh/character_box.h), and its diagonal.
+BoundingBox characterBox(std::span<const Triangle> triangles, std::span<const Vec3> positions);
+double characterDiagonal(std::span<const Triangle> triangles, std::span<const Vec3> positions);
+double characterDiagonal(const Mesh& mesh);  // at rest
 
-// Skins positions by linear blending, and normals by the cofactor of the blended linear part, normalised (a zero
+// Blends the bones of one vertex, of which a row of Skin::joints and Skin::weights tells.
+Affine blendBones(std::span<const std::uint16_t> joints, std::span<const float> weights, std::span<const Affine> bones);
+
+// Skins positions by linear blending, and normals by normalMatrix() of the blended linear part, normalised (a zero
 // normal stays zero). `bones` has J skinning matrices (joint global x inverse bind). Bake, fit and the run-time
 // evaluator all follow this very rule. Outputs are resized to V.
 void skinVertices(const Mesh& mesh, const Skin& skin, const std::vector<Vec3>& rest_normals,

@@ -120,8 +120,7 @@ PartTable makePartTable(const Mesh& mesh, const Skin& skin) {
     // A vertex without triangles still needs a part to belong to.
     for (std::size_t v = 0; v < owner.size() && mesh.triangles.empty(); ++v)
         owned[owner[v]].add({mesh.rest_positions[v], mesh.rest_positions[v]});
-    std::vector<std::uint16_t> joint_of_joint =
-        mergeSmall(skin, owned, kMinPartRadius * boxDiagonal(mesh.rest_positions));
+    std::vector<std::uint16_t> joint_of_joint = mergeSmall(skin, owned, kMinPartRadius * characterDiagonal(mesh));
 
     PartTable table;
     std::vector<bool> has_part(skin.jointCount());

@@ -14,6 +14,7 @@
 #include "formats/common/errors.h"
 #include "formats/rig/rig_build.h"
 #include "formats/rig/rig_import.h"
+#include "formats/rig/rig_polygon.h"
 
 namespace penumbra {
 
@@ -181,20 +182,23 @@ PartColor colorOf(AssimpImport& import, const aiMaterial& material, const aiMesh
 void convertMesh(AssimpImport& import, int node, const aiMesh& mesh) {
     SourcePart part;
     part.node = node;
-    for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
+    for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
+        const aiVector3D& p = mesh.mVertices[v];
+        part.positions.push_back({p.x, p.y, p.z});
+    }
+    std::vector<std::uint32_t> corners;
+    for (unsigned f = 0; f < mesh.mNumFaces; ++f) {  // points and lines cast no shadow
         const aiFace& face = mesh.mFaces[f];
-        if (face.mNumIndices != 3) continue;  // points and lines cast no shadow
-        part.triangles.push_back({face.mIndices[0], face.mIndices[1], face.mIndices[2]});
+        corners.assign(face.mIndices, face.mIndices + face.mNumIndices);
+        for (const std::uint32_t corner : corners)
+            if (corner >= mesh.mNumVertices) failAtNode(import.source, node, "names a vertex that does not exist");
+        cutPolygon(part.positions, corners, part.triangles);
     }
     if (part.triangles.empty()) return;
     if (mesh.mMaterialIndex < import.scene->mNumMaterials) {
         const std::string name = textOf(import.scene->mMaterials[mesh.mMaterialIndex]->GetName());
         if (!name.empty()) part.material = name;
         part.color = colorOf(import, *import.scene->mMaterials[mesh.mMaterialIndex], mesh);
-    }
-    for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
-        const aiVector3D& p = mesh.mVertices[v];
-        part.positions.push_back({p.x, p.y, p.z});
     }
     if (mesh.mNumBones > 0) convertBones(import, mesh, part);
     import.source.parts.push_back(std::move(part));
@@ -302,7 +306,7 @@ RigSource importWithAssimp(const std::filesystem::path& path) {
     import.source.file = path;
     Assimp::Importer importer;
     importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);  // no stand-ins for files without a mesh
-    import.scene = importer.ReadFile(path.string(), aiProcess_Triangulate | aiProcess_TransformUVCoords);
+    import.scene = importer.ReadFile(path.string(), aiProcess_TransformUVCoords);
     if (import.scene == nullptr || import.scene->mRootNode == nullptr)
         import.fail("cannot be read: " +
                     std::string(importer.GetErrorString()).substr(0, 160));  // the error may quote the file

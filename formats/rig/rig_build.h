@@ -19,10 +19,14 @@ struct SourceSkin {
 // The name of parts that have no material.
 constexpr const char* kDefaultSlot = "default";
 
+// What a file hides takes part only where --nodes has the very name of its node or slot.
+enum class Visible : std::uint8_t { kShown, kHidden };
+
 // The triangles that one node draws with one list of vertices.
 struct SourcePart {
     int node = 0;
     int skin = -1;  // -1: the part moves rigidly with its node
+    Visible visible = Visible::kShown;
     std::string material = kDefaultSlot;
     PartColor color;
     std::vector<Vec3> positions;
@@ -82,6 +86,9 @@ constexpr double kFarthestUv = 1e6;
 // Makes one rig of what the paths bring: the first brings mesh and skin. formats/source/source_readers.h reads them.
 Rig joinRig(std::vector<RigSource> sources, const RigOptions& options);
 
+// Leaves the parts that the options choose (rig_select.cpp). Throws BadOption for a pattern that matches no part.
+void selectParts(RigSource& source, const RigOptions& options);
+
 // Takes the notes of all sources, each once.
 std::vector<RigNote> takeNotes(std::vector<RigSource>& sources);
 // Throws Unsupported with the first note where there is one.
@@ -117,6 +124,10 @@ SourceVertices gatherVertices(const RigSource& source, const JointTable& table);
 void weldVertices(const SourceVertices& vertices, Mesh& mesh, Skin& skin);
 // Tells whether a triangle is more than a line, by its double area against the square of its longest edge.
 bool hasArea(const std::vector<Vec3>& positions, const Triangle& triangle);
+
+// Adds notes to the source about meshes that stand for others (rig_twins.cpp). `posed` [V] are the rig's shading points
+// at rest in the scene.
+void noteTwins(RigSource& source, const Rig& rig, const std::vector<Vec3>& posed);
 
 // Replaces control characters by "_": names go into messages of one line, and into HDF5, which ends them at a NUL.
 std::string cleanText(std::string text);

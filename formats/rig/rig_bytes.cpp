@@ -29,7 +29,7 @@ void visit(auto& archive, Is<MaterialColor> auto& color) {
 void visit(auto& archive, Is<PartColor> auto& color) { archive(color.material, color.uv); }
 void visit(auto& archive, Is<SourcePart> auto& part) {
     archive(part.node, part.skin, part.material, part.color, part.positions, part.normals, part.triangles,
-            part.influences, part.joints, part.weights);
+            part.influences, part.joints, part.weights, part.visible);
 }
 void visit(auto& archive, Is<Channel> auto& channel) {
     archive(channel.node, channel.path, channel.interpolation, channel.times, channel.values);

@@ -93,6 +93,12 @@ void setRestTransforms(Rig& rig) {
     }
 }
 
+void turnMirroredNormals(Rig& rig) {
+    const std::vector<bool> mirrored = mirroredAtRest(rig);
+    for (std::size_t v = 0; v < rig.rest_normals.size(); ++v)
+        if (mirrored[v]) rig.rest_normals[v] = -rig.rest_normals[v];
+}
+
 Rig buildRig(RigSource&& source) {
     std::size_t triangles = 0;
     for (const SourcePart& part : source.parts) triangles += part.triangles.size();
@@ -100,7 +106,7 @@ Rig buildRig(RigSource&& source) {
     const JointTable table = chooseJoints(source);
     Rig rig;
     SourceVertices vertices = gatherVertices(source, table);
-    const double diagonal = boxDiagonal(vertices.positions);
+    const double diagonal = characterDiagonal(vertices.triangles, vertices.positions);
     if (!std::isfinite(diagonal) || !(diagonal > 0))
         throw InvalidInput(source.file.string() + ": its vertices are all at one place, or not finite");
     weldVertices(vertices, rig.mesh, rig.skin);
@@ -117,7 +123,11 @@ Rig buildRig(RigSource&& source) {
     setRestTransforms(rig);
     rig.clips = std::move(source.clips);
     rig.files_read = std::move(source.files_read);
-    evaluatePose(rig, -1, 0);  // throws where a transform is not finite
+    const std::vector<Affine> at_rest = evaluatePose(rig, -1, 0).bones;  // throws where a transform is not finite
+    turnMirroredNormals(rig);
+    std::vector<Vec3> positions, normals;
+    skinVertices(rig.mesh, rig.skin, rig.rest_normals, at_rest, positions, normals);
+    noteTwins(source, rig, positions);
     return rig;
 }
 
@@ -127,12 +137,25 @@ Rig joinRig(std::vector<RigSource> sources, const RigOptions& options) {
     assert(!sources.empty());
     RigSource& first = sources.front();
     for (std::size_t i = 1; i < sources.size(); ++i) addClips(first, std::move(sources[i]));
+    selectParts(first, options);
     makeClipNamesUnique(first.clips);
     if (first.clips.size() > 65535) throw Unsupported(first.file.string() + ": more than 65535 clips");
     Rig rig = buildRig(std::move(first));
     rig.notes = takeNotes(sources);
     if (options.strict) refuseNotes(rig.notes);
     return rig;
+}
+
+std::vector<bool> mirroredAtRest(const Rig& rig) {
+    const std::vector<Affine> bones = evaluatePose(rig, -1, 0).bones;
+    const std::size_t k = std::size_t(rig.skin.influences);
+    std::vector<bool> mirrored;
+    for (std::size_t v = 0; v < rig.mesh.vertexCount(); ++v) {
+        const Affine blend = blendBones(std::span(rig.skin.joints).subspan(v * k, k),
+                                        std::span(rig.skin.weights).subspan(v * k, k), bones);
+        mirrored.push_back(determinant(blend.linear()) < 0);
+    }
+    return mirrored;
 }
 
 namespace {

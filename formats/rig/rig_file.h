@@ -107,6 +107,11 @@ struct Rig {
     std::vector<RigNote> notes;  // each once
 };
 
+// Tells for each vertex whether its bones mirror it at rest. Triangles are wound so that they face outwards at rest in
+// the scene, and rest_normals point outwards in the space of rest_positions (normalMatrix() in sh/vec3.h turns them by
+// the sign of the determinant). So where bones mirror, the two are opposite.
+std::vector<bool> mirroredAtRest(const Rig& rig);
+
 // The name of the clip that sampleFrames() gives a rig without clips.
 constexpr const char* kRestClip = "rest";
 

@@ -91,26 +91,6 @@ void convertNodes(Importer& importer) {
             importer.fail("node '" + nodeName(importer.file.model, n) + "' is its own ancestor");
 }
 
-// Returns the nodes of the scene that the file shows: that of "scene", or else the first one, or else all nodes.
-std::vector<bool> drawnNodes(const Importer& importer) {
-    const tinygltf::Model& model = importer.file.model;
-    if (model.scenes.empty()) return std::vector<bool>(model.nodes.size(), true);
-    const std::size_t scene = model.defaultScene < 0 ? 0 : std::size_t(model.defaultScene);
-    if (scene >= model.scenes.size()) importer.fail("its scene " + std::to_string(scene) + " does not exist");
-    std::vector<bool> drawn(model.nodes.size());
-    std::vector<int> stack = model.scenes[scene].nodes;
-    while (!stack.empty()) {
-        const int n = stack.back();
-        stack.pop_back();
-        if (n < 0 || std::size_t(n) >= drawn.size()) importer.fail("its scene names a node that does not exist");
-        if (drawn[std::size_t(n)]) continue;
-        drawn[std::size_t(n)] = true;
-        const std::vector<int>& children = model.nodes[std::size_t(n)].children;
-        stack.insert(stack.end(), children.begin(), children.end());
-    }
-    return drawn;
-}
-
 void convertSkins(Importer& importer) {
     const tinygltf::Model& model = importer.file.model;
     for (std::size_t s = 0; s < model.skins.size(); ++s) {
@@ -229,25 +209,45 @@ void convertPrimitive(Importer& importer, const tinygltf::Node& node, int our_no
     importer.source.parts.push_back(std::move(part));
 }
 
+// Returns where the node's mesh stands in the node's space. A mesh with a skin stands where its bones are.
+std::vector<Matrix> placesOf(Importer& importer, std::size_t n, const std::string& where) {
+    const std::vector<Matrix> instances = instancesOf(importer.file, n, where);
+    if (importer.file.model.nodes[n].skin < 0 || !importer.file.node_extensions[n].instanced) return instances;
+    importer.source.notes.push_back({importer.file.path.string(), nodeName(importer.file.model, n),
+                                     "EXT_mesh_gpu_instancing",
+                                     "a mesh with a skin is drawn once, where its bones are"});
+    return {kIdentityMatrix};
+}
+
+// Puts the last part where the first instance stands, and copies of it where the others do.
+void copyToInstances(const std::vector<Matrix>& instances, std::vector<SourcePart>& parts) {
+    const SourcePart part = std::move(parts.back());
+    parts.pop_back();
+    for (const Matrix& instance : instances) parts.push_back(movedPart(part, instance));
+}
+
 void convertMeshes(Importer& importer) {
     const tinygltf::Model& model = importer.file.model;
-    const std::vector<bool> drawn = drawnNodes(importer);
+    const std::vector<Drawn> drawn = drawnNodes(importer.file);
     std::size_t vertices = 0;
     for (std::size_t n = 0; n < model.nodes.size(); ++n) {
         const tinygltf::Node& node = model.nodes[n];
-        if (node.mesh < 0 || !drawn[n]) continue;
+        if (node.mesh < 0 || drawn[n] == Drawn::kNo) continue;
         const std::string where = "node '" + nodeName(model, n) + "'";
         if (std::size_t(node.mesh) >= model.meshes.size()) importer.fail(where + ": its mesh does not exist");
         if (node.skin >= 0 && std::size_t(node.skin) >= model.skins.size())
             importer.fail(where + ": its skin does not exist");
+        const std::vector<Matrix> instances = placesOf(importer, n, where);
         for (const tinygltf::Primitive& primitive : model.meshes[std::size_t(node.mesh)].primitives) {
             if (primitive.mode < TINYGLTF_MODE_TRIANGLES) continue;  // points and lines cast no shadow
             if (primitive.mode > TINYGLTF_MODE_TRIANGLE_FAN)
                 importer.fail(where + ": has a primitive of an unknown mode");
             convertPrimitive(importer, node, importer.node_of_file_node[n], primitive, where);
-            vertices += importer.source.parts.back().positions.size();
+            importer.source.parts.back().visible = drawn[n] == Drawn::kYes ? Visible::kShown : Visible::kHidden;
+            vertices += instances.size() * importer.source.parts.back().positions.size();
             if (vertices > kMaxSourceVertices)
                 throw Unsupported(importer.file.path.string() + ": has too many vertices");
+            copyToInstances(instances, importer.source.parts);
         }
     }
 }
@@ -370,6 +370,7 @@ RigSource readGltf(const std::filesystem::path& path, Morphs morphs) {
     Importer importer{.file = openGltf(path), .source = {}, .node_of_file_node = {}, .morphs = morphs};
     importer.source.file = path;
     importer.source.files_read = importer.file.files_read;
+    importer.source.notes = std::move(importer.file.notes);
     convertNodes(importer);
     convertSkins(importer);
     convertMeshes(importer);

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "formats/rig/rig_file.h"
+#include "formats/rig/rig_gltf_extensions.h"
 
 namespace penumbra {
 
@@ -25,6 +26,8 @@ struct GltfFile {
     std::filesystem::path path;  // for messages
     tinygltf::Model model;       // without materials and images; one buffer; no compression left
     std::vector<GltfMaterial> materials;
+    std::vector<GltfNodeExtensions> node_extensions;  // one for each node
+    std::vector<RigNote> notes;
     std::vector<std::filesystem::path> files_read;
 };
 

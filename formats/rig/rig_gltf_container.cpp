@@ -90,11 +90,15 @@ Container readContainer(const Loader& loader) {
 
 bool startsWith(const std::string& text, const char* prefix) { return text.rfind(prefix, 0) == 0; }
 
-// Accepts extensions that only tell how things look, and the two that tell how numbers are stored.
+// Accepts extensions that only tell how things look, the two that tell how numbers are stored, and those of
+// rig_gltf_extensions.h.
 bool isSupported(const std::string& extension) {
     for (const char* prefix : {"KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_", "EXT_lights_"})
         if (startsWith(extension, prefix)) return true;
-    return extension == "KHR_mesh_quantization" || extension == "EXT_meshopt_compression";
+    for (const char* known : {"KHR_mesh_quantization", "EXT_meshopt_compression", "KHR_node_visibility", "MSFT_lod",
+                              "EXT_mesh_gpu_instancing", "KHR_animation_pointer"})
+        if (extension == known) return true;
+    return false;
 }
 
 void checkVersionAndExtensions(const Loader& loader, const Json& document) {
@@ -265,7 +269,8 @@ std::string percentDecoded(const std::string& uri) {
 }
 
 bool hasOnlyMorphClips(const std::filesystem::path& path) try {
-    const Json document = readContainer(Loader{path, {path}}).document;
+    Json document = readContainer(Loader{path, {path}}).document;
+    (void)resolvePointers(path, document);
     for (const Json& node : document.value("nodes", Json::array()))
         if (node.contains("skin")) return false;
     for (const Json& clip : document.value("animations", Json::array()))
@@ -288,6 +293,8 @@ GltfFile openGltf(const std::filesystem::path& path) {
         checkVersionAndExtensions(loader, container.document);
         Bytes buffer = mergeBuffers(loader, container);
         file.materials = readMaterials(path, container.document, buffer);
+        file.node_extensions = readNodeExtensions(path, container.document);
+        file.notes = resolvePointers(path, container.document);
         parseModel(loader, geometryOnly(container.document), std::move(buffer), file.model);
     } catch (const Json::exception& error) {
         loader.fail(std::string("is not valid glTF: ") + error.what());

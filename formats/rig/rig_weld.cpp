@@ -201,16 +201,49 @@ bool hasArea(const std::vector<Vec3>& positions, const Triangle& t) {
     return length(cross(b - a, c - a)) > kNoArea * longest;
 }
 
+namespace {
+
+// Marks the vertices of triangles. Others are no part of the surface: exporters leave some behind, and primitives that
+// share a pool of vertices have those of the others. Where there are no triangles at all, every vertex counts.
+std::vector<bool> usedVertices(const SourceVertices& vertices) {
+    std::vector<bool> used(vertices.positions.size(), vertices.triangles.empty());
+    for (const Triangle& t : vertices.triangles)
+        for (const std::uint32_t corner : t) used[corner] = true;
+    return used;
+}
+
+// Sends every unused vertex to the shading point at its place, or else to that of the vertex before it.
+void placeUnused(const SourceVertices& vertices, const PointGrid& grid, double radius, Mesh& mesh) {
+    std::uint32_t last = 0;
+    for (std::size_t v = 0; v < mesh.source_vertex.size(); ++v) {
+        std::uint32_t& point = mesh.source_vertex[v];
+        if (point == PointGrid::kNone) {
+            const Vec3d p = toDouble(vertices.positions[v]);
+            point = grid.find(
+                p, [&](std::uint32_t other) { return length(toDouble(mesh.rest_positions[other]) - p) <= radius; });
+            if (point == PointGrid::kNone) point = last;
+        }
+        last = point;
+    }
+}
+
+}  // namespace
+
 void weldVertices(const SourceVertices& vertices, Mesh& mesh, Skin& skin) {
-    const double radius = kWeldDistance * boxDiagonal(vertices.positions);
+    const double radius = kWeldDistance * characterDiagonal(vertices.triangles, vertices.positions);
     PointGrid grid(radius, 64 * radius);
     const std::size_t k = std::size_t(vertices.influences);
     std::vector<std::size_t> source_of_point;
     mesh = {};
     mesh.slots = vertices.slots;
     skin.influences = vertices.influences;
+    const std::vector<bool> used = usedVertices(vertices);
     // 1. Each vertex joins the first shading point that is near and has the same weights, or becomes a new one.
     for (std::size_t v = 0; v < vertices.positions.size(); ++v) {
+        if (!used[v]) {
+            mesh.source_vertex.push_back(PointGrid::kNone);
+            continue;
+        }
         const Vec3d p = toDouble(vertices.positions[v]);
         std::uint32_t point = grid.find(p, [&](std::uint32_t other) {
             const Vec3d d = toDouble(mesh.rest_positions[other]) - p;
@@ -229,6 +262,7 @@ void weldVertices(const SourceVertices& vertices, Mesh& mesh, Skin& skin) {
         }
         mesh.source_vertex.push_back(point);
     }
+    placeUnused(vertices, grid, radius, mesh);
     // 2. Triangles follow their corners. Those that welding has made a line are dropped.
     for (const Triangle& t : vertices.triangles) {
         const Triangle welded{mesh.source_vertex[t[0]], mesh.source_vertex[t[1]], mesh.source_vertex[t[2]]};
