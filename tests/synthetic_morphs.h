@@ -10,10 +10,9 @@ inline std::vector<float> morphWeightsOf(std::size_t f) { return {0.2f * float(f
 
 // "fat" widens the upper half of the tube, "lean" shifts the middle and turns its normals. Two joints more stand for
 // the weights, with offsets and scales of their own.
-inline Model morphTube(int clusters = 3) {
+inline Model morphTube() {
     constexpr std::uint32_t kOwn = 3;
-    Model model = tubeModel({.rings = 10, .segments = 8, .joints = int(kOwn) + 2, .clusters = clusters});
-    for (ClusterModel& cluster : model.clusters) cluster.joint = std::min(cluster.joint, int(kOwn) - 1);
+    Model model = tubeModel({.rings = 10, .segments = 8, .joints = int(kOwn) + 2, .clusters = 2});
     for (std::uint16_t& joint : model.skin.joints) joint = std::min<std::uint16_t>(joint, kOwn - 1);
     for (std::size_t i = 0; i < model.skin.joints.size(); i += 2)
         if (model.skin.joints[i] == model.skin.joints[i + 1]) {
