@@ -300,7 +300,7 @@ TEST(PointCacheGltf, MorphTargetsOfANodeThatIsTurned) {
     // The clip "lift" also moves the node, so that the file is a rig for whoever does not ask for a cache.
     EXPECT_FALSE(isPointCache(morphSample()));
     samples::EditableGlb alone = samples::EditableGlb::of("sheet_morph");
-    alone.json["animations"][1]["channels"] = {alone.json["animations"][1]["channels"][0]};
+    alone.json["animations"][1]["channels"].erase(1);
     const std::filesystem::path flapping = std::filesystem::path(testing::TempDir()) / "penumbra_flapping.glb";
     writeText(flapping, alone.bytes());
     EXPECT_TRUE(isPointCache(flapping));
