@@ -18,6 +18,16 @@ Offset<fbs::Numbers> writeNumbers(FlatBufferBuilder& builder, const StoredNumber
                               std::uint32_t(numbers.row_length), data, scale);
 }
 
+static Offset<fbs::Morphs> writeMorphs(FlatBufferBuilder& builder, const MorphTargets& morphs) {
+    if (morphs.empty()) return {};
+    const auto rest_weights = writeVector<float>(builder, morphs.rest_weights);
+    const auto first = writeVector<std::uint32_t>(builder, morphs.first);
+    const auto vertices = writeVector<std::uint32_t>(builder, morphs.vertices);
+    const auto positions = writeVector<float>(builder, morphs.positions);
+    const auto normals = writeVector<float>(builder, morphs.normals);
+    return fbs::CreateMorphs(builder, rest_weights, first, vertices, positions, normals);
+}
+
 Offset<fbs::Mesh> writeMesh(FlatBufferBuilder& builder, const MeshSection& mesh) {
     const auto positions = writeVector<float>(builder, mesh.positions);
     const auto normals = writeVector<float>(builder, mesh.normals);
@@ -33,8 +43,10 @@ Offset<fbs::Mesh> writeMesh(FlatBufferBuilder& builder, const MeshSection& mesh)
         slots = builder.CreateVectorOfStrings(mesh.slots);
         slot_of_vertex = writeVector<std::uint16_t>(builder, mesh.slot_of_vertex);
     }
+    const Offset<fbs::Morphs> morphs = writeMorphs(builder, mesh.morphs);
     return fbs::CreateMesh(builder, positions, normals, tangents, triangles, shading_point, source_vertex,
-                           std::uint8_t(mesh.influences), joints, weights, slots, slot_of_vertex, mesh.two_sided);
+                           std::uint8_t(mesh.influences), joints, weights, slots, slot_of_vertex, mesh.two_sided,
+                           morphs);
 }
 
 // Computes in double and rounds once to what is stored, so that the measured error is the one that readers see.

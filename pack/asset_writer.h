@@ -42,6 +42,7 @@ struct MeshSection {
     std::vector<std::string> slots;
     std::vector<std::uint16_t> slot_of_vertex;
     bool two_sided = false;
+    MorphTargets morphs = {};
 };
 Offset<fbs::Mesh> writeMesh(FlatBufferBuilder& builder, const MeshSection& mesh);
 

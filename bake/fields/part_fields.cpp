@@ -93,8 +93,11 @@ void addParts(const BakeSource& source, const PartTable& table, const FieldOptio
     const Mesh& mesh = source.mesh();
     const std::vector<Triangle> triangles = outwardAtRest(source);
     std::vector<PartMesh> meshes;
+    // A field holds the shape that the rest weights of morph targets give (part_table.h tells which parts may have it).
+    const RestShape shape =
+        restShape(mesh.morphs, {mesh.rest_positions, std::vector<Vec3>(mesh.vertexCount())}, mesh.morphs.rest_weights);
     for (std::size_t part = 0; part < table.partCount(); ++part)
-        meshes.push_back(partMesh(mesh.rest_positions, triangles, table.part_of_triangle, part));
+        meshes.push_back(partMesh(shape.positions, triangles, table.part_of_triangle, part));
     const std::vector<PartField> fields =
         placeFields(meshes, options.cells, std::size_t(options.megabytes * kMegabyte));
     for (std::size_t part = range.begin; part < range.end; ++part) {

@@ -60,10 +60,13 @@ SourcePose poseSource(const BakeSource& source, int clip, double time) {
     SourcePose out;
     if (source.rig) {
         RigPose pose = evaluatePose(*source.rig, clip, time);
-        skinVertices(source.rig->mesh, source.rig->skin, source.rig->rest_normals, pose.bones, out.positions,
-                     out.normals);
+        RestShape skinned;
+        skinMorphed(source.rig->mesh, source.rig->skin, source.rig->rest_normals, {pose.bones, pose.weights}, skinned);
+        out.positions = std::move(skinned.positions);
+        out.normals = std::move(skinned.normals);
         out.bones = std::move(pose.bones);
         out.pose = std::move(pose.pose);
+        out.morph_weights = std::move(pose.weights);
     } else {
         out.positions = sourcePositions(source, clip, time);
         out.normals = meshNormals(source.cache->mesh, out.positions);

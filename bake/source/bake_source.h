@@ -34,6 +34,7 @@ struct SourcePose {
     std::vector<Vec3> positions, normals;  // [V]; those of a rig may be infinite
     std::vector<Affine> bones;             // [J] of a rig, else empty
     std::vector<float> pose;               // [3J] of a rig, RigPose::pose; else empty
+    std::vector<float> morph_weights;      // [M] of a rig with morph targets, else empty
 };
 // Poses the source at a time of a clip, in seconds. `clip` -1 is the rest pose.
 SourcePose poseSource(const BakeSource& source, int clip, double time);

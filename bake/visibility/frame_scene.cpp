@@ -32,6 +32,7 @@ VisibilityFrame poseVertices(const BakePlan& plan, std::size_t f) {
     if (plan.source.cache) pose.pose = continuousAngles(plan.header.edges, pose.positions, plan.turns[f]);
     const std::vector<float> inputs = inputsOf(plan, f);
     pose.pose.insert(pose.pose.end(), inputs.begin(), inputs.end());
+    pose.pose.insert(pose.pose.end(), pose.morph_weights.begin(), pose.morph_weights.end());
     if (plan.header.mesh.two_sided) {
         appendBackPositions(pose.positions);
         appendBackNormals(pose.normals);

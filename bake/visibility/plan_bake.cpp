@@ -91,6 +91,16 @@ void chooseFrames(BakePlan& plan, const BakeOptions& options) {
     if (options.frames) header.shard->frame_in_clip = slice(numberInClip(all), *options.frames);
 }
 
+// Makes the weights of morph targets inputs, behind those of the table --inputs.
+void addMorphWeights(VisibilityHeader& header, const std::string& table) {
+    const std::vector<std::string>& names = header.mesh.morphs.names;
+    for (const std::string& name : names)
+        if (std::find(header.input_names.begin(), header.input_names.end(), name) != header.input_names.end())
+            throw InvalidInput(table + ": column '" + name + "' has the name of a morph target; rename it");
+    header.input_names.insert(header.input_names.end(), names.begin(), names.end());
+    header.pose_size += int(names.size());
+}
+
 // Reads everything else that the rays of a frame can hit, and the numbers that only other files know.
 void addSurroundings(BakePlan& plan, const BakeOptions& options) {
     VisibilityHeader& header = plan.header;
@@ -113,6 +123,7 @@ void addSurroundings(BakePlan& plan, const BakeOptions& options) {
             // This call throws here, before hours of tracing, when a frame has no row in the table.
             (void)inputsAt(plan.inputs, plan.source_clip[header.frames.clip[f]], header.frames.time[f]);
     }
+    addMorphWeights(header, options.inputs ? options.inputs->string() : "");
     if (!options.two_sided) return;
     header.mesh = withBacks(header.mesh);
     appendBackNormals(header.rest_normals);

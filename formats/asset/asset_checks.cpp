@@ -333,6 +333,7 @@ AssetView viewOfAsset(const fbs::Asset& stored, const std::string& file) {
     const std::size_t vertices = asset.mesh.positions.size();
     if (asset.has_model) asset.model = modelOf(*stored.model(), at, asset);
     if (stored.transfer()) setTransfer(stored, at, asset);
+    setMorphs(stored, at, asset);
     if (!asset.model.deforming)
         checkCount(at / "animation.bones", asset.animation.bones, asset.animation.frameCount() * std::uint64_t(joints));
     if (stored.animation()) setPlayback(*stored.animation(), at / "animation", asset, asset.animation.playback);

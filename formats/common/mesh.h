@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "sh/bounding_box.h"
+#include "formats/common/morph_targets.h"
 #include "sh/vec3.h"
 
 namespace penumbra {
@@ -27,6 +28,8 @@ struct Mesh {
     // negated normal, and the same slot and skin row. Triangle Ts + t is triangle t from behind: {a, b, c} becomes
     // {a, c, b}, each + Vs. source_vertex leads to fronts.
     bool two_sided = false;
+    // What weights in the pose add to rest positions and rest normals before bones move them. Mostly empty.
+    MorphTargets morphs;
 
     std::size_t vertexCount() const { return rest_positions.size(); }
     // Vs and Ts, the fronts, which come first. For a mesh that is not two-sided these are V and T.
@@ -74,9 +77,18 @@ Affine blendBones(std::span<const std::uint16_t> joints, std::span<const float> 
 
 // Skins positions by linear blending, and normals by normalMatrix() of the blended linear part, normalised (a zero
 // normal stays zero). `bones` has J skinning matrices (joint global x inverse bind). Bake, fit and the run-time
-// evaluator all follow this very rule. Outputs are resized to V.
+// evaluator all follow this very rule. Outputs are resized to V. The mesh has no morph targets (skinMorphed()).
 void skinVertices(const Mesh& mesh, const Skin& skin, const std::vector<Vec3>& rest_normals,
                   const std::vector<Affine>& bones, std::vector<Vec3>& positions, std::vector<Vec3>& normals);
+
+// Skins as skinVertices() the surface that morph weights [M] have shaped (restShape()). It is skinVertices() where the
+// mesh has no targets. `pose` outlives the call.
+struct SkinPose {
+    const std::vector<Affine>& bones;
+    std::span<const float> morph_weights;
+};
+void skinMorphed(const Mesh& mesh, const Skin& skin, const std::vector<Vec3>& rest_normals, const SkinPose& pose,
+                 RestShape& out);
 
 // Returns the weighted centroid of the rest positions that each joint moves. A joint that moves nothing gets that of
 // its nearest ancestor, or the centroid of the mesh.

@@ -7,6 +7,7 @@
 
 #include "formats/rig/rig_file.h"
 #include "formats/rig/rig_matrix.h"
+#include "formats/rig/rig_morphs.h"
 #include "formats/rig/rig_options.h"
 
 namespace penumbra {
@@ -39,6 +40,8 @@ struct SourcePart {
     std::vector<std::vector<Vec3>> targets;
     std::vector<std::vector<Vec3>> target_normals;  // what each adds to the normals; empty as above
     std::vector<double> rest_weights;               // one for each target
+    std::vector<std::string> target_names;          // one for each target, or none; "" where it has none
+    int mesh = -1;                                  // parts of equal numbers draw the same mesh; -1: of no other
 };
 
 // The weights of a node's morph targets over time. They are interpolated as in Channel.
@@ -57,16 +60,15 @@ struct RigSource {
     std::vector<SourceSkin> skins;
     std::vector<SourcePart> parts;
     std::vector<Clip> clips;
-    std::vector<MorphChannel> morphs;  // only if asked for
+    std::vector<MorphChannel> morphs;
     std::vector<std::filesystem::path> files_read;
     std::vector<RigNote> notes;
 };
 
 // The importers check nodes, clips, indices and numbers. What is drawn may still be empty.
-enum class Morphs : std::uint8_t { kIgnored, kRead };
-RigSource readGltf(const std::filesystem::path& path, Morphs morphs = Morphs::kIgnored);
-// Tells whether a glTF file animates morph targets and has no node with a skin. It reads only the JSON, and returns
-// false where that is damaged.
+RigSource readGltf(const std::filesystem::path& path);
+// Tells whether the clips of a glTF file animate morph targets and nothing else, and no node has a skin. It reads only
+// the JSON, and returns false where that is damaged.
 bool hasOnlyMorphClips(const std::filesystem::path& path);
 // Reads FBX, Collada and .x (rig_import.h).
 RigSource readWithAssimp(const std::filesystem::path& path);
@@ -116,12 +118,14 @@ struct SourceVertices {
     std::vector<std::string> slots;  // "NODE/MATERIAL", in the order of first use
     std::vector<std::uint16_t> slot_of_vertex;
     std::vector<ColoredPart> part_colors;
+    SourceMorphs morphs;
 };
 // Returns the number of the part's "NODE/MATERIAL" in `slots`, and adds it where it is new.
 std::uint16_t slotOf(const RigSource& source, const SourcePart& part, std::vector<std::string>& slots);
 SourceVertices gatherVertices(const RigSource& source, const JointTable& table);
-// Fills mesh and the joints and weights of skin, and drops triangles without area.
-void weldVertices(const SourceVertices& vertices, Mesh& mesh, Skin& skin);
+// Fills mesh and the joints and weights of skin, and drops triangles without area. Returns the vertex that each shading
+// point was made of.
+std::vector<std::size_t> weldVertices(const SourceVertices& vertices, Mesh& mesh, Skin& skin);
 // Tells whether a triangle is more than a line, by its double area against the square of its longest edge.
 bool hasArea(const std::vector<Vec3>& positions, const Triangle& triangle);
 

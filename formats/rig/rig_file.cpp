@@ -27,7 +27,8 @@ void addClips(RigSource& rig, RigSource&& from) {
     if (from.clips.empty())
         throw InvalidInput(from.file.string() + ": brings no clip, and only the first rig brings a mesh");
     const std::map<std::string, int> node_of_name = nodesByName(rig);
-    for (Clip& clip : from.clips) {
+    for (std::size_t c = 0; c < from.clips.size(); ++c) {
+        Clip& clip = from.clips[c];
         std::vector<Channel> channels;
         for (Channel& channel : clip.channels) {
             const auto node = node_of_name.find(from.nodes[std::size_t(channel.node)].name);
@@ -37,7 +38,8 @@ void addClips(RigSource& rig, RigSource&& from) {
                 failAtNode(rig, channel.node, "has a matrix and cannot be animated by " + from.file.string());
             channels.push_back(std::move(channel));
         }
-        if (channels.empty())
+        const bool shapes = addWeightChannels(from, int(c), node_of_name, rig);
+        if (channels.empty() && !shapes)
             throw InvalidInput(from.file.string() + ": clip '" + clip.name + "' moves no node of " + rig.file.string());
         clip.channels = std::move(channels);
         rig.clips.push_back(std::move(clip));
@@ -109,10 +111,12 @@ Rig buildRig(RigSource&& source) {
     const double diagonal = characterDiagonal(vertices.triangles, vertices.positions);
     if (!std::isfinite(diagonal) || !(diagonal > 0))
         throw InvalidInput(source.file.string() + ": its vertices are all at one place, or not finite");
-    weldVertices(vertices, rig.mesh, rig.skin);
+    const std::vector<std::size_t> source_of_point = weldVertices(vertices, rig.mesh, rig.skin);
     rig.part_colors = std::move(vertices.part_colors);
     if (rig.mesh.triangles.empty()) throw InvalidInput(source.file.string() + ": has no triangle with an area");
     rig.rest_normals = vertexNormals(rig.mesh.triangles, rig.mesh.rest_positions);
+    setMorphs(vertices.morphs, source_of_point, rig.rest_normals, rig.mesh);
+    rig.weight_curves = weightCurves(source, vertices.morphs);
     rig.nodes = std::move(source.nodes);
     rig.node_of_joint = table.nodes;
     rig.inverse_bind = table.inverse_bind;
@@ -160,8 +164,12 @@ std::vector<bool> mirroredAtRest(const Rig& rig) {
 
 namespace {
 
-ClipTimes timesOf(const Clip& clip) {
+ClipTimes timesOf(const Rig& rig, std::size_t index) {
+    const Clip& clip = rig.clips[index];
     ClipTimes times{clip.name, 0, clip.duration, {}};
+    for (const WeightCurve& curve : rig.weight_curves)
+        if (std::size_t(curve.clip) == index)
+            times.keys.insert(times.keys.end(), curve.times.begin(), curve.times.end());
     for (const Channel& channel : clip.channels)
         times.keys.insert(times.keys.end(), channel.times.begin(), channel.times.end());
     std::sort(times.keys.begin(), times.keys.end());
@@ -172,7 +180,7 @@ ClipTimes timesOf(const Clip& clip) {
 
 FrameList sampleFrames(const Rig& rig, const std::vector<std::string>& clips, double fps) {
     std::vector<ClipTimes> times;
-    for (const Clip& clip : rig.clips) times.push_back(timesOf(clip));
+    for (std::size_t c = 0; c < rig.clips.size(); ++c) times.push_back(timesOf(rig, c));
     const FrameList frames = sampleClips(times, clips, fps, "the rig");
     return frames.frameCount() > 0 ? frames : FrameList{{kRestClip}, {0}, {0.0}};
 }

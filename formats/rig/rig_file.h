@@ -1,9 +1,10 @@
 #pragma once
-// Reads animated characters from glTF 2.0 (.glb, .gltf by tinygltf) and from FBX, Collada and DirectX .x (by assimp).
+// Reads animated characters from glTF 2.0 (.glb, .gltf and .vrm, by tinygltf) and from FBX, Collada and DirectX .x (by
+// assimp).
 //
 // Positions are those of the scene that the file shows, skinned as section 3.7.3 of glTF 2.0 asks: the node of a
-// skinned mesh does not move it. Morph targets and their default weights are ignored. FBX is turned and scaled by the
-// axes and the unit that the file states. A .x file states neither and is only mirrored to right-handed.
+// skinned mesh does not move it. Morph targets shape a mesh before its skin does (rig_morphs.h). FBX is turned and
+// scaled by the axes and the unit that the file states. A .x file states neither and is only mirrored to right-handed.
 //
 // Joints are the nodes of all skins that are drawn. Then comes a joint for each node that moves a mesh without skin
 // (its own node or that of an animated ancestor, under the nearest joint), then "scene" for meshes that stand still.
@@ -37,6 +38,15 @@ struct Clip {
     std::string name;  // unique in the rig; unnamed clips become "clip0", ...
     double duration = 0;
     std::vector<Channel> channels;
+};
+
+// Weights of the rig's morph targets over the time of a clip. Keys are as in Channel.
+struct WeightCurve {
+    int clip = 0;                        // indexes Rig::clips
+    std::vector<std::uint32_t> weights;  // [count] which ones
+    Interpolation interpolation = Interpolation::kLinear;
+    std::vector<double> times;
+    std::vector<float> values;  // [keys, count], or [keys, 3, count] with kCubicSpline
 };
 
 struct Node {
@@ -102,6 +112,7 @@ struct Rig {
     // [J]: row-major 3x4 matrices that map from the space of rest_positions to the joint
     std::vector<std::array<double, 12>> inverse_bind;
     std::vector<Clip> clips;
+    std::vector<WeightCurve> weight_curves;
     // The rig and every file that it refers to. Depfiles and provenance list them.
     std::vector<std::filesystem::path> files_read;
     std::vector<RigNote> notes;  // each once
@@ -125,6 +136,7 @@ struct RigPose {
     // [3J] the rotation vector of each joint relative to its parent joint and to rest, log(q_rest^-1 q); q is the
     // node's own rotation, times those of the nodes between the two
     std::vector<float> pose;
+    std::vector<float> weights;  // [M] of Mesh::morphs
 };
 // Poses the rig. `clip` indexes rig.clips; -1 is the rest pose (node transforms as they stand in the file). Times
 // outside of the keys are clamped to these.

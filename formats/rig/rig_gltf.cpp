@@ -1,5 +1,4 @@
-// Converts a glTF scene to a RigSource. Rigs ignore morph targets: positions are those of POSITION, whatever the
-// default weights are.
+// Converts a glTF scene to a RigSource.
 #include "formats/rig/rig_gltf.h"
 
 #include <algorithm>
@@ -15,7 +14,6 @@ struct Importer {
     GltfFile file;
     RigSource source;
     std::vector<int> node_of_file_node;  // glTF's node index to ours
-    Morphs morphs = Morphs::kIgnored;
     std::size_t target_vertices = 0;
 
     [[noreturn]] void fail(const std::string& problem) const { failAtFile(file.path, problem); }
@@ -186,6 +184,13 @@ std::string materialName(const GltfFile& file, int material) {
     return name.empty() ? "material" + std::to_string(material) : name;
 }
 
+// Refuses more vertices of targets than memory should hold.
+void countTargets(Importer& importer, const SourcePart& part) {
+    for (const std::vector<Vec3>& target : part.targets) importer.target_vertices += target.size();
+    if (importer.target_vertices > kMaxTargetVertices)
+        throw Unsupported(importer.file.path.string() + ": its morph targets are too large");
+}
+
 void convertPrimitive(Importer& importer, const tinygltf::Node& node, int our_node,
                       const tinygltf::Primitive& primitive, const std::string& where) {
     const auto position = primitive.attributes.find("POSITION");
@@ -201,11 +206,8 @@ void convertPrimitive(Importer& importer, const tinygltf::Node& node, int our_no
     part.triangles = readTriangles(importer, primitive, part.positions.size(), where);
     readPartColor(importer.file, primitive, where, part);
     if (node.skin >= 0) readInfluences(importer, primitive, where, part);
-    if (importer.morphs == Morphs::kRead) {
-        const std::vector<double>& of_mesh = importer.file.model.meshes[std::size_t(node.mesh)].weights;
-        readMorphTargets(importer.file, primitive, node.weights.empty() ? of_mesh : node.weights, where,
-                         importer.target_vertices, part);
-    }
+    readMorphTargets(importer.file, node, primitive, where, part);
+    countTargets(importer, part);
     importer.source.parts.push_back(std::move(part));
 }
 
@@ -322,7 +324,12 @@ void convertWeights(Importer& importer, const tinygltf::Animation& clip, const t
                     const std::string& where, MorphChannel channel) {
     const auto drawn = [&](const SourcePart& part) { return part.node == channel.node && !part.targets.empty(); };
     const auto part = std::find_if(importer.source.parts.begin(), importer.source.parts.end(), drawn);
-    if (part == importer.source.parts.end()) return;
+    if (part == importer.source.parts.end()) {
+        importer.source.notes.push_back({importer.file.path.string(),
+                                         importer.source.nodes[std::size_t(channel.node)].name, "morph weights",
+                                         "a clip drives them, but the node draws no mesh with morph targets"});
+        return;
+    }
     Sampler sampler = readSampler(importer, clip, from.sampler, where);
     checkSize(importer, sampler, 1, part->targets.size(), where);
     channel.interpolation = sampler.interpolation;
@@ -331,8 +338,7 @@ void convertWeights(Importer& importer, const tinygltf::Animation& clip, const t
     importer.source.morphs.push_back(std::move(channel));
 }
 
-// Converts clips. It passes over channels without a node, and over those of morph weights unless these are asked for.
-// A clip without any other channel is left out.
+// Converts clips. It passes over channels without a node. A clip without any other channel is left out.
 void convertClips(Importer& importer) {
     const tinygltf::Model& model = importer.file.model;
     for (std::size_t a = 0; a < model.animations.size(); ++a) {
@@ -350,7 +356,7 @@ void convertClips(Importer& importer) {
             if (channel.target_path != "weights") {
                 clip.channels.push_back(convertChannel(importer, from, channel, where));
                 clip.duration = std::max(clip.duration, clip.channels.back().times.back());
-            } else if (importer.morphs == Morphs::kRead) {
+            } else {
                 MorphChannel weights;
                 weights.clip = int(importer.source.clips.size());
                 weights.node = importer.node_of_file_node[std::size_t(channel.target_node)];
@@ -366,8 +372,8 @@ void convertClips(Importer& importer) {
 
 }  // namespace
 
-RigSource readGltf(const std::filesystem::path& path, Morphs morphs) {
-    Importer importer{.file = openGltf(path), .source = {}, .node_of_file_node = {}, .morphs = morphs};
+RigSource readGltf(const std::filesystem::path& path) {
+    Importer importer{.file = openGltf(path), .source = {}, .node_of_file_node = {}};
     importer.source.file = path;
     importer.source.files_read = importer.file.files_read;
     importer.source.notes = std::move(importer.file.notes);

@@ -54,10 +54,11 @@ struct SourcePart;
 void readPartColor(const GltfFile& file, const tinygltf::Primitive& primitive, const std::string& where,
                    SourcePart& part);
 
-// Reads the morph targets of a primitive whose positions are already read. `default_weights` are those of the node or
-// of its mesh. Adds the targets' vertices to `total`, and throws Unsupported where that becomes too large.
-void readMorphTargets(const GltfFile& file, const tinygltf::Primitive& primitive,
-                      const std::vector<double>& default_weights, const std::string& where, std::size_t& total,
-                      SourcePart& part);
+// Reads the morph targets of a primitive of the node's mesh, whose positions are already read, with the weights at rest
+// that the node or its mesh gives and the names that the mesh gives (extras.targetNames). A file may have up to
+// kMaxTargetVertices vertices of targets.
+constexpr std::size_t kMaxTargetVertices = std::size_t(1) << 26;  // 800 MB
+void readMorphTargets(const GltfFile& file, const tinygltf::Node& node, const tinygltf::Primitive& primitive,
+                      const std::string& where, SourcePart& part);
 
 }  // namespace penumbra

@@ -224,10 +224,21 @@ Bytes mergeBuffers(Loader& loader, Container& container) {
     return merged;
 }
 
+// Takes the names of morph targets, which exporters put into extras, where they are texts.
+Json targetNames(Json& object) {
+    if (!object.contains("extras") || !object["extras"].is_object()) return {};
+    Json names = object["extras"].value("targetNames", Json());
+    const bool texts =
+        names.is_array() && std::all_of(names.begin(), names.end(), [](const Json& name) { return name.is_string(); });
+    return texts ? names : Json();
+}
+
 void dropExtensions(Json& objects) {
     for (Json& object : objects) {
         if (!object.is_object()) continue;
+        Json names = targetNames(object);
         for (const char* key : {"extensions", "extras", "camera"}) object.erase(key);
+        if (!names.empty()) object["extras"]["targetNames"] = std::move(names);
         if (object.contains("primitives")) dropExtensions(object["primitives"]);
     }
 }
@@ -273,10 +284,13 @@ bool hasOnlyMorphClips(const std::filesystem::path& path) try {
     (void)resolvePointers(path, document);
     for (const Json& node : document.value("nodes", Json::array()))
         if (node.contains("skin")) return false;
+    bool any = false;
     for (const Json& clip : document.value("animations", Json::array()))
-        for (const Json& channel : clip.value("channels", Json::array()))
-            if (channel.value("target", Json::object()).value("path", "") == "weights") return true;
-    return false;
+        for (const Json& channel : clip.value("channels", Json::array())) {
+            any = channel.value("target", Json::object()).value("path", "") == "weights";
+            if (!any) return false;
+        }
+    return any;
 } catch (const Json::exception&) {
     return false;
 } catch (const InvalidInput&) {

@@ -107,6 +107,7 @@ std::uint16_t slotOf(const RigSource& source, const SourcePart& part, std::vecto
 SourceVertices gatherVertices(const RigSource& source, const JointTable& table) {
     const std::vector<bool> mirrors = mirroringJoints(source, table);
     SourceVertices out;
+    out.morphs = planMorphs(source);
     std::vector<std::vector<Influence>> influences;
     for (std::size_t p = 0; p < source.parts.size(); ++p) {
         const SourcePart& part = source.parts[p];
@@ -125,6 +126,7 @@ SourceVertices gatherVertices(const RigSource& source, const JointTable& table) 
             const bool mirrored = mirrors[std::size_t(influences[first + t[0]][0].joint)] != mirrored_part;
             out.triangles.push_back({first + t[0], first + t[mirrored ? 2 : 1], first + t[mirrored ? 1 : 2]});
         }
+        appendMorphs(part, table.placement_of_part[p], out.morphs);
     }
     packInfluences(influences, out);
     return out;
@@ -229,7 +231,7 @@ void placeUnused(const SourceVertices& vertices, const PointGrid& grid, double r
 
 }  // namespace
 
-void weldVertices(const SourceVertices& vertices, Mesh& mesh, Skin& skin) {
+std::vector<std::size_t> weldVertices(const SourceVertices& vertices, Mesh& mesh, Skin& skin) {
     const double radius = kWeldDistance * characterDiagonal(vertices.triangles, vertices.positions);
     PointGrid grid(radius, 64 * radius);
     const std::size_t k = std::size_t(vertices.influences);
@@ -247,7 +249,8 @@ void weldVertices(const SourceVertices& vertices, Mesh& mesh, Skin& skin) {
         const Vec3d p = toDouble(vertices.positions[v]);
         std::uint32_t point = grid.find(p, [&](std::uint32_t other) {
             const Vec3d d = toDouble(mesh.rest_positions[other]) - p;
-            return dot(d, d) <= radius * radius && sameWeights(vertices, v, source_of_point[other]);
+            return dot(d, d) <= radius * radius && sameWeights(vertices, v, source_of_point[other]) &&
+                   sameMorphs(vertices.morphs, v, source_of_point[other], radius);
         });
         if (point == PointGrid::kNone) {
             point = std::uint32_t(source_of_point.size());
@@ -268,6 +271,7 @@ void weldVertices(const SourceVertices& vertices, Mesh& mesh, Skin& skin) {
         const Triangle welded{mesh.source_vertex[t[0]], mesh.source_vertex[t[1]], mesh.source_vertex[t[2]]};
         if (hasArea(mesh.rest_positions, welded)) mesh.triangles.push_back(welded);
     }
+    return source_of_point;
 }
 
 }  // namespace penumbra

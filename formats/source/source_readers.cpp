@@ -16,6 +16,7 @@ RigSource readGltfRig(const std::filesystem::path& path) { return readGltf(path)
 constexpr SourceReader kReaders[] = {
     {.extension = ".glb", .rig = readGltfRig, .cache = readGltfCache, .is_cache = hasOnlyMorphClips},
     {.extension = ".gltf", .rig = readGltfRig, .cache = readGltfCache, .is_cache = hasOnlyMorphClips},
+    {.extension = ".vrm", .rig = readGltfRig, .cache = readGltfCache, .is_cache = hasOnlyMorphClips},
     {.extension = ".fbx", .rig = readWithAssimp},
     {.extension = ".dae", .rig = readWithAssimp},
     {.extension = ".x", .rig = readWithAssimp},

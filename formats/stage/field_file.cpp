@@ -23,6 +23,11 @@ std::string meshSha256(const Mesh& mesh) {
     Sha256 hash;
     hash.update(std::as_bytes(mesh.frontTriangles()));
     hash.update(std::as_bytes(std::span(mesh.rest_positions).first(mesh.frontVertexCount())));
+    for (std::size_t r = 0; r < mesh.morphs.vertices.size(); ++r) {
+        if (mesh.morphs.vertices[r] >= mesh.frontVertexCount()) continue;
+        hash.update(std::as_bytes(std::span(&mesh.morphs.vertices[r], 1)));
+        hash.update(std::as_bytes(std::span(&mesh.morphs.positions[r], 1)));
+    }
     return hash.hex();
 }
 

@@ -10,6 +10,7 @@
 #include "formats/common/write_file.h"
 #include "formats/stage/clip_errors.h"
 #include "formats/stage/model_deforming.h"
+#include "formats/stage/morphs_stored.h"
 #include "formats/stage/part_fields_stored.h"
 #include "formats/stage/stage_parts.h"
 #include "formats/stage/visibility_file.h"
@@ -356,6 +357,7 @@ Model readModel(const std::filesystem::path& path) {
     model.skin = readSkin(in, vertices);
     readFrames(in, model);
     readModelInputs(in, model);
+    checkMorphInputs(in, model.mesh.morphs, model.input_names);
     readDeforming(in, model);
     model.joint_centers = readVectors(in, "/model/joint_centers", model.skin.jointCount());
     model.joint_spreads.resize(model.skin.jointCount());

@@ -5,6 +5,7 @@
 #include <unordered_set>
 
 #include "formats/common/errors.h"
+#include "formats/stage/morphs_stored.h"
 #include "sh/sh_basis.h"
 
 namespace penumbra {
@@ -91,6 +92,7 @@ void writeMesh(hid_t file, const Mesh& mesh, const std::vector<Vec3>& rest_norma
     writeIndices(file, "/mesh/source_vertex", mesh.source_vertex);
     writeVectors(file, "/mesh/rest_normals", rest_normals);
     if (mesh.two_sided) writeIntegerAttribute(file, "/", "two_sided", 1);
+    writeMorphs(file, mesh.morphs);
     if (mesh.slots.empty()) return;
     writeStrings(file, "/mesh/slots", mesh.slots);
     writeIntegers(file, "/mesh/slot_of_vertex",
@@ -151,6 +153,7 @@ Mesh readMesh(const Hdf5Reader& in) {
     readSlots(in, mesh);
     mesh.two_sided = hasAttribute(in, "/", "two_sided") && readIntegerAttribute(in, "/", "two_sided", 0, 1) == 1;
     if (mesh.two_sided) checkTwoSided(in, mesh);
+    mesh.morphs = readMorphs(in, vertices);
     return mesh;
 }
 

@@ -1,6 +1,7 @@
 #include "formats/stage/visibility_header.h"
 
 #include "formats/common/errors.h"
+#include "formats/stage/morphs_stored.h"
 
 namespace penumbra {
 
@@ -171,6 +172,7 @@ VisibilityHeader readVisibilityHeader(const Hdf5Reader& in) {
                                                            : meshNormals(header.mesh, header.mesh.rest_positions);
     if (exists(in, "/mesh/edges")) header.edges = readEdges(in, header.mesh);
     if (exists(in, "/inputs")) header.input_names = readInputNames(in);
+    checkMorphInputs(in, header.mesh.morphs, header.input_names);
     if (exists(in, "/skin")) header.skin = readSkin(in, vertices);
     header.frames = readFrameList(in);
     if (exists(in, "/shard")) header.shard = readShard(in, header.frames);

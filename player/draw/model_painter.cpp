@@ -104,14 +104,30 @@ void ModelPainter::uploadArrays(std::optional<UploadRing>& ring, std::span<const
     }
 }
 
-// Uploads position and normal of every vertex of a deforming mesh. Skinned meshes need none.
+// Writes position and normal of every skinned vertex, and returns what follows.
+static float* writeSkinned(const Evaluator& evaluator, float* at) {
+    std::vector<Vec3> positions(evaluator.vertexCount()), normals(positions), tangents(positions);
+    evaluator.skin(0, positions.size(), positions, normals, tangents);
+    for (std::size_t v = 0; v < positions.size(); ++v) {
+        const Vec3 p = positions[v], n = normals[v];
+        for (const float number : {p.x, p.y, p.z, n.x, n.y, n.z}) *at++ = number;
+    }
+    return at;
+}
+
+// Uploads position and normal of every vertex of a mesh that deforms or has morph targets. Other meshes need none, as
+// the GPU skins them.
 void ModelPainter::uploadVertices(std::span<const PosedCharacter> characters) {
     const AssetView& asset = asset_->view();
-    if (!asset.model.deforming) return;
+    if (!asset.model.deforming && asset.mesh.morphs.empty()) return;
     if (!vertices_) vertices_.emplace(capacity_ * asset_->vertexCount() * 6);
     float* at = vertices_->next().data();
     for (const PosedCharacter& character : characters) {
         const Evaluator& evaluator = *character.evaluator;
+        if (!asset.model.deforming) {
+            at = writeSkinned(evaluator, at);
+            continue;
+        }
         for (std::size_t v = 0; v < asset_->vertexCount(); ++v) {
             const std::size_t point = asset.mesh.pointOf(v);
             const Vec3 p = evaluator.points()[point], front = evaluator.pointNormals()[point],

@@ -203,6 +203,7 @@ void writeCaches(const fs::path& out) {
 void copyRigs(const fs::path& samples, const fs::path& out) {
     for (const char* name : {"weights_u16.glb", "quantized.glb", "sparse.glb", "interpolation.glb", "swing.glb"})
         write(out / "fuzz_rig" / name, samples::readText(samples / name));
+    write(out / "fuzz_rig" / "sheet_morph.glb", samples::readText(samples / "sheet_morph.glb"));
     write(out / "fuzz_point_cache_gltf" / "sheet_morph.glb", samples::readText(samples / "sheet_morph.glb"));
     write(out / "fuzz_rig_bytes" / "swing", textOf(bytesOf(importWithAssimp(samples / "swing.fbx"))));
 }
