@@ -27,6 +27,13 @@ std::vector<Vec3> shownWeights(const PosedScene& scene, const LightView& light, 
 
 }  // namespace
 
+bool fitsGpu(const PosedScene& scene, const RenderOptions& options) {
+    const SceneDescription& file = scene.file();
+    const bool plain = std::ranges::none_of(file.props, &SceneCharacter::real) && !scene.members().empty() &&
+                       !(file.ground && file.ground->catcher);
+    return plain && options.channel != Channel::kError && scene.castWay().mode == CastMode::kProduct;
+}
+
 SceneOnGpu::SceneOnGpu(const PosedScene& scene, const RenderOptions& options, int threads)
     : scene_(scene), options_(options), threads_(threads), members_(scene.members().size()) {
     requireLight(scene, options.channel);

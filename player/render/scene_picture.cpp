@@ -1,7 +1,5 @@
 #include "player/render/scene_picture.h"
 
-#include <algorithm>
-
 #include "player/draw/sky_painter.h"
 #include "player/draw/sunlight.h"
 #include "player/gl/gl_context.h"
@@ -58,14 +56,6 @@ Image drawSky(const PosedScene& scene, const FrameView& view, const OffscreenTar
     target.begin();
     sky.draw(view, rotation);
     return target.read();
-}
-
-// Tells whether the GPU can evaluate the picture. It has the default way of casting, and draws everyone.
-bool fitsGpu(const PosedScene& scene, const RenderOptions& options) {
-    const SceneDescription& file = scene.file();
-    const bool plain = std::ranges::none_of(file.props, &SceneCharacter::real) && !scene.members().empty() &&
-                       !(file.ground && file.ground->catcher);
-    return plain && options.channel != Channel::kError && scene.castWay().mode == CastMode::kProduct;
 }
 
 }  // namespace
