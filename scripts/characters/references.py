@@ -16,8 +16,9 @@ def run(command, seconds=300):
     done = subprocess.run([str(word) for word in command], capture_output=True, text=True, errors="replace",
                           timeout=seconds)
     if done.returncode:
-        lines = [line.strip() for line in done.stderr.splitlines() if "Error" in line] or [done.stderr.strip()[-200:]]
-        raise RuntimeError(" ".join(lines[0].split())[-200:])
+        lines = [line.strip() for line in (done.stderr + done.stdout).splitlines()]
+        lines = [line for line in lines if "Error: " in line and "script failed" not in line] or lines[-1:] or [""]
+        raise RuntimeError(lines[0][-200:])
     return done.stdout
 
 

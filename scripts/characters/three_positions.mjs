@@ -3,7 +3,7 @@
 // MODULES is the node_modules folder that has the npm package three. REQUEST is a JSON list of frames [[clip, seconds],
 // ...]; clip is an index into the animations of the file, or -1 for the file as it stands. OUT gets frames x vertices x
 // 3 little-endian doubles, world space, in the order of node, primitive and vertex. NaN stands for vertices that no
-// triangle uses, and for those whose weights are all 0, of which glTF says nothing. Prints one line of JSON:
+// triangle with an area uses, and for those whose weights are all 0, of which glTF says nothing. Prints one line of JSON:
 // {"clips": [[name, seconds], ...], "vertices", "three_apart"}. With an empty REQUEST that line is all.
 //
 // three.js reads the file, moves the nodes and says where the bones are. The sum over targets and bones is done here in
@@ -111,9 +111,11 @@ async function readPart(part) {
     part.targets = [];
     for (const target of targets ?? [])
         part.targets.push(target.POSITION === undefined ? null : await values(target.POSITION, 3));
-    part.used = new Uint8Array(part.count).fill(part.definition.indices === undefined ? 1 : 0);
-    if (part.definition.indices !== undefined)
-        for (const v of await values(part.definition.indices, 1)) part.used[v] = 1;
+    const { indices, mode = 4 } = part.definition;
+    const order = indices === undefined ? Array.from({ length: part.count }, (_, v) => v) : await values(indices, 1);
+    part.triangles = [];
+    for (let k = 0; k + 2 < order.length; k += mode === 4 ? 3 : 1)
+        part.triangles.push([order[mode === 6 ? 0 : k], order[k + 1], order[k + 2]]);
     part.sets = [];
     for (let n = 0; part.mesh.isSkinnedMesh && attributes[`JOINTS_${n}`] !== undefined; ++n)
         part.sets.push([await values(attributes[`JOINTS_${n}`], 4), await values(attributes[`WEIGHTS_${n}`], 4)]);
@@ -169,6 +171,24 @@ function compare(part, v, out, at) {
     if (Number.isFinite(apart)) three_apart = Math.max(three_apart, apart);
 }
 
+// Writes NaN over the vertices of a part that only triangles without area use, as they stand now.
+function forget(part, places) {
+    const place = (v) => places.subarray(3 * v, 3 * v + 3);
+    const low = [Infinity, Infinity, Infinity];
+    const high = [-Infinity, -Infinity, -Infinity];
+    for (let i = 0; i < places.length; ++i) {
+        if (places[i] < low[i % 3]) low[i % 3] = places[i];
+        if (places[i] > high[i % 3]) high[i % 3] = places[i];
+    }
+    const least = 2e-6 * Math.hypot(...high.map((h, i) => h - low[i]));
+    const apart = (a, b) => Math.hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]) > least;
+    const used = new Uint8Array(part.count);
+    for (const [a, b, c] of part.triangles)
+        if (apart(place(a), place(b)) && apart(place(b), place(c)) && apart(place(c), place(a)))
+            used[a] = used[b] = used[c] = 1;
+    for (let v = 0; v < part.count; ++v) if (!used[v]) place(v).fill(NaN);
+}
+
 function writePart(part, out, at) {
     const rest = morphed(part);
     const skeleton = part.sets.length ? part.mesh.skeleton : null;
@@ -187,8 +207,8 @@ function writePart(part, out, at) {
             if (bones) skin(part, bones, v, p, out, at);
             else for (let r = 0; r < 3; ++r) out[at + r] = m[r] * p[0] + m[r + 4] * p[1] + m[r + 8] * p[2] + m[r + 12];
             compare(part, v, out, at);
-            if (!part.used[v]) out.fill(NaN, at, at + 3);
         }
+        forget(part, out.subarray(at - 3 * part.count, at));
     }
     return at;
 }
