@@ -7,9 +7,10 @@ namespace penumbra {
 
 RayStart startOfVertex(const MomentTracer& tracer, Vec3 position, Vec3 normal, std::size_t vertex) {
     const Vec3 scaled = tracer.scale.apply(position);
-    if (!tracer.blockers || dot(normal, normal) == 0) return startOverSolid(scaled, normal, tracer.bias);
+    if (!tracer.blockers || dot(normal, normal) == 0)
+        return startOverSolid(scaled, tracer.start_ways.empty() ? normal : tracer.start_ways[vertex], tracer.bias);
     const std::size_t fronts = tracer.mesh->frontVertexCount();
-    const auto front = std::uint32_t(vertex % fronts);
+    const std::uint32_t front = tracer.blockers->placeOf(std::uint32_t(vertex % fronts));
     const Vec3 direction =
         directionToSide(tracer.blockers->fans, tracer.vertices, front, normal, vertex < fronts ? 1 : -1);
     return startOverSheet(

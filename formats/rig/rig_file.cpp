@@ -7,7 +7,7 @@
 
 #include "formats/common/errors.h"
 #include "formats/rig/frame_sampling.h"
-#include "formats/rig/rig_build.h"
+#include "formats/rig/rig_normals.h"
 
 namespace penumbra {
 
@@ -93,7 +93,7 @@ void setRestTransforms(Rig& rig) {
     }
 }
 
-Rig buildRig(RigSource&& source) {
+Rig buildRig(RigSource& source, const RigOptions& options) {
     std::size_t triangles = 0;
     for (const SourcePart& part : source.parts) triangles += part.triangles.size();
     if (triangles == 0) throw InvalidInput(source.file.string() + ": has no triangles");
@@ -103,10 +103,11 @@ Rig buildRig(RigSource&& source) {
     const double diagonal = boxDiagonal(vertices.positions);
     if (!std::isfinite(diagonal) || !(diagonal > 0))
         throw InvalidInput(source.file.string() + ": its vertices are all at one place, or not finite");
-    weldVertices(vertices, rig.mesh, rig.skin);
+    WeldedNormals welded = weldVertices(vertices, options, rig.mesh, rig.skin);
+    noteAgainstWinding(vertices, welded.against_winding, source);
     rig.part_colors = std::move(vertices.part_colors);
     if (rig.mesh.triangles.empty()) throw InvalidInput(source.file.string() + ": has no triangle with an area");
-    rig.rest_normals = vertexNormals(rig.mesh.triangles, rig.mesh.rest_positions);
+    rig.rest_normals = std::move(welded.rest_normals);
     rig.nodes = std::move(source.nodes);
     rig.node_of_joint = table.nodes;
     rig.inverse_bind = table.inverse_bind;
@@ -129,7 +130,7 @@ Rig joinRig(std::vector<RigSource> sources, const RigOptions& options) {
     for (std::size_t i = 1; i < sources.size(); ++i) addClips(first, std::move(sources[i]));
     makeClipNamesUnique(first.clips);
     if (first.clips.size() > 65535) throw Unsupported(first.file.string() + ": more than 65535 clips");
-    Rig rig = buildRig(std::move(first));
+    Rig rig = buildRig(first, options);
     rig.notes = takeNotes(sources);
     if (options.strict) refuseNotes(rig.notes);
     return rig;
