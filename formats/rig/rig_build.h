@@ -115,13 +115,15 @@ struct SourceVertices {
 std::uint16_t slotOf(const RigSource& source, const SourcePart& part, std::vector<std::string>& slots);
 SourceVertices gatherVertices(const RigSource& source, const JointTable& table);
 // What welding makes besides.
-struct WeldedNormals {
+struct WeldedPoints {
     std::vector<Vec3> rest_normals;            // [V] unit
+    std::vector<std::size_t> vertex_of_point;  // [V] the first vertex of each shading point
+    std::vector<std::size_t> first_of_place;   // [V] the first vertex of its place, which gives position and skin row
     std::vector<std::size_t> against_winding;  // vertices whose normal the triangles' winding contradicts, ascending
 };
 // Fills mesh and the joints and weights of skin, and drops triangles without area. A place with several normals has
 // several shading points (rig_normals.h), whose rest positions and skin rows have the same bits.
-WeldedNormals weldVertices(const SourceVertices& vertices, const RigOptions& options, Mesh& mesh, Skin& skin);
+WeldedPoints weldVertices(const SourceVertices& vertices, const RigOptions& options, Mesh& mesh, Skin& skin);
 // Tells whether a triangle is more than a line, by its double area against the square of its longest edge.
 bool hasArea(const std::vector<Vec3>& positions, const Triangle& triangle);
 

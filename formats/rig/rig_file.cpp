@@ -103,7 +103,7 @@ Rig buildRig(RigSource& source, const RigOptions& options) {
     const double diagonal = boxDiagonal(vertices.positions);
     if (!std::isfinite(diagonal) || !(diagonal > 0))
         throw InvalidInput(source.file.string() + ": its vertices are all at one place, or not finite");
-    WeldedNormals welded = weldVertices(vertices, options, rig.mesh, rig.skin);
+    WeldedPoints welded = weldVertices(vertices, options, rig.mesh, rig.skin);
     noteAgainstWinding(vertices, welded.against_winding, source);
     rig.part_colors = std::move(vertices.part_colors);
     if (rig.mesh.triangles.empty()) throw InvalidInput(source.file.string() + ": has no triangle with an area");

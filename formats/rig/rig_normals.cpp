@@ -58,6 +58,7 @@ std::vector<Vec3d> areaSums(const std::vector<Vec3>& positions, const SplitVerti
 // A normal that the winding contradicts is turned round where that brings it to the triangles' side by at least 30
 // degrees: the file has its normals inside out. Otherwise it counts as none.
 constexpr double kTurnedRound = 0.5;
+constexpr double kOtherLayer = -0.9;
 
 // Chooses the normal of each vertex.
 void chooseNormals(const SourceVertices& vertices, std::span<const std::uint32_t> place_of_vertex,
@@ -70,11 +71,12 @@ void chooseNormals(const SourceVertices& vertices, std::span<const std::uint32_t
     for (std::uint32_t v = 0; v < count; ++v) {
         const Vec3d computed = normalized(own[v]);
         Vec3 chosen = vertices.normals.empty() ? Vec3{} : vertices.normals[split.original[v]];
-        // 1. Near a crumpled or smoothed place single triangles may face away, so the whole place has a say.
-        if (!isZero(chosen) && dot(toDouble(chosen), computed) < 0 &&
-            dot(toDouble(chosen), of_place[place(v)]) <= kCosineRounding * length(of_place[place(v)])) {
+        // 1. Near a crumpled or smoothed place the triangles of a vertex may face away from a right normal, so the
+        // whole place has a say, unless the two are opposite: those are the layers of a sheet.
+        const double side = dot(toDouble(chosen), computed);
+        if (side < 0 && (side < kOtherLayer || dot(toDouble(chosen), of_place[place(v)]) <= 1e-6 * length(own[v]))) {
             split.against_winding.push_back(split.original[v]);
-            chosen = -dot(toDouble(chosen), computed) >= kTurnedRound ? -chosen : Vec3{};
+            chosen = -side >= kTurnedRound ? -chosen : Vec3{};
         }
         // 2. What has no normal takes that of its triangles.
         split.from_file.push_back(!isZero(chosen));

@@ -262,7 +262,7 @@ void appendPoint(const SourceVertices& vertices, std::size_t vertex, std::size_t
 
 }  // namespace
 
-WeldedNormals weldVertices(const SourceVertices& vertices, const RigOptions& options, Mesh& mesh, Skin& skin) {
+WeldedPoints weldVertices(const SourceVertices& vertices, const RigOptions& options, Mesh& mesh, Skin& skin) {
     mesh = {};
     mesh.slots = vertices.slots;
     skin.influences = vertices.influences;
@@ -273,16 +273,22 @@ WeldedNormals weldVertices(const SourceVertices& vertices, const RigOptions& opt
         if (place_of_vertex[v] == first_of_place.size()) first_of_place.push_back(v);
     SplitVertices split = splitVertices(vertices, place_of_vertex, options);
     const std::vector<std::uint32_t> points = pointsOfVertices(split, place_of_vertex, options.split_angle);
-    for (std::size_t v = 0; v < points.size(); ++v)
-        if (points[v] == mesh.vertexCount())
-            appendPoint(vertices, split.original[v], first_of_place[place_of_vertex[split.original[v]]], mesh, skin);
+    WeldedPoints out;
+    for (std::size_t v = 0; v < points.size(); ++v) {
+        if (points[v] != mesh.vertexCount()) continue;
+        out.vertex_of_point.push_back(split.original[v]);
+        out.first_of_place.push_back(first_of_place[place_of_vertex[split.original[v]]]);
+        appendPoint(vertices, out.vertex_of_point.back(), out.first_of_place.back(), mesh, skin);
+    }
     mesh.source_vertex.assign(points.begin(), points.begin() + std::ptrdiff_t(vertices.positions.size()));
     // 2. Triangles follow their corners. Those that welding has made a line are dropped.
     for (const Triangle& t : split.triangles) {
         const Triangle welded{points[t[0]], points[t[1]], points[t[2]]};
         if (hasArea(mesh.rest_positions, welded)) mesh.triangles.push_back(welded);
     }
-    return {restNormals(split, points, mesh), std::move(split.against_winding)};
+    out.rest_normals = restNormals(split, points, mesh);
+    out.against_winding = std::move(split.against_winding);
+    return out;
 }
 
 }  // namespace penumbra
