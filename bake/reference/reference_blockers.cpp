@@ -7,6 +7,7 @@
 #include "formats/cache/numbered_files.h"
 #include "formats/common/errors.h"
 #include "formats/common/joined.h"
+#include "formats/common/mesh_places.h"
 #include "formats/common/sha256.h"
 
 namespace penumbra {
@@ -61,6 +62,17 @@ void checkGiven(const VisibilityHeader& header, const std::string& name, const B
         }
 }
 
+// The places of the fronts of a rig; a cache has none.
+std::vector<std::uint32_t> placesOf(const VisibilityHeader& header) {
+    if (!header.skin) return {};
+    const std::size_t fronts = header.mesh.frontVertexCount(), rows = fronts * std::size_t(header.skin->influences);
+    Skin skin;
+    skin.influences = header.skin->influences;
+    skin.joints.assign(header.skin->joints.begin(), header.skin->joints.begin() + std::ptrdiff_t(rows));
+    skin.weights.assign(header.skin->weights.begin(), header.skin->weights.begin() + std::ptrdiff_t(rows));
+    return firstOfPlaces(std::span(header.mesh.rest_positions).first(fronts), skin);
+}
+
 }  // namespace
 
 ReferenceBlockers blockersOfFrame(const VisibilityHeader& header, std::size_t frame, const std::string& name,
@@ -70,12 +82,13 @@ ReferenceBlockers blockersOfFrame(const VisibilityHeader& header, std::size_t fr
     ReferenceBlockers out;
     if (header.skin && !header.mesh.two_sided && occluders.empty()) return out;
     const std::span<const Vec3> rest(header.mesh.rest_positions);
-    out.blockers.add(header.mesh.frontTriangles(), rest.first(header.mesh.frontVertexCount()));
+    out.blockers.add(header.mesh.frontTriangles(), rest.first(header.mesh.frontVertexCount()), placesOf(header));
     std::vector<std::string> clips = header.frames.clip_names;
     if (words.blocks)
         for (std::string& clip : clips) clip = clipOfBlock(clip);
     for (const Occluder& occluder : readOccluders(occluders, words.cache, clips)) {
-        out.blockers.add(occluder.source.mesh().triangles, sourcePositions(occluder.source, -1, 0));
+        out.blockers.add(occluder.source.mesh().triangles, sourcePositions(occluder.source, -1, 0),
+                         occluder.source.places());
         appendPositions(occluder, header.frames.clip[frame], header.frames.time[frame], out.occluder_positions);
     }
     return out;

@@ -57,7 +57,8 @@ RayStart startOfShadowRays(const ReferenceScene& scene, const Corners& corners, 
                            double bias) {
     if (!scene.input.blockers) return {toFloat(wanted), false};
     const auto fronts = std::uint32_t(scene.input.mesh.frontVertexCount());
-    const Triangle own{corners.vertex[0] % fronts, corners.vertex[1] % fronts, corners.vertex[2] % fronts};
+    Triangle own;
+    for (std::size_t k = 0; k < 3; ++k) own[k] = scene.input.blockers->placeOf(corners.vertex[k] % fronts);
     // On a crumpled sheet the interpolated normal may point behind the triangle.
     const Vec3d a = toDouble(scene.positions[own[0]]), b = toDouble(scene.positions[own[1]]),
                 c = toDouble(scene.positions[own[2]]);

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "formats/common/errors.h"
+#include "formats/common/mesh_places.h"
 #include "formats/source/source_readers.h"
 
 namespace penumbra {
@@ -21,6 +22,14 @@ std::vector<std::string> BakeSource::notes() const {
     std::vector<std::string> lines;
     for (const RigNote& note : rig->notes) lines.push_back(textOf(note));
     return lines;
+}
+
+std::vector<std::uint32_t> BakeSource::places() const {
+    if (!rig) return {};
+    std::vector<std::uint32_t> first = firstOfPlaces(rig->mesh.rest_positions, rig->skin);
+    for (std::size_t v = 0; v < first.size(); ++v)
+        if (first[v] != v) return first;
+    return {};
 }
 
 BakeSource readSource(const std::vector<std::filesystem::path>& paths, const PointCacheOptions& options,

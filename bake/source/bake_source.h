@@ -17,6 +17,8 @@ struct BakeSource {
     const std::vector<std::filesystem::path>& filesRead() const { return rig ? rig->files_read : cache->files_read; }
     std::vector<std::string> clipNames() const;
     std::vector<std::string> notes() const;  // what its reader has to say, a line each
+    // firstOfPlaces() of a rig that has hard edges, else empty.
+    std::vector<std::uint32_t> places() const;
 };
 
 // Reads a point cache where the first path is one (isPointCache()), and a rig otherwise. Throws the errors of

@@ -19,6 +19,7 @@
 #include <map>
 
 #include "formats/common/errors.h"
+#include "formats/common/mesh_places.h"
 #include "formats/common/write_file.h"
 #include "formats/image/image_file.h"
 #include "formats/image/texture_file.h"
@@ -149,6 +150,20 @@ void addLoneVertices(const Mesh& mesh, const Surface& surface, ColorSums& sums) 
     }
 }
 
+// Returns for each point the one whose colour it has: itself, or another of its place where a vertex of the source
+// became several points, of which the source names one.
+std::vector<std::uint32_t> colorDonors(const Rig& rig, const ColorSums& sums) {
+    const std::vector<std::uint32_t> first = firstOfPlaces(rig.mesh.rest_positions, rig.skin);
+    std::vector<std::uint32_t> donor_of_place(first.size(), UINT32_MAX), donors;
+    for (std::uint32_t v = 0; v < first.size(); ++v)
+        if (sums.weights[v] > 0) donor_of_place[first[v]] = std::min(donor_of_place[first[v]], v);
+    for (std::uint32_t v = 0; v < first.size(); ++v) {
+        const bool lacks = !(sums.weights[v] > 0) && donor_of_place[first[v]] != UINT32_MAX;
+        donors.push_back(lacks ? donor_of_place[first[v]] : v);
+    }
+    return donors;
+}
+
 // Opens each picture once. `where` names rig and slot.
 class Pictures {
 public:
@@ -191,8 +206,8 @@ BaseColors readBaseColors(const Rig& rig, const std::string& file) {
     }
     for (const Surface& surface : surfaces) addTriangles(mesh, surface, sums);
     for (const Surface& surface : surfaces) addLoneVertices(mesh, surface, sums);
-    for (std::size_t v = 0; v < mesh.vertexCount(); ++v)
-        out.colors.push_back(toFloat(sums.colors[v] / sums.weights[v]));
+    const std::vector<std::uint32_t> donors = colorDonors(rig, sums);
+    for (const std::uint32_t v : donors) out.colors.push_back(toFloat(sums.colors[v] / sums.weights[v]));
     return out;
 }
 

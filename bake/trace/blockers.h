@@ -20,9 +20,17 @@ struct Blockers {
     std::vector<std::int32_t> solid_of_vertex;
 
     VertexFans fans;  // of the mesh
+    // [Vs] the first vertex of each vertex' place (firstOfPlaces()), which triangles, fans and solids use in its stead:
+    // a hard edge is no border. Empty: every vertex has a place of its own.
+    std::vector<std::uint32_t> place_of_vertex;
+    std::uint32_t placeOf(std::uint32_t vertex) const {
+        return place_of_vertex.empty() ? vertex : place_of_vertex[vertex];
+    }
 
-    // Adds the triangles of a mesh, whose vertices get the next indices. The mesh of the bake comes first.
-    void add(std::span<const Triangle> more, std::span<const Vec3> rest_positions);
+    // Adds the triangles of a mesh, whose vertices get the next indices. The mesh of the bake comes first. `places`
+    // has firstOfPlaces() of a rig, and is empty for a cache, which has one vertex for each place.
+    void add(std::span<const Triangle> more, std::span<const Vec3> rest_positions,
+             std::vector<std::uint32_t> places = {});
     std::size_t vertices = 0;  // of all meshes so far
     std::int32_t solids = 0;   // closed surfaces so far
 };

@@ -23,7 +23,9 @@ struct MomentTracer {
     // which vertex a point is.
     const Blockers* blockers = nullptr;
     const Mesh* mesh = nullptr;
-    std::span<const Vec3> vertices = {};    // [V] of the mesh in this frame
+    std::span<const Vec3> vertices = {};  // [V] of the mesh in this frame
+    // [V] unit, the way from each vertex to the start of its rays over a solid (start_ways.h); empty: the normals.
+    std::span<const Vec3> start_ways = {};
     std::optional<LocalTracer> local = {};  // set for local moments; the scene must have been made with `filters`
     std::span<const float> far_bias = {};   // for each front vertex in place of `bias`, where any is far (far_bias.h)
 };
@@ -48,8 +50,9 @@ float biasOf(const MomentTracer& tracer, std::size_t vertex);
 RayStart startOfVertex(const MomentTracer& tracer, Vec3 position, Vec3 normal, std::size_t vertex);
 
 // Writes the moments of each point and returns the number of rays traced, each counted once. A point whose normal is
-// zero has no horizon and gets zeros. With blockers or local moments the points are the vertices `first_vertex`,
-// `first_vertex` + 1, ... of the mesh. May be called from many threads; a point's result depends on that point alone.
+// zero has no horizon and gets zeros. With blockers, start ways or local moments the points are the vertices
+// `first_vertex`, `first_vertex` + 1, ... of the mesh. May be called from many threads; a point's result depends on
+// that point alone.
 std::size_t traceMoments(const MomentTracer& tracer, std::span<const Vec3> positions, std::span<const Vec3> normals,
                          const MomentOutput& out, std::size_t first_vertex = 0);
 

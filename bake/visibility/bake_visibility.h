@@ -28,8 +28,9 @@ struct BakePlan {
     // With a point cache, a sheet or occluders, rays start by the rules of ray_start.h.
     bool sheet_rules = false;
     Blockers blockers;
-    std::optional<LocalParts> local;  // set with header.local
-    std::vector<Occluder> occluders;  // their clips go with header.frames.clip_names
+    std::vector<std::uint32_t> places;  // BakeSource::places() of a solid: its rays start by start_ways.h
+    std::optional<LocalParts> local;    // set with header.local
+    std::vector<Occluder> occluders;    // their clips go with header.frames.clip_names
     ExtraInputs inputs;
     std::vector<std::vector<EdgeTurns>> turns;  // [F] of a point cache, else empty
 

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "bake/trace/start_ways.h"
 #include "formats/common/errors.h"
 
 namespace penumbra {
@@ -61,10 +62,12 @@ FrameScene frameScene(const BakePlan& plan, std::size_t f) {
     for (Vec3& p : scaled) p = scale.apply(p);
     std::vector<BoundingBox> boxes;
     if (plan.local) boxes = plan.local->boxesOf(plan.header.mesh.frontTriangles(), scaled);
+    std::vector<Vec3> ways;
+    if (!plan.places.empty()) ways = startWays(plan.places, frame.normals);
     return {std::move(frame), scale,
             OcclusionScene(scaled, plan.blockers.triangles,
                            plan.sheet_rules || plan.local ? Queries::kFiltered : Queries::kPlain),
-            std::move(boxes)};
+            std::move(boxes), std::move(ways)};
 }
 
 MomentOutput outputOf(VisibilityFrame& frame) { return {frame.coefficients, frame.local_coefficients}; }
@@ -83,6 +86,7 @@ MomentTracer tracerOf(const BakePlan& plan, const FrameScene& posed, const BakeD
     tracer.far_bias = plan.far_bias;
     tracer.mesh = &plan.header.mesh;
     tracer.vertices = posed.frame.positions;
+    tracer.start_ways = posed.start_ways;
     if (plan.local)
         tracer.local.emplace(
             LocalTracer{*plan.local, directions.local ? *directions.local : directions.whole, posed.part_boxes});

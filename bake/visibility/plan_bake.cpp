@@ -110,11 +110,13 @@ void addSurroundings(BakePlan& plan, const BakeOptions& options) {
     plan.occluders = readOccluders(options.occluders, options.cache, clips);
     plan.sheet_rules = plan.source.cache || options.two_sided || !plan.occluders.empty();
     if (plan.sheet_rules)
-        plan.blockers.add(plan.source.mesh().triangles, sourcePositions(plan.source, -1, 0));
+        plan.blockers.add(plan.source.mesh().triangles, sourcePositions(plan.source, -1, 0), plan.source.places());
     else
         plan.blockers.triangles = plan.source.mesh().triangles;  // nothing else will be asked of them
+    if (!plan.sheet_rules) plan.places = plan.source.places();
     for (const Occluder& occluder : plan.occluders)
-        plan.blockers.add(occluder.source.mesh().triangles, sourcePositions(occluder.source, -1, 0));
+        plan.blockers.add(occluder.source.mesh().triangles, sourcePositions(occluder.source, -1, 0),
+                          occluder.source.places());
     if (options.inputs) {
         plan.inputs = placeInputs(readInputTable(*options.inputs), options.inputs->string(), plan.source);
         header.input_names = plan.inputs.names;

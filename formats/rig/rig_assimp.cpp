@@ -14,6 +14,7 @@
 #include "formats/common/errors.h"
 #include "formats/rig/rig_build.h"
 #include "formats/rig/rig_import.h"
+#include "formats/rig/rig_normals.h"
 #include "formats/rig/rig_polygon.h"
 
 namespace penumbra {
@@ -199,6 +200,12 @@ void convertMesh(AssimpImport& import, int node, const aiMesh& mesh) {
         const std::string name = textOf(import.scene->mMaterials[mesh.mMaterialIndex]->GetName());
         if (!name.empty()) part.material = name;
         part.color = colorOf(import, *import.scene->mMaterials[mesh.mMaterialIndex], mesh);
+    }
+    if (mesh.mNormals != nullptr) {
+        std::vector<Vec3> normals;
+        for (unsigned v = 0; v < mesh.mNumVertices; ++v)
+            normals.push_back({mesh.mNormals[v].x, mesh.mNormals[v].y, mesh.mNormals[v].z});
+        takeNormals(std::move(normals), import.source, part);
     }
     if (mesh.mNumBones > 0) convertBones(import, mesh, part);
     import.source.parts.push_back(std::move(part));

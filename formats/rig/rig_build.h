@@ -111,6 +111,7 @@ JointTable chooseJoints(RigSource& source);
 // point.
 struct SourceVertices {
     std::vector<Vec3> positions;  // in the space that bone matrices map from
+    std::vector<Vec3> normals;    // [vertices] unit, in the same space; 0 where the file has none; empty: nowhere any
     std::vector<Triangle> triangles;
     int influences = 0;  // K
     std::vector<std::uint16_t> joints;
@@ -123,9 +124,16 @@ struct SourceVertices {
 // Returns the number of the part's "NODE/MATERIAL" in `slots`, and adds it where it is new.
 std::uint16_t slotOf(const RigSource& source, const SourcePart& part, std::vector<std::string>& slots);
 SourceVertices gatherVertices(const RigSource& source, const JointTable& table);
-// Fills mesh and the joints and weights of skin, and drops triangles without area. Returns the vertex that each shading
-// point was made of.
-std::vector<std::size_t> weldVertices(const SourceVertices& vertices, Mesh& mesh, Skin& skin);
+// What welding makes besides.
+struct WeldedPoints {
+    std::vector<Vec3> rest_normals;            // [V] unit
+    std::vector<std::size_t> vertex_of_point;  // [V] the first vertex of each shading point
+    std::vector<std::size_t> first_of_place;   // [V] the first vertex of its place, which gives position and skin row
+    std::vector<std::size_t> against_winding;  // vertices whose normal the triangles' winding contradicts, ascending
+};
+// Fills mesh and the joints and weights of skin, and drops triangles without area. A place with several normals has
+// several shading points (rig_normals.h), whose rest positions and skin rows have the same bits.
+WeldedPoints weldVertices(const SourceVertices& vertices, const RigOptions& options, Mesh& mesh, Skin& skin);
 // Tells whether a triangle is more than a line, by its double area against the square of its longest edge.
 bool hasArea(const std::vector<Vec3>& positions, const Triangle& triangle);
 

@@ -222,6 +222,7 @@ void checkParts(const RigSource& source) {
             if (!isFinite(part.positions[v]))
                 failAtNode(source, part.node, "vertex " + std::to_string(v) + " is not finite");
         requireSound(source, part.normals.empty() || part.normals.size() == part.positions.size());
+        requireSound(source, std::all_of(part.normals.begin(), part.normals.end(), isFinite));
         checkInfluences(source, part);
         checkColor(source, part);
     }

@@ -7,7 +7,7 @@
 
 #include "formats/common/errors.h"
 #include "formats/rig/frame_sampling.h"
-#include "formats/rig/rig_build.h"
+#include "formats/rig/rig_normals.h"
 
 namespace penumbra {
 
@@ -99,9 +99,12 @@ void turnMirroredNormals(Rig& rig) {
     const std::vector<bool> mirrored = mirroredAtRest(rig);
     for (std::size_t v = 0; v < rig.rest_normals.size(); ++v)
         if (mirrored[v]) rig.rest_normals[v] = -rig.rest_normals[v];
+    MorphTargets& morphs = rig.mesh.morphs;
+    for (std::size_t i = 0; i < morphs.vertices.size(); ++i)
+        if (mirrored[morphs.vertices[i]]) morphs.normals[i] = -morphs.normals[i];
 }
 
-Rig buildRig(RigSource&& source) {
+Rig buildRig(RigSource& source, const RigOptions& options) {
     std::size_t triangles = 0;
     for (const SourcePart& part : source.parts) triangles += part.triangles.size();
     if (triangles == 0) throw InvalidInput(source.file.string() + ": has no triangles");
@@ -111,11 +114,12 @@ Rig buildRig(RigSource&& source) {
     const double diagonal = characterDiagonal(vertices.triangles, vertices.positions);
     if (!std::isfinite(diagonal) || !(diagonal > 0))
         throw InvalidInput(source.file.string() + ": its vertices are all at one place, or not finite");
-    const std::vector<std::size_t> source_of_point = weldVertices(vertices, rig.mesh, rig.skin);
+    WeldedPoints welded = weldVertices(vertices, options, rig.mesh, rig.skin);
+    noteAgainstWinding(vertices, welded.against_winding, source);
     rig.part_colors = std::move(vertices.part_colors);
     if (rig.mesh.triangles.empty()) throw InvalidInput(source.file.string() + ": has no triangle with an area");
-    rig.rest_normals = vertexNormals(rig.mesh.triangles, rig.mesh.rest_positions);
-    setMorphs(vertices.morphs, source_of_point, rig.rest_normals, rig.mesh);
+    rig.rest_normals = std::move(welded.rest_normals);
+    setMorphs(vertices.morphs, {welded.first_of_place, welded.vertex_of_point}, rig.rest_normals, rig.mesh);
     rig.weight_curves = weightCurves(source, vertices.morphs);
     rig.nodes = std::move(source.nodes);
     rig.node_of_joint = table.nodes;
@@ -129,9 +133,9 @@ Rig buildRig(RigSource&& source) {
     rig.files_read = std::move(source.files_read);
     const std::vector<Affine> at_rest = evaluatePose(rig, -1, 0).bones;  // throws where a transform is not finite
     turnMirroredNormals(rig);
-    std::vector<Vec3> positions, normals;
-    skinVertices(rig.mesh, rig.skin, rig.rest_normals, at_rest, positions, normals);
-    noteTwins(source, rig, positions);
+    RestShape shape;
+    skinMorphed(rig.mesh, rig.skin, rig.rest_normals, {at_rest, rig.mesh.morphs.rest_weights}, shape);
+    noteTwins(source, rig, shape.positions);
     return rig;
 }
 
@@ -144,7 +148,7 @@ Rig joinRig(std::vector<RigSource> sources, const RigOptions& options) {
     selectParts(first, options);
     makeClipNamesUnique(first.clips);
     if (first.clips.size() > 65535) throw Unsupported(first.file.string() + ": more than 65535 clips");
-    Rig rig = buildRig(std::move(first));
+    Rig rig = buildRig(first, options);
     rig.notes = takeNotes(sources);
     if (options.strict) refuseNotes(rig.notes);
     return rig;

@@ -203,6 +203,7 @@ void convertPrimitive(Importer& importer, const tinygltf::Node& node, int our_no
     part.material = materialName(importer.file, primitive.material);
     for (std::size_t v = 0; v < values.count(); ++v)
         part.positions.push_back(toFloat({values.values[3 * v], values.values[3 * v + 1], values.values[3 * v + 2]}));
+    readNormals(importer.file, primitive, where, importer.source, part);
     part.triangles = readTriangles(importer, primitive, part.positions.size(), where);
     readPartColor(importer.file, primitive, where, part);
     if (node.skin >= 0) readInfluences(importer, primitive, where, part);

@@ -48,8 +48,15 @@ struct AccessorValues {
 // Reads an accessor, also a sparse or strided one. Every byte is checked to lie inside its buffer view. `what` names
 // the accessor in messages ("mesh 'Body' POSITION").
 AccessorValues readAccessor(const GltfFile& file, int accessor, const std::string& what);
+// The same, but numbers need not be finite.
+AccessorValues readAnyNumbers(const GltfFile& file, int accessor, const std::string& what);
 
 struct SourcePart;
+struct RigSource;
+// Reads NORMAL of a primitive whose positions are already read, if it has it.
+void readNormals(const GltfFile& file, const tinygltf::Primitive& primitive, const std::string& where,
+                 RigSource& source, SourcePart& part);
+
 // Reads what a primitive whose positions are already read looks like. Damage goes into the part's problem.
 void readPartColor(const GltfFile& file, const tinygltf::Primitive& primitive, const std::string& where,
                    SourcePart& part);

@@ -150,11 +150,21 @@ std::vector<bool> mirroringJoints(const Rig& rig) {
     return mirrors;
 }
 
-std::vector<std::uint32_t> cornersOf(const Rig& rig) {
-    // Any source vertex of a shading point will do, as reading welds it again.
+// Returns the shading point of each vertex that is written: those of the source, then the points that have none (of a
+// vertex that became several).
+std::vector<std::uint32_t> writtenPoints(const Mesh& mesh) {
+    std::vector<std::uint32_t> points = mesh.source_vertex;
+    std::vector<bool> seen(mesh.vertexCount());
+    for (const std::uint32_t p : points) seen[p] = true;
+    for (std::uint32_t p = 0; p < seen.size(); ++p)
+        if (!seen[p]) points.push_back(p);
+    return points;
+}
+
+std::vector<std::uint32_t> cornersOf(const Rig& rig, const std::vector<std::uint32_t>& written) {
+    // Any written vertex of a shading point will do, as reading welds it again.
     std::vector<std::uint32_t> source_of_point(rig.mesh.vertexCount());
-    for (std::size_t r = rig.mesh.source_vertex.size(); r-- > 0;)
-        source_of_point[rig.mesh.source_vertex[r]] = std::uint32_t(r);
+    for (std::size_t r = written.size(); r-- > 0;) source_of_point[written[r]] = std::uint32_t(r);
     const std::vector<bool> mirrors = mirroringJoints(rig);
     std::vector<std::uint32_t> corners;
     for (const Triangle& t : rig.mesh.triangles) {
@@ -166,12 +176,13 @@ std::vector<std::uint32_t> cornersOf(const Rig& rig) {
 }
 
 // Writes JOINTS_n and WEIGHTS_n for n = 0, 1, ..., which have four influences each.
-void writeInfluences(const Rig& rig, OrderedJson& attributes, GlbWriter& out) {
+void writeInfluences(const Rig& rig, const std::vector<std::uint32_t>& written, OrderedJson& attributes,
+                     GlbWriter& out) {
     const std::size_t influences = std::size_t(rig.skin.influences);
     for (std::size_t first = 0; first < influences; first += 4) {
         std::vector<std::uint16_t> joints;
         std::vector<float> weights;
-        for (const std::uint32_t v : rig.mesh.source_vertex)
+        for (const std::uint32_t v : written)
             for (std::size_t k = first; k < first + 4; ++k) {
                 joints.push_back(k < influences ? rig.skin.joints[v * influences + k] : std::uint16_t(0));
                 weights.push_back(k < influences ? rig.skin.weights[v * influences + k] : 0.0f);
@@ -182,10 +193,9 @@ void writeInfluences(const Rig& rig, OrderedJson& attributes, GlbWriter& out) {
     }
 }
 
-std::vector<float> bySourceVertex(const Rig& rig, const std::vector<Vec3>& of_point) {
+std::vector<float> ofWritten(const std::vector<std::uint32_t>& written, const std::vector<Vec3>& of_point) {
     std::vector<float> out;
-    for (const std::uint32_t v : rig.mesh.source_vertex)
-        out.insert(out.end(), {of_point[v].x, of_point[v].y, of_point[v].z});
+    for (const std::uint32_t v : written) out.insert(out.end(), {of_point[v].x, of_point[v].y, of_point[v].z});
     return out;
 }
 
@@ -213,11 +223,17 @@ void writeTargets(const Rig& rig, GlbWriter& out) {
 }
 
 void writeMesh(const Rig& rig, const WrittenNodes& nodes, GlbWriter& out) {
+    // Normals turn as triangles do.
+    const std::vector<bool> mirrors = mirroringJoints(rig);
+    std::vector<Vec3> normals = rig.rest_normals;
+    for (std::size_t p = 0; p < normals.size(); ++p)
+        if (mirrors[rig.skin.joints[p * std::size_t(rig.skin.influences)]]) normals[p] = -normals[p];
+    const std::vector<std::uint32_t> written = writtenPoints(rig.mesh);
     OrderedJson attributes;
-    attributes["POSITION"] = out.addWithRange(bySourceVertex(rig, rig.mesh.rest_positions), "VEC3", 3);
-    attributes["NORMAL"] = out.add(bySourceVertex(rig, rig.rest_normals), kFloat, "VEC3", 3);
-    writeInfluences(rig, attributes, out);
-    const std::size_t corners = out.add(cornersOf(rig), kUnsignedInt, "SCALAR", 1);
+    attributes["POSITION"] = out.addWithRange(ofWritten(written, rig.mesh.rest_positions), "VEC3", 3);
+    attributes["NORMAL"] = out.add(ofWritten(written, normals), kFloat, "VEC3", 3);
+    writeInfluences(rig, written, attributes, out);
+    const std::size_t corners = out.add(cornersOf(rig, written), kUnsignedInt, "SCALAR", 1);
     out.json["meshes"] = {{{"primitives", {{{"attributes", attributes}, {"indices", corners}}}}}};
     writeTargets(rig, out);
     std::vector<float> inverse_bind;  // column by column

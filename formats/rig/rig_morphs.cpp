@@ -227,8 +227,8 @@ void appendRows(const DenseTarget& target, double least_move, MorphTargets& out)
 
 }  // namespace
 
-void setMorphs(const SourceMorphs& source, std::span<const std::size_t> source_of_point,
-               const std::vector<Vec3>& rest_normals, Mesh& mesh) {
+void setMorphs(const SourceMorphs& source, const PointSources& from, const std::vector<Vec3>& rest_normals,
+               Mesh& mesh) {
     if (source.empty()) return;
     const std::size_t points = mesh.vertexCount();
     const std::vector<Vec3> at_rest = vertexNormals(mesh.triangles, mesh.rest_positions);
@@ -237,11 +237,13 @@ void setMorphs(const SourceMorphs& source, std::span<const std::size_t> source_o
     std::vector<std::vector<std::pair<std::uint32_t, MorphChange>>> of_target(source.names.size());
     std::vector<bool> given(points);
     for (std::size_t p = 0; p < points; ++p) {
-        const Vec3 normal = source.normals[source_of_point[p]];
+        const Vec3 normal = source.normals[from.of_turns[p]];
         given[p] = normal != Vec3{};
-        for (MorphChange change : source.of(source_of_point[p])) {
-            if (dot(normal, rest_normals[p]) < 0) change.turn = -change.turn;
-            of_target[change.weight].emplace_back(std::uint32_t(p), change);
+        for (const MorphChange& change : source.of(from.of_moves[p]))
+            of_target[change.weight].push_back({std::uint32_t(p), {change.weight, change.move, {}}});
+        for (const MorphChange& change : source.of(from.of_turns[p])) {
+            const Vec3 turn = dot(normal, rest_normals[p]) < 0 ? -change.turn : change.turn;
+            of_target[change.weight].push_back({std::uint32_t(p), {change.weight, {}, turn}});
         }
     }
     // 2. Make the rows of each target.
@@ -252,8 +254,8 @@ void setMorphs(const SourceMorphs& source, std::span<const std::size_t> source_o
     for (const auto& changes : of_target) {
         DenseTarget target{std::vector<Vec3>(points), std::vector<Vec3>(points)};
         for (const auto& [p, change] : changes) {
-            target.moves[p] = change.move;
-            target.turns[p] = change.turn;
+            target.moves[p] = target.moves[p] + change.move;
+            target.turns[p] = target.turns[p] + change.turn;
         }
         if (computes) computeTurns(mesh, at_rest, given, target);
         appendRows(target, least_move, mesh.morphs);

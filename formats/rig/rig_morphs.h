@@ -49,10 +49,14 @@ void appendMorphs(const SourcePart& part, const std::array<double, 12>& placemen
 // Tells whether all targets change two vertices alike: their moves agree within `radius`, and their normals within
 // some 20 degrees.
 bool sameMorphs(const SourceMorphs& morphs, std::size_t a, std::size_t b, double radius);
-// Sets mesh.morphs. `source_of_point` is [V], a vertex of the source for each shading point. Where the file gives no
-// normals for targets, what a target adds to a rest normal is the change of the normal of vertexNormals().
-void setMorphs(const SourceMorphs& source, std::span<const std::size_t> source_of_point,
-               const std::vector<Vec3>& rest_normals, Mesh& mesh);
+// The vertices of the source that shading points [V] take their moves and their turns from. Points of one place move
+// alike, so that no crack opens between them.
+struct PointSources {
+    std::span<const std::size_t> of_moves, of_turns;
+};
+// Sets mesh.morphs. Where the file gives no normals for targets, what a target adds to a rest normal is the change of
+// the normal of vertexNormals().
+void setMorphs(const SourceMorphs& source, const PointSources& from, const std::vector<Vec3>& rest_normals, Mesh& mesh);
 // Returns the curves of all clips for the rig.
 std::vector<WeightCurve> weightCurves(const RigSource& source, const SourceMorphs& morphs);
 

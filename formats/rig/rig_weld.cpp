@@ -1,23 +1,23 @@
 // Welds vertices to shading points.
 //
 // Problem: exporters split a vertex where its normal or texture coordinates change. Visibility does not depend on
-// these, so vertices with the same rest position and the same skin weights should be one shading point, which is
-// baked once.
+// texture coordinates, so vertices with the same rest position, the same skin weights and nearly the same normal
+// should be one shading point, which is baked once.
 //
 // Naive: compare every vertex with every other, which takes the square of their number; or hash their bytes, which
 // misses neighbours that differ by rounding.
 //
 // Here: a grid of cubes finds the points near a vertex. Cubes are 64 times as large as the distance that counts as
-// equal, so that a look-up visits one cube nearly always. The first point that fits takes the vertex, in the order of
-// the file, so that the result depends on nothing else. formats/README.md describes the mesh; docs/formulas.md
-// derives nothing here.
+// equal, so that a look-up visits one cube nearly always. The first place that fits takes the vertex, in the order of
+// the file, so that the result depends on nothing else. Then the normals of each place tell how many points it has
+// (rig_normals.h). formats/README.md describes the mesh; docs/formulas.md derives nothing here.
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <unordered_map>
 
 #include "formats/common/errors.h"
-#include "formats/rig/rig_build.h"
+#include "formats/rig/rig_normals.h"
 
 namespace penumbra {
 
@@ -80,6 +80,22 @@ Vec3 placedPosition(const RigSource& source, const SourcePart& part, const Matri
     return p;
 }
 
+// Brings the normals of a part, which has some, to the space of the rest positions: by the inverse transpose of its
+// placement (the cofactor, without its length), and with the side that stays outside, as the winding below.
+void placeNormals(const SourcePart& part, const Matrix& placement, const std::vector<bool>& turned,
+                  std::vector<Vec3>& normals) {
+    const Vec3d x{placement[0], placement[1], placement[2]}, y{placement[4], placement[5], placement[6]},
+        z{placement[8], placement[9], placement[10]};
+    const bool same = x == Vec3d{1, 0, 0} && y == Vec3d{0, 1, 0} && z == Vec3d{0, 0, 1};
+    for (std::size_t v = 0; v < part.normals.size(); ++v) {
+        const Vec3d n = toDouble(part.normals[v]);
+        const Vec3 placed =
+            same ? part.normals[v]
+                 : toFloat(normalized(Vec3d{dot(cross(y, z), n), dot(cross(z, x), n), dot(cross(x, y), n)}));
+        normals.push_back(turned[v] ? -placed : placed);
+    }
+}
+
 // Packs rows of K influences, padded with joint 0 of weight 0.
 void packInfluences(const std::vector<std::vector<Influence>>& influences, SourceVertices& out) {
     for (const auto& list : influences) out.influences = std::max(out.influences, int(list.size()));
@@ -122,12 +138,19 @@ SourceVertices gatherVertices(const RigSource& source, const JointTable& table) 
                                      : influencesOf(source, part, table.joint_of_skin[std::size_t(part.skin)], v));
         }
         const bool mirrored_part = determinant(table.placement_of_part[p]) < 0;
+        std::vector<bool> turned;
+        for (std::size_t v = first; v < influences.size(); ++v)
+            turned.push_back(mirrors[std::size_t(influences[v][0].joint)] != mirrored_part);
         for (const Triangle& t : part.triangles) {
-            const bool mirrored = mirrors[std::size_t(influences[first + t[0]][0].joint)] != mirrored_part;
+            const bool mirrored = turned[t[0]];
             out.triangles.push_back({first + t[0], first + t[mirrored ? 2 : 1], first + t[mirrored ? 1 : 2]});
         }
         appendMorphs(part, table.placement_of_part[p], out.morphs);
+        if (part.normals.empty()) continue;
+        out.normals.resize(first);
+        placeNormals(part, table.placement_of_part[p], turned, out.normals);
     }
+    if (!out.normals.empty()) out.normals.resize(out.positions.size());
     packInfluences(influences, out);
     return out;
 }
@@ -205,73 +228,95 @@ bool hasArea(const std::vector<Vec3>& positions, const Triangle& t) {
 
 namespace {
 
-// Marks the vertices of triangles. Others are no part of the surface: exporters leave some behind, and primitives that
-// share a pool of vertices have those of the others. Where there are no triangles at all, every vertex counts.
-std::vector<bool> usedVertices(const SourceVertices& vertices) {
-    std::vector<bool> used(vertices.positions.size(), vertices.triangles.empty());
-    for (const Triangle& t : vertices.triangles)
-        for (const std::uint32_t corner : t) used[corner] = true;
-    return used;
+// Returns for each vertex the number of its place: the first one that is near and has the same weights, or a new one.
+std::vector<std::uint32_t> placesOfVertices(const SourceVertices& vertices) {
+    const double radius = kWeldDistance * characterDiagonal(vertices.triangles, vertices.positions);
+    PointGrid grid(radius, 64 * radius);
+    std::vector<std::size_t> first_of_place;
+    std::vector<std::uint32_t> place_of_vertex;
+    for (std::size_t v = 0; v < vertices.positions.size(); ++v) {
+        const Vec3d p = toDouble(vertices.positions[v]);
+        std::uint32_t place = grid.find(p, [&](std::uint32_t other) {
+            const Vec3d d = toDouble(vertices.positions[first_of_place[other]]) - p;
+            return dot(d, d) <= radius * radius && sameWeights(vertices, v, first_of_place[other]) &&
+                   sameMorphs(vertices.morphs, v, first_of_place[other], radius);
+        });
+        if (place == PointGrid::kNone) {
+            place = std::uint32_t(first_of_place.size());
+            first_of_place.push_back(v);
+            grid.add(p, place);
+        }
+        place_of_vertex.push_back(place);
+    }
+    return place_of_vertex;
 }
 
-// Sends every unused vertex to the shading point at its place, or else to that of the vertex before it.
-void placeUnused(const SourceVertices& vertices, const PointGrid& grid, double radius, Mesh& mesh) {
-    std::uint32_t last = 0;
-    for (std::size_t v = 0; v < mesh.source_vertex.size(); ++v) {
-        std::uint32_t& point = mesh.source_vertex[v];
-        if (point == PointGrid::kNone) {
-            const Vec3d p = toDouble(vertices.positions[v]);
-            point = grid.find(
-                p, [&](std::uint32_t other) { return length(toDouble(mesh.rest_positions[other]) - p) <= radius; });
-            if (point == PointGrid::kNone) point = last;
-        }
-        last = point;
+// Appends a shading point: the row of its slot from its own vertex, all else from the first vertex of its place.
+void appendPoint(const SourceVertices& vertices, std::size_t vertex, std::size_t first_of_place, Mesh& mesh,
+                 Skin& skin) {
+    const std::size_t k = std::size_t(vertices.influences);
+    if (!vertices.slots.empty()) mesh.slot_of_vertex.push_back(vertices.slot_of_vertex[vertex]);
+    mesh.rest_positions.push_back(vertices.positions[first_of_place]);
+    for (std::size_t i = first_of_place * k; i < (first_of_place + 1) * k; ++i) {
+        skin.joints.push_back(vertices.joints[i]);
+        skin.weights.push_back(vertices.weights[i]);
+    }
+}
+
+// Leaves out the points that no triangle uses: exporters leave vertices behind, and primitives that share a pool of
+// vertices have those of the others. Such a vertex gets the first point of its place, or else that of the vertex before
+// it. Without triangles every point stays. Both lists are of the vertices of `split`.
+void dropUnused(const SplitVertices& split, std::span<const std::uint32_t> place_of_vertex,
+                std::vector<std::uint32_t>& points) {
+    std::vector<bool> used(points.size(), split.triangles.empty());
+    for (const Triangle& t : split.triangles)
+        for (const std::uint32_t corner : t) used[corner] = true;
+    std::vector<std::uint32_t> new_point(points.size(), PointGrid::kNone), at_place(points.size(), PointGrid::kNone);
+    std::uint32_t count = 0, last = 0;
+    for (std::size_t v = 0; v < points.size(); ++v) {
+        if (!used[v]) continue;
+        std::uint32_t& point = new_point[points[v]];
+        if (point == PointGrid::kNone) point = count++;
+        std::uint32_t& first = at_place[place_of_vertex[split.original[v]]];
+        if (first == PointGrid::kNone) first = point;
+    }
+    for (std::size_t v = 0; v < points.size(); ++v) {
+        std::uint32_t point = new_point[points[v]];
+        if (point == PointGrid::kNone) point = at_place[place_of_vertex[split.original[v]]];
+        last = points[v] = point == PointGrid::kNone ? last : point;
     }
 }
 
 }  // namespace
 
-std::vector<std::size_t> weldVertices(const SourceVertices& vertices, Mesh& mesh, Skin& skin) {
-    const double radius = kWeldDistance * characterDiagonal(vertices.triangles, vertices.positions);
-    PointGrid grid(radius, 64 * radius);
-    const std::size_t k = std::size_t(vertices.influences);
-    std::vector<std::size_t> source_of_point;
+WeldedPoints weldVertices(const SourceVertices& vertices, const RigOptions& options, Mesh& mesh, Skin& skin) {
     mesh = {};
     mesh.slots = vertices.slots;
     skin.influences = vertices.influences;
-    const std::vector<bool> used = usedVertices(vertices);
-    // 1. Each vertex joins the first shading point that is near and has the same weights, or becomes a new one.
-    for (std::size_t v = 0; v < vertices.positions.size(); ++v) {
-        if (!used[v]) {
-            mesh.source_vertex.push_back(PointGrid::kNone);
-            continue;
-        }
-        const Vec3d p = toDouble(vertices.positions[v]);
-        std::uint32_t point = grid.find(p, [&](std::uint32_t other) {
-            const Vec3d d = toDouble(mesh.rest_positions[other]) - p;
-            return dot(d, d) <= radius * radius && sameWeights(vertices, v, source_of_point[other]) &&
-                   sameMorphs(vertices.morphs, v, source_of_point[other], radius);
-        });
-        if (point == PointGrid::kNone) {
-            point = std::uint32_t(source_of_point.size());
-            source_of_point.push_back(v);
-            if (!vertices.slots.empty()) mesh.slot_of_vertex.push_back(vertices.slot_of_vertex[v]);
-            mesh.rest_positions.push_back(vertices.positions[v]);
-            for (std::size_t i = v * k; i < (v + 1) * k; ++i) {
-                skin.joints.push_back(vertices.joints[i]);
-                skin.weights.push_back(vertices.weights[i]);
-            }
-            grid.add(p, point);
-        }
-        mesh.source_vertex.push_back(point);
+    // 1. Places, and the points of each.
+    const std::vector<std::uint32_t> place_of_vertex = placesOfVertices(vertices);
+    std::vector<std::size_t> first_of_place;
+    for (std::size_t v = 0; v < place_of_vertex.size(); ++v)
+        if (place_of_vertex[v] == first_of_place.size()) first_of_place.push_back(v);
+    SplitVertices split = splitVertices(vertices, place_of_vertex, options);
+    std::vector<std::uint32_t> points = pointsOfVertices(split, place_of_vertex, options.split_angle);
+    dropUnused(split, place_of_vertex, points);
+    WeldedPoints out;
+    for (std::size_t v = 0; v < points.size(); ++v) {
+        if (points[v] != mesh.vertexCount()) continue;
+        out.vertex_of_point.push_back(split.original[v]);
+        out.first_of_place.push_back(first_of_place[place_of_vertex[split.original[v]]]);
+        appendPoint(vertices, out.vertex_of_point.back(), out.first_of_place.back(), mesh, skin);
     }
-    placeUnused(vertices, grid, radius, mesh);
+    mesh.source_vertex.assign(points.begin(), points.begin() + std::ptrdiff_t(vertices.positions.size()));
     // 2. Triangles follow their corners. Those that welding has made a line are dropped.
-    for (const Triangle& t : vertices.triangles) {
-        const Triangle welded{mesh.source_vertex[t[0]], mesh.source_vertex[t[1]], mesh.source_vertex[t[2]]};
+    for (const Triangle& t : split.triangles) {
+        const Triangle welded{points[t[0]], points[t[1]], points[t[2]]};
         if (hasArea(mesh.rest_positions, welded)) mesh.triangles.push_back(welded);
     }
-    return source_of_point;
+    out.rest_normals = restNormals(split, points, mesh);
+    out.against_winding = std::move(split.against_winding);
+    return out;
 }
 
 }  // namespace penumbra

@@ -29,7 +29,7 @@ SourceVertices vertices(const std::vector<Vec3>& positions, std::vector<float> w
 TEST(RigWeld, SamePlaceAndWeightsIsOnePoint) {
     Mesh mesh;
     Skin skin;
-    weldVertices(vertices({{0, 0, 0}, {1, 0, 0}, {0, 0, 0}, {1, 0, 0}, {-0.f, 0, 0}}, {1, .5f, 1, .75f, 1}), mesh,
+    weldVertices(vertices({{0, 0, 0}, {1, 0, 0}, {0, 0, 0}, {1, 0, 0}, {-0.f, 0, 0}}, {1, .5f, 1, .75f, 1}), {}, mesh,
                  skin);
     EXPECT_THAT(mesh.source_vertex, ElementsAre(0, 1, 0, 2, 0));
     EXPECT_THAT(skin.weights, ElementsAre(1, 0, .5f, .5f, .75f, .25f));
@@ -47,7 +47,7 @@ TEST(RigWeld, ToleranceDoesNotDependOnWhereAPointLies) {
         }
         Mesh mesh;
         Skin skin;
-        weldVertices(vertices(positions), mesh, skin);
+        weldVertices(vertices(positions), {}, mesh, skin);
         EXPECT_EQ(mesh.vertexCount(), expected) << gap;
     }
 }
@@ -59,7 +59,7 @@ TEST(RigWeld, SlotsAreThoseOfTheFirstVertex) {
     source.slot_of_vertex = {0, 0, 1, 1};
     Mesh mesh;
     Skin skin;
-    weldVertices(source, mesh, skin);
+    weldVertices(source, {}, mesh, skin);
     EXPECT_EQ(mesh.slots, source.slots);
     EXPECT_THAT(mesh.slot_of_vertex, ElementsAre(0, 0, 1));
 }
@@ -69,7 +69,7 @@ TEST(RigWeld, TrianglesFollowAndThoseThatCollapseGo) {
     source.triangles = {{0, 1, 2}, {3, 1, 2}, {0, 3, 1}, {0, 1, 4}};
     Mesh mesh;
     Skin skin;
-    weldVertices(source, mesh, skin);
+    weldVertices(source, {}, mesh, skin);
     EXPECT_THAT(mesh.triangles, ElementsAre(Triangle{0, 1, 2}, Triangle{0, 1, 2}));
 }
 
