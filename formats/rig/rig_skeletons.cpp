@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 
 #include "formats/common/errors.h"
 #include "sh/angles.h"
@@ -141,9 +142,26 @@ std::vector<Difference> turnedBones(const Skeletons& s, Seen seen, double at_lea
     return list;
 }
 
+// Tells whether all joints are turned alike, by a rotation that takes axes to axes. So is a file whose up axis is
+// another one, if its writer has turned the joints and not only the scene.
+bool haveCommonAxes(const Skeletons& s) {
+    std::optional<Quaternion> common;
+    for (std::size_t n = 0; n < s.clip_of.size(); ++n) {
+        if (s.clip_of[n] < 0) continue;
+        const Quaternion axes = multiply(conjugate(s.clip_rest.rotations[s.clipNode(int(n))]), s.rig_rest.rotations[n]);
+        if (!common) common = axes;
+        if (degreesBetween(*common, axes) > kSaidAxes) return false;
+    }
+    if (!common) return false;
+    for (const double v : matrixOf(*common).m)
+        if (std::abs(v) > 0.03 && std::abs(v) < 0.97) return false;
+    return std::any_of(s.bones.begin(), s.bones.end(), [&](const Bone& bone) { return isLong(s, bone); });
+}
+
 // Tells whether the places of children explain how joints are turned: at three joints or more and at half of those that
 // are turned in the model frame or against their parent joint, a bone points the same way, seen likewise.
 bool areConfirmed(const Skeletons& s, Seen seen, const std::vector<Difference>& against_parents) {
+    if (seen == Seen::kInModel && haveCommonAxes(s)) return true;
     std::vector<bool> turned_here(s.clip_of.size()), confirmed(s.clip_of.size());
     for (const Difference& joint : against_parents) turned_here[std::size_t(joint.node)] = true;
     for (std::size_t n = 0; n < s.clip_of.size() && seen == Seen::kInModel; ++n)
