@@ -136,7 +136,7 @@ std::string refusalOf(const Shape& of_rig, RigSource clip) {
     return "it was read";
 }
 
-// 2e-7 was measured.
+// Keys are floats: 2e-6 is a few roundings of numbers near 1.
 TEST(RigClips, OtherUnitsAxesAndNodesMoveTheRigAsItsOwnClip) {
     const std::vector<Vec3> expected = posedBy({}, clipOf({}));
     Shape centimetres{.size = 100}, axes{}, node{};
