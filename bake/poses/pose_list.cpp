@@ -150,8 +150,11 @@ PoseList makePoses(const PosePlan& plan, const PoseOptions& options, int threads
     listChosen(plan.candidates, list.choice, list.file);
     if (mixes) addMixed(plan, options, threads, list);
     if (options.sample > 0) {
-        list.limits = limitsOfFrames(plan.rig, candidates, threads);
+        list.limits =
+            plan.rig.clips.empty() ? limitsWithoutClips(plan.rig) : limitsOfFrames(plan.rig, candidates, threads);
         if (!options.limits.empty()) applyLimitsFile(options.limits, plan.rig, list.limits);
+        if (plan.rig.clips.empty() && list.limits.low == list.limits.high)
+            throw BadOption("sample", "the rig has no clip and no joint below another that can turn; give --limits");
         list.file.rotations = samplePoses(plan.rig, list.limits, std::size_t(options.sample), options.seed);
         list.file.sampled_weights = sampleWeights(weightLimits(plan.rig, candidates), std::size_t(options.sample),
                                                   options.seed, list.limits.low.size());

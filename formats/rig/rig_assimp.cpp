@@ -9,11 +9,13 @@
 #include <algorithm>
 #include <assimp/Importer.hpp>
 #include <cmath>
+#include <fstream>
 #include <map>
 
 #include "formats/common/errors.h"
 #include "formats/rig/rig_build.h"
 #include "formats/rig/rig_import.h"
+#include "formats/rig/rig_named_nodes.h"
 #include "formats/rig/rig_normals.h"
 #include "formats/rig/rig_polygon.h"
 
@@ -24,8 +26,7 @@ struct AssimpImport {
     const aiScene* scene = nullptr;
     RigSource source;
     std::vector<const aiNode*> nodes;  // ours to assimp's; null where it has none
-    // of several nodes with one name this has the first, as assimp's own look-up does
-    std::map<std::string, int> node_of_name;
+    NamedNodes named;
     std::map<const aiTexture*, std::shared_ptr<const Texture>> textures;  // those inside the file; meshes share them
 
     [[noreturn]] void fail(const std::string& problem) const { failAtFile(source.file, problem); }
@@ -69,7 +70,7 @@ void convertNodes(AssimpImport& import, const Matrix& to_model) {
         if (node.name.empty()) node.name = "node" + std::to_string(index);
         node.parent = entry.parent;
         setTransform(import, toMatrix(entry.node->mTransformation), node);
-        import.node_of_name.emplace(node.name, index);
+        import.named.emplace(node.name, index);
         import.source.nodes.push_back(std::move(node));
         import.nodes.push_back(entry.node);
         for (unsigned c = entry.node->mNumChildren; c-- > 0;) stack.push_back({entry.node->mChildren[c], index});
@@ -83,15 +84,15 @@ void convertBones(AssimpImport& import, const aiMesh& mesh, SourcePart& part) {
     std::vector<std::vector<std::pair<std::uint32_t, double>>> influences(mesh.mNumVertices);
     for (unsigned b = 0; b < mesh.mNumBones; ++b) {
         const aiBone& bone = *mesh.mBones[b];
-        const auto node = import.node_of_name.find(textOf(bone.mName));
-        if (node == import.node_of_name.end())
-            failAtNode(import.source, part.node, "its bone '" + textOf(bone.mName) + "' has no node");
-        skin.nodes.push_back(node->second);
+        const int node =
+            nodeOfBone(import.source, import.named, {textOf(bone.mName), toMatrix(bone.mOffsetMatrix), part.node});
+        if (node < 0) failAtNode(import.source, part.node, "its bone '" + textOf(bone.mName) + "' has no node");
+        skin.nodes.push_back(node);
         skin.inverse_bind.push_back(toMatrix(bone.mOffsetMatrix));
         for (unsigned w = 0; w < bone.mNumWeights; ++w) {
             const aiVertexWeight& weight = bone.mWeights[w];
             if (weight.mVertexId >= mesh.mNumVertices)
-                failAtNode(import.source, node->second, "weighs a vertex that does not exist");
+                failAtNode(import.source, node, "weighs a vertex that does not exist");
             if (weight.mWeight != 0) influences[weight.mVertexId].push_back({b, weight.mWeight});
         }
     }
@@ -248,9 +249,12 @@ double secondsPerTick(const AssimpImport& import, const aiAnimation& animation) 
 }
 
 // Sets the clip's duration, and moves its first key to 0 s where the clip starts before that.
-void setDuration(Clip& clip) {
+void setDuration(RigSource& source, Clip& clip) {
     double first = 0;
     for (const Channel& channel : clip.channels) first = std::min(first, channel.times.front());
+    if (first < 0)
+        source.notes.push_back(
+            {source.file.string(), "", "clip '" + clip.name + "'", "begins before 0 s, its keys are moved there"});
     for (Channel& channel : clip.channels) {
         for (double& t : channel.times) t -= first;
         clip.duration = std::max(clip.duration, channel.times.back());
@@ -265,19 +269,22 @@ void convertClips(AssimpImport& import) {
         const double tick = secondsPerTick(import, animation);
         for (unsigned c = 0; c < animation.mNumChannels; ++c) {
             const aiNodeAnim& from = *animation.mChannels[c];
-            const auto node = import.node_of_name.find(textOf(from.mNodeName));
-            if (node == import.node_of_name.end()) continue;  // a .x file may animate frames that it does not have
-            Node& target = import.source.nodes[std::size_t(node->second)];
+            const int node = nodeOfChannel(import.source, import.named, textOf(from.mNodeName));
+            if (node < 0) continue;  // a .x file may animate frames that it does not have
+            Node& target = import.source.nodes[std::size_t(node)];
             target.matrix.reset();
-            convertKeys(std::span(from.mPositionKeys, from.mNumPositionKeys), tick, node->second,
-                        Channel::Path::kTranslation, clip);
-            convertKeys(std::span(from.mRotationKeys, from.mNumRotationKeys), tick, node->second,
-                        Channel::Path::kRotation, clip);
-            convertKeys(std::span(from.mScalingKeys, from.mNumScalingKeys), tick, node->second, Channel::Path::kScale,
+            convertKeys(std::span(from.mPositionKeys, from.mNumPositionKeys), tick, node, Channel::Path::kTranslation,
                         clip);
+            convertKeys(std::span(from.mRotationKeys, from.mNumRotationKeys), tick, node, Channel::Path::kRotation,
+                        clip);
+            convertKeys(std::span(from.mScalingKeys, from.mNumScalingKeys), tick, node, Channel::Path::kScale, clip);
         }
-        if (clip.channels.empty()) import.fail("clip '" + clip.name + "' has no keys");
-        setDuration(clip);
+        if (clip.channels.empty()) {
+            import.source.notes.push_back(
+                {import.source.file.string(), "", "clip '" + clip.name + "'", "has no keys, left out"});
+            continue;
+        }
+        setDuration(import.source, clip);
         import.source.clips.push_back(std::move(clip));
     }
 }
@@ -306,6 +313,17 @@ Matrix fbxToModel(const aiScene& scene) {
     return m;
 }
 
+const aiScene* readScene(Assimp::Importer& importer, const std::filesystem::path& path) {
+    constexpr unsigned kSteps = aiProcess_TransformUVCoords;
+    if (isExtension(path, ".x")) {
+        std::ifstream in(path, std::ios::binary);
+        const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+        const std::string read = withoutEmptyWeights(text);
+        if (read.size() < text.size()) return importer.ReadFileFromMemory(read.data(), read.size(), kSteps, "x");
+    }
+    return importer.ReadFile(path.string(), kSteps);
+}
+
 }  // namespace
 
 RigSource importWithAssimp(const std::filesystem::path& path) {
@@ -313,7 +331,7 @@ RigSource importWithAssimp(const std::filesystem::path& path) {
     import.source.file = path;
     Assimp::Importer importer;
     importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);  // no stand-ins for files without a mesh
-    import.scene = importer.ReadFile(path.string(), aiProcess_TransformUVCoords);
+    import.scene = readScene(importer, path);
     if (import.scene == nullptr || import.scene->mRootNode == nullptr)
         import.fail("cannot be read: " +
                     std::string(importer.GetErrorString()).substr(0, 160));  // the error may quote the file

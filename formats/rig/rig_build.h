@@ -72,6 +72,8 @@ RigSource readGltf(const std::filesystem::path& path);
 bool hasOnlyMorphClips(const std::filesystem::path& path);
 // Reads FBX, Collada and .x (rig_import.h).
 RigSource readWithAssimp(const std::filesystem::path& path);
+// Reads a motion capture file (rig_bvh.cpp), which has no mesh.
+RigSource readBvh(const std::filesystem::path& path);
 void collapseFbxPivots(RigSource& source);
 // `extension` is in lower case, with its dot. The file's may be in any case.
 bool isExtension(const std::filesystem::path& file, const char* extension);
@@ -90,6 +92,22 @@ Rig joinRig(std::vector<RigSource> sources, const RigOptions& options);
 
 // Leaves the parts that the options choose (rig_select.cpp). Throws BadOption for a pattern that matches no part.
 void selectParts(RigSource& source, const RigOptions& options);
+// Moves the keys of clips that begin before 0 s to begin there. Of keys at the time of a channel's first one only the
+// last stays; elsewhere two keys at one time are a jump. Both are said.
+void tidyClips(RigSource& source);
+// Moves the keys of a clip to begin at 0 s where its first key comes after 1 s, or after more than half of the clip. A
+// note tells it, and also tells which clips stand still for half a second or longer.
+void trimLateClips(RigSource& source);
+// Leaves out clips that move nothing that is drawn, with a note.
+void dropIdleClips(RigSource& source);
+
+// Moves the clips of another file to the rig (rig_clips.cpp). Joints are matched by their names (rig_names.h), and keys
+// are moved to the rig's rest pose (rig_retarget.h). Throws InvalidInput where less than half of the moved nodes match,
+// and where the rest poses do not fit. What is left out becomes notes.
+void addClips(RigSource& rig, RigSource&& from);
+// Gives a node with a matrix the translation, rotation and scale that it is made of. Throws InvalidInput, which names
+// the node and who animates it, where the matrix has shear.
+void makeAnimatable(RigSource& source, int node, const std::string& by);
 
 // Takes the notes of all sources, each once.
 std::vector<RigNote> takeNotes(std::vector<RigSource>& sources);
@@ -106,6 +124,15 @@ struct JointTable {
 };
 // Chooses the joints. It may add a node for what stands still in the scene.
 JointTable chooseJoints(RigSource& source);
+
+// A vertex has at most so many influences, the largest ones. An asset counts them in a byte, and a row of the table of
+// all vertices is as long as that of the busiest.
+constexpr std::size_t kMaxInfluences = 64;
+// A vertex whose weights sum to less has none.
+constexpr double kNoWeight = 1e-6;
+// Pushes a note for each part with vertices of triangles that have no weights, and for those with more influences than
+// kMaxInfluences.
+void sayInfluences(RigSource& source);
 
 // The vertices of all parts in order, with sorted and normalised weights. Welding then makes equal ones one shading
 // point.

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <map>
 
 #include "formats/common/errors.h"
 #include "formats/rig/frame_sampling.h"
@@ -12,40 +11,6 @@
 namespace penumbra {
 
 namespace {
-
-// Maps names to nodes. Skinned nodes win over others of the same name, and of several the first wins.
-std::map<std::string, int> nodesByName(const RigSource& source) {
-    std::map<std::string, int> node_of_name;
-    for (const SourceSkin& skin : source.skins)
-        for (const int n : skin.nodes) node_of_name.emplace(source.nodes[std::size_t(n)].name, n);
-    for (std::size_t n = 0; n < source.nodes.size(); ++n) node_of_name.emplace(source.nodes[n].name, int(n));
-    return node_of_name;
-}
-
-// Moves the clips of `from` to `rig`, and leaves out channels of nodes that `rig` does not have.
-void addClips(RigSource& rig, RigSource&& from) {
-    if (from.clips.empty())
-        throw InvalidInput(from.file.string() + ": brings no clip, and only the first rig brings a mesh");
-    const std::map<std::string, int> node_of_name = nodesByName(rig);
-    for (std::size_t c = 0; c < from.clips.size(); ++c) {
-        Clip& clip = from.clips[c];
-        std::vector<Channel> channels;
-        for (Channel& channel : clip.channels) {
-            const auto node = node_of_name.find(from.nodes[std::size_t(channel.node)].name);
-            if (node == node_of_name.end()) continue;
-            channel.node = node->second;
-            if (rig.nodes[std::size_t(channel.node)].matrix)
-                failAtNode(rig, channel.node, "has a matrix and cannot be animated by " + from.file.string());
-            channels.push_back(std::move(channel));
-        }
-        const bool shapes = addWeightChannels(from, int(c), node_of_name, rig);
-        if (channels.empty() && !shapes)
-            throw InvalidInput(from.file.string() + ": clip '" + clip.name + "' moves no node of " + rig.file.string());
-        clip.channels = std::move(channels);
-        rig.clips.push_back(std::move(clip));
-    }
-    rig.files_read.insert(rig.files_read.end(), from.files_read.begin(), from.files_read.end());
-}
 
 void makeClipNamesUnique(std::vector<Clip>& clips) {
     std::vector<std::string> names;
@@ -107,7 +72,11 @@ void turnMirroredNormals(Rig& rig) {
 Rig buildRig(RigSource& source, const RigOptions& options) {
     std::size_t triangles = 0;
     for (const SourcePart& part : source.parts) triangles += part.triangles.size();
-    if (triangles == 0) throw InvalidInput(source.file.string() + ": has no triangles");
+    if (triangles == 0) {
+        const char* advice = source.clips.empty() ? "" : " (a file of clips stands behind the rig that has the mesh)";
+        throw InvalidInput(source.file.string() + ": has no triangles" + advice);
+    }
+    sayInfluences(source);
     const JointTable table = chooseJoints(source);
     Rig rig;
     SourceVertices vertices = gatherVertices(source, table);
@@ -144,6 +113,8 @@ Rig buildRig(RigSource& source, const RigOptions& options) {
 Rig joinRig(std::vector<RigSource> sources, const RigOptions& options) {
     assert(!sources.empty());
     RigSource& first = sources.front();
+    dropIdleClips(first);
+    for (RigSource& source : sources) trimLateClips(source);
     for (std::size_t i = 1; i < sources.size(); ++i) addClips(first, std::move(sources[i]));
     selectParts(first, options);
     makeClipNamesUnique(first.clips);

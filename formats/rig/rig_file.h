@@ -30,7 +30,7 @@ struct Channel {
     int node = 0;
     enum class Path : std::uint8_t { kTranslation, kRotation, kScale } path = Path::kTranslation;
     Interpolation interpolation = Interpolation::kLinear;
-    std::vector<double> times;  // seconds, strictly ascending, at least one
+    std::vector<double> times;  // seconds, ascending, at least one; the value jumps where two are equal
     std::vector<float> values;
 };
 

@@ -277,9 +277,8 @@ Sampler readSampler(const Importer& importer, const tinygltf::Animation& clip, i
     if (times.components != 1) importer.fail(where + ": times are not scalars");
     sampler.times = times.values;
     sampler.values = readAccessor(importer.file, from.output, where + " values");
-    if (!(sampler.times.front() >= 0)) importer.fail(where + ": has a key before 0 s");
     for (std::size_t i = 1; i < sampler.times.size(); ++i)
-        if (!(sampler.times[i] > sampler.times[i - 1]))
+        if (!(sampler.times[i] >= sampler.times[i - 1]))
             importer.fail(where + ": key times do not ascend at key " + std::to_string(i));
     return sampler;
 }
@@ -299,11 +298,11 @@ void checkRotations(const Importer& importer, const Channel& channel, const std:
             importer.fail(where + ": key " + std::to_string(i / 4) + " is a quaternion of length 0");
 }
 
-Channel convertChannel(const Importer& importer, const tinygltf::Animation& clip,
-                       const tinygltf::AnimationChannel& from, const std::string& where) {
+Channel convertChannel(Importer& importer, const tinygltf::Animation& clip, const tinygltf::AnimationChannel& from,
+                       const std::string& where) {
     Channel channel;
     channel.node = importer.node_of_file_node[std::size_t(from.target_node)];
-    if (importer.source.nodes[std::size_t(channel.node)].matrix) importer.fail(where + ": the node has a matrix");
+    makeAnimatable(importer.source, channel.node, "clip '" + cleanText(clip.name) + "'");
     const bool rotation = from.target_path == "rotation";
     if (from.target_path == "scale")
         channel.path = Channel::Path::kScale;
@@ -346,7 +345,9 @@ void convertClips(Importer& importer) {
         const tinygltf::Animation& from = model.animations[a];
         Clip clip;
         clip.name = from.name.empty() ? "clip" + std::to_string(a) : cleanText(from.name);
-        if (from.channels.empty()) importer.fail("clip '" + clip.name + "': has no keys");
+        if (from.channels.empty())
+            importer.source.notes.push_back(
+                {importer.file.path.string(), "", "clip '" + clip.name + "'", "has no channel, left out"});
         const std::size_t morphs = importer.source.morphs.size();
         for (const tinygltf::AnimationChannel& channel : from.channels) {
             if (channel.target_node < 0) continue;
@@ -382,6 +383,7 @@ RigSource readGltf(const std::filesystem::path& path) {
     convertSkins(importer);
     convertMeshes(importer);
     convertClips(importer);
+    tidyClips(importer.source);
     return std::move(importer.source);
 }
 

@@ -6,6 +6,7 @@
 #include <array>
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -39,6 +40,8 @@ GltfFile openGltf(const std::filesystem::path& path);
 std::vector<GltfMaterial> readMaterials(const std::filesystem::path& path, const nlohmann::json& document,
                                         std::span<const unsigned char> buffer);
 std::string percentDecoded(const std::string& uri);
+// Returns the bytes of a data URI of any type or of none, or nothing where it is damaged (rig_data_uri.cpp).
+std::optional<std::vector<unsigned char>> decodeDataUri(const std::string& uri);
 
 struct AccessorValues {
     int components = 0;          // numbers of one element

@@ -115,11 +115,9 @@ void checkVersionAndExtensions(const Loader& loader, const Json& document) {
 
 Bytes readUri(Loader& loader, const std::string& uri, const std::string& where) {
     if (startsWith(uri, "data:")) {
-        Bytes bytes;
-        std::string mime_type;
-        if (!tinygltf::DecodeDataURI(&bytes, mime_type, uri, 0, false))
-            loader.fail(where + " has a data URI that cannot be decoded");
-        return bytes;
+        std::optional<Bytes> bytes = decodeDataUri(uri);
+        if (!bytes) loader.fail(where + " has a data URI that cannot be decoded");
+        return std::move(*bytes);
     }
     if (uri.find("://") != std::string::npos)
         throw Unsupported(loader.path.string() + ": " + where + " is at " + cleanText(uri));
@@ -265,6 +263,15 @@ void parseModel(const Loader& loader, const std::string& text, Bytes&& buffer, t
     model.buffers[0].data = std::move(buffer);
 }
 
+// Two materials may have one name. The second "skin" becomes "skin#2".
+void makeNamesUnique(std::vector<GltfMaterial>& materials) {
+    std::vector<std::string> names;
+    for (std::size_t m = 0; m < materials.size(); ++m)
+        names.push_back(materials[m].name.empty() ? "material" + std::to_string(m) : materials[m].name);
+    names = uniqueNames(std::move(names));
+    for (std::size_t m = 0; m < materials.size(); ++m) materials[m].name = names[m];
+}
+
 }  // namespace
 
 std::string percentDecoded(const std::string& uri) {
@@ -309,6 +316,7 @@ GltfFile openGltf(const std::filesystem::path& path) {
         file.materials = readMaterials(path, container.document, buffer);
         file.node_extensions = readNodeExtensions(path, container.document);
         file.notes = resolvePointers(path, container.document);
+        makeNamesUnique(file.materials);
         parseModel(loader, geometryOnly(container.document), std::move(buffer), file.model);
     } catch (const Json::exception& error) {
         loader.fail(std::string("is not valid glTF: ") + error.what());

@@ -48,11 +48,9 @@ std::shared_ptr<const Texture> readImage(const MaterialReader& reader, const Jso
     } else {
         const std::string uri = image.at("uri");
         if (uri.rfind("data:", 0) == 0) {
-            std::vector<unsigned char> bytes;
-            std::string mime_type;
-            if (!tinygltf::DecodeDataURI(&bytes, mime_type, uri, 0, false))
-                reader.fail(where + ".uri cannot be decoded");
-            const std::span<const std::byte> whole = std::as_bytes(std::span(bytes));
+            const std::optional<std::vector<unsigned char>> bytes = decodeDataUri(uri);
+            if (!bytes || bytes->empty()) reader.fail(where + ".uri cannot be decoded");
+            const std::span<const std::byte> whole = std::as_bytes(std::span(*bytes));
             texture.bytes.assign(whole.begin(), whole.end());
         } else {
             if (uri.find("://") != std::string::npos) reader.fail(where + ".uri is at " + cleanText(uri));

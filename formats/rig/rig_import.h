@@ -11,6 +11,10 @@ namespace penumbra {
 // numbers may not be finite, and chains of FBX nodes are not joined. Throws InvalidInput and Unsupported.
 RigSource importWithAssimp(const std::filesystem::path& path);
 
+// Returns a .x text without bones that weigh no vertex (SkinWeights of 0 vertices), on which assimp's reader of text
+// fails.
+std::string withoutEmptyWeights(const std::string& text);
+
 using RigImporter = std::function<RigSource(const std::filesystem::path&)>;
 // Runs an importer in a child process and checks what it hands back. The errors of the importer leave this function as
 // they are. Throws InvalidInput "FILE: cannot be read (importer crashed): HOW" where it crashes or passes a limit.

@@ -21,7 +21,6 @@
 
 namespace penumbra {
 
-constexpr int kMaxInfluences = 8;
 constexpr double kWeldDistance = 1e-6;  // in diagonals of the rest mesh
 constexpr double kNoArea = 1e-12;       // rounding of collinear float positions stays below this
 constexpr float kWeldWeight = 1e-5f;    // largest difference of two weights that count as equal
@@ -32,7 +31,14 @@ struct Influence {
     double weight;
 };
 
-// Returns the influences of one vertex: largest first, at most kMaxInfluences, with the sum 1.
+// Returns the joint of the skin's root, whose node comes first in the file.
+int rootJoint(const SourceSkin& skin, const std::vector<int>& joint_of_skin) {
+    const auto root = std::min_element(skin.nodes.begin(), skin.nodes.end());
+    return joint_of_skin.at(std::size_t(root - skin.nodes.begin()));
+}
+
+// Returns the influences of one vertex: largest first, at most kMaxInfluences, with the sum 1. A vertex without weights
+// moves with the root (rig_influences.cpp tells how many do).
 std::vector<Influence> influencesOf(const RigSource& source, const SourcePart& part,
                                     const std::vector<int>& joint_of_skin, std::size_t vertex) {
     const std::string where = "vertex " + std::to_string(vertex);
@@ -57,7 +63,8 @@ std::vector<Influence> influencesOf(const RigSource& source, const SourcePart& p
     if (list.size() > kMaxInfluences) list.resize(kMaxInfluences);
     double sum = 0;
     for (const Influence& i : list) sum += i.weight;
-    if (!(sum > 1e-6) || !std::isfinite(sum)) failAtNode(source, part.node, where + " has no skin weight");
+    if (!std::isfinite(sum)) failAtNode(source, part.node, where + " has an invalid skin weight");
+    if (!(sum > kNoWeight)) return {{rootJoint(source.skins[std::size_t(part.skin)], joint_of_skin), 1.0}};
     for (Influence& i : list) i.weight /= sum;
     std::erase_if(list, [](Influence i) { return float(i.weight) == 0; });
     return list;
@@ -111,8 +118,23 @@ void packInfluences(const std::vector<std::vector<Influence>>& influences, Sourc
 
 }  // namespace
 
+namespace {
+
+// Returns the name of a node that draws something: "arm#2" for the second of this name.
+std::string partNodeName(const RigSource& source, int node) {
+    const std::string& name = source.nodes[std::size_t(node)].name;
+    int turn = 1;
+    for (int n = 0; n < node; ++n)
+        if (source.nodes[std::size_t(n)].name == name)
+            turn += std::any_of(source.parts.begin(), source.parts.end(),
+                                [&](const SourcePart& part) { return part.node == n; });
+    return turn == 1 ? name : name + "#" + std::to_string(turn);
+}
+
+}  // namespace
+
 std::uint16_t slotOf(const RigSource& source, const SourcePart& part, std::vector<std::string>& slots) {
-    const std::string name = source.nodes[std::size_t(part.node)].name + "/" + part.material;
+    const std::string name = partNodeName(source, part.node) + "/" + part.material;
     const auto found = std::find(slots.begin(), slots.end(), name);
     if (found != slots.end()) return std::uint16_t(found - slots.begin());
     if (slots.size() == 65535) throw Unsupported(source.file.string() + ": more than 65535 parts");

@@ -20,6 +20,7 @@ constexpr SourceReader kReaders[] = {
     {.extension = ".fbx", .rig = readWithAssimp},
     {.extension = ".dae", .rig = readWithAssimp},
     {.extension = ".x", .rig = readWithAssimp},
+    {.extension = ".bvh", .rig = readBvh},
     {.extension = ".npz", .cache = readNpzCache},
     {.extension = ".npy", .cache = readNpyCache, .positions_alone = true},
     {.extension = ".mdd", .cache = readMddCache, .positions_alone = true},

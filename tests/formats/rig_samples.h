@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "formats/rig/rig_build.h"
 #include "formats/source/source_readers.h"
 
 namespace penumbra::samples {
@@ -26,6 +27,28 @@ inline std::string readText(const std::filesystem::path& path) {
 inline void writeText(const std::filesystem::path& path, const std::string& text) {
     std::filesystem::remove(path);
     std::ofstream(path, std::ios::binary) << text;
+}
+
+// A triangle of node 0, with as many joints as influences, all of equal weight.
+inline RigSource skinnedTriangle(int influences) {
+    RigSource source;
+    source.file = "f.glb";
+    SourceSkin& skin = source.skins.emplace_back();
+    SourcePart& part = source.parts.emplace_back();
+    part.skin = 0;
+    part.influences = influences;
+    part.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    part.triangles = {{0, 1, 2}};
+    for (int j = 0; j < influences; ++j) {
+        source.nodes.emplace_back().name = "n" + std::to_string(j);
+        skin.nodes.push_back(j);
+        skin.inverse_bind.push_back(kIdentityMatrix);
+    }
+    for (int i = 0; i < 3 * influences; ++i) {
+        part.joints.push_back(std::uint32_t(i % influences));
+        part.weights.push_back(1);
+    }
+    return source;
 }
 
 struct EditableGlb {

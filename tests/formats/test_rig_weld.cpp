@@ -74,33 +74,60 @@ TEST(RigWeld, TrianglesFollowAndThoseThatCollapseGo) {
 }
 
 // One part has 12 influences that come unsorted, not normalised and with a joint named twice.
-TEST(RigWeld, KeepsTheEightLargestInfluencesOfSumOne) {
-    RigSource source;
-    source.file = "f.glb";
-    SourceSkin skin;
-    for (int j = 0; j < 12; ++j) {
-        source.nodes.emplace_back().name = "n" + std::to_string(j);
-        skin.nodes.push_back(j);
-        skin.inverse_bind.push_back(kIdentityMatrix);
-    }
-    source.skins.push_back(skin);
-    SourcePart part;
-    part.skin = 0;
-    part.influences = 12;
-    part.positions = {{0, 0, 0}};
+TEST(RigWeld, KeepsAllInfluencesOfSumOne) {
+    RigSource source = samples::skinnedTriangle(12);
+    SourcePart& part = source.parts[0];
     part.joints = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 11};
     part.weights = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 20, 0};
-    source.parts.push_back(part);
+    part.positions.resize(1);
+    part.triangles.clear();
     const SourceVertices out = gatherVertices(source, chooseJoints(source));
-    EXPECT_EQ(out.influences, 8);
-    EXPECT_THAT(out.joints, ElementsAre(9, 8, 7, 6, 5, 4, 3, 2));
-    const float sum = 30 + 9 + 8 + 7 + 6 + 5 + 4 + 3;
-    EXPECT_THAT(out.weights, testing::Pointwise(testing::FloatEq(), {30 / sum, 9 / sum, 8 / sum, 7 / sum, 6 / sum,
-                                                                     5 / sum, 4 / sum, 3 / sum}));
+    EXPECT_EQ(out.influences, 10);
+    EXPECT_THAT(out.joints, ElementsAre(9, 8, 7, 6, 5, 4, 3, 2, 1, 0));
+    for (std::size_t i = 0; i < 10; ++i) EXPECT_FLOAT_EQ(out.weights[i], float(i == 0 ? 30 : 10 - i) / 75);
     for (const double bad : {-1.0, double(NAN), double(INFINITY)}) {
-        source.parts[0].weights[0] = bad;
+        part.weights[0] = bad;
         EXPECT_THROW(gatherVertices(source, chooseJoints(source)), InvalidInput);
     }
+}
+
+// What is cut above 64 influences is said with its share: here 6 of 70 equal weights.
+TEST(RigWeld, InfluencesAreCutAtSixtyFourAndThatIsSaid) {
+    RigSource source = samples::skinnedTriangle(70);
+    EXPECT_EQ(gatherVertices(source, chooseJoints(source)).influences, 64);
+    sayInfluences(source);
+    ASSERT_EQ(source.notes.size(), 1u);
+    EXPECT_EQ(textOf(source.notes[0]),
+              "f.glb: node 'n0': 3 vertices with more than 64 influences: the smallest are cut, up to 8.6% of a "
+              "vertex's weight");
+}
+
+// Vertex 1 has no weights and moves with the root, whose node comes first. A vertex of no triangle is not counted.
+TEST(RigWeld, VerticesWithoutWeightsMoveWithTheRoot) {
+    RigSource source = samples::skinnedTriangle(2);
+    SourcePart& part = source.parts[0];
+    source.skins[0].nodes = {1, 0};
+    part.positions.push_back({5, 5, 5});
+    part.joints.insert(part.joints.end(), {0, 0});
+    part.weights = {0, 1, 0, 0, 1, 0, 0, 0};
+    const SourceVertices out = gatherVertices(source, chooseJoints(source));
+    EXPECT_EQ(out.influences, 1);
+    EXPECT_THAT(out.joints, ElementsAre(1, 1, 0, 1));
+    sayInfluences(source);
+    ASSERT_EQ(source.notes.size(), 1u);
+    EXPECT_EQ(textOf(source.notes[0]), "f.glb: node 'n0': 1 vertex without weights: move with 'n0'");
+}
+
+// Two nodes of one name are two slots. Parts of one node and material are one.
+TEST(RigWeld, SlotsOfEqualNamesAreNumbered) {
+    RigSource source;
+    source.nodes.resize(3);
+    for (Node& node : source.nodes) node.name = "arm";
+    source.parts.resize(3);
+    source.parts[1].node = source.parts[2].node = 2;
+    std::vector<std::string> slots;
+    for (const SourcePart& part : source.parts) slotOf(source, part, slots);
+    EXPECT_THAT(slots, ElementsAre("arm/default", "arm#2/default"));
 }
 
 TEST(RigWeld, SampleKeepsSixInfluences) {

@@ -201,6 +201,10 @@ void writeCaches(const fs::path& out) {
 }
 
 void copyRigs(const fs::path& samples, const fs::path& out) {
+    write(out / "fuzz_bvh" / "two_joints.bvh",
+          "HIERARCHY\nROOT a\n{\nOFFSET 0 1 0\nCHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation\n"
+          "JOINT b\n{\nOFFSET 0 1 0\nCHANNELS 1 Yrotation\nEnd Site\n{\nOFFSET 0 1 0\n}\n}\n}\n"
+          "MOTION\nFrames: 2\nFrame Time: 0.04\n0 1 0 0 0 0 0\n1 2 3 10 20 30 90\n");
     for (const char* name : {"weights_u16.glb", "quantized.glb", "sparse.glb", "interpolation.glb", "swing.glb"})
         write(out / "fuzz_rig" / name, samples::readText(samples / name));
     write(out / "fuzz_rig" / "sheet_morph.glb", samples::readText(samples / "sheet_morph.glb"));
