@@ -104,7 +104,10 @@ struct Rig {
     std::vector<Clip> clips;
     // The rig and every file that it refers to. Depfiles and provenance list them.
     std::vector<std::filesystem::path> files_read;
-    std::vector<RigNote> notes;  // each once
+    std::vector<RigNote> notes;    // each once
+    std::vector<std::string> log;  // who read the files how, for -v
+    // The .glb that the first file was converted to. Only with RigOptions::keep_converted; null if it was not.
+    std::shared_ptr<const std::vector<std::byte>> converted;
 };
 
 // The name of the clip that sampleFrames() gives a rig without clips.

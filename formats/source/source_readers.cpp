@@ -16,8 +16,8 @@ RigSource readGltfRig(const std::filesystem::path& path) { return readGltf(path)
 constexpr SourceReader kReaders[] = {
     {.extension = ".glb", .rig = readGltfRig, .cache = readGltfCache, .is_cache = hasOnlyMorphClips},
     {.extension = ".gltf", .rig = readGltfRig, .cache = readGltfCache, .is_cache = hasOnlyMorphClips},
-    {.extension = ".fbx", .rig = readWithAssimp},
-    {.extension = ".dae", .rig = readWithAssimp},
+    {.extension = ".fbx", .rig = readFbx},
+    {.extension = ".dae", .rig = readCollada},
     {.extension = ".x", .rig = readWithAssimp},
     {.extension = ".npz", .cache = readNpzCache},
     {.extension = ".npy", .cache = readNpyCache, .positions_alone = true},
