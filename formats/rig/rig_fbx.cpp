@@ -222,7 +222,7 @@ RigSource readFbx(const fs::path& path) {
     const std::vector<std::string> of_assimp = assimpFaults(scan), of_converter = converterFaults(scan);
     const std::optional<fs::path> converter = findConverter();
     std::string problem;
-    if (converter && !of_converter.empty()) problem = joinedFaults(of_converter);
+    if (!of_converter.empty()) problem = joinedFaults(of_converter);
     std::optional<RigSource> source;
     const bool assimp_is_better = of_assimp.empty() && (!cutWeights(scan).empty() || hasOtherRate(scan));
     if (converter && problem.empty() && !assimp_is_better) source = readWithConverter(*converter, scan, problem);

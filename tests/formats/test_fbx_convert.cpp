@@ -141,6 +141,13 @@ TEST_F(FbxConvert, WithoutItTheCommandThatInstallsItIsTold) {
     program = "off";
     EXPECT_THAT(refusal(), AllOf(StartsWith(fbx.string() + ": assimp reads it wrong (clip 'turn': node 'arm': "),
                                  HasSubstr("`scripts/setup --fbx` installs it")));
+    FbxRig compensating = samples::turningRig();
+    for (samples::FbxSample& p : compensating.object("Model", FbxRig::kArm).children[0].children)
+        if (std::get<std::string>(p.values[0]) == "InheritType") p.values[4] = std::int64_t(2);
+    compensating.setProperty("Model", FbxRig::kRoot, FbxRig::property("Lcl Scaling", {2.0, 2.0, 2.0}));
+    samples::writeText(fbx, samples::asciiFile(compensating.root));
+    EXPECT_THAT(refusal(),
+                AllOf(HasSubstr("FBX2glTF: node 'arm' does not inherit"), HasSubstr("; assimp: node 'arm'")));
     const Environment nowhere("PENUMBRA_FBX2GLTF", "/nowhere/FBX2glTF");
     EXPECT_THROW(readFbx(fbx), IoError);
 }
