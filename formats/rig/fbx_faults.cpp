@@ -131,6 +131,38 @@ bool changesBeyondFirstCurves(const FbxScan& scan, int take) {
     return false;
 }
 
+// --- Layers ---------------------------------------------------------------------------------------------------------
+
+bool isTurned(const std::optional<FbxCurve>& curve) {
+    return curve &&
+           std::any_of(curve->values.begin(), curve->values.end(), [](double v) { return std::abs(v) > 1e-4; });
+}
+
+// Tells whether layers of a take turn one node about several axes, and one above the first adds its turn as a whole
+// (RotationAccumulationMode 0), not angle by angle. About one axis both are the same.
+bool accumulatesTurns(const FbxScan& scan, int take) {
+    struct Turns {
+        std::set<int> layers;
+        std::array<bool, 3> axes{};
+        bool as_a_whole = false;
+    };
+    std::map<int, Turns> turns_of_model;
+    for (const FbxTrack& track : scan.tracks) {
+        if (track.take != take || track.model < 0 || track.property != "Lcl Rotation") continue;
+        Turns& turns = turns_of_model[track.model];
+        turns.layers.insert(track.layer);
+        bool turned = false;
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            if (isTurned(track.curves[axis])) turned = turns.axes[axis] = true;
+        turns.as_a_whole |= turned && track.layer > 0 && !track.by_channel;
+    }
+    return std::any_of(turns_of_model.begin(), turns_of_model.end(), [](const auto& entry) {
+        const Turns& turns = entry.second;
+        return turns.layers.size() > 1 && turns.as_a_whole &&
+               std::count(turns.axes.begin(), turns.axes.end(), true) > 1;
+    });
+}
+
 // --- Scales ---------------------------------------------------------------------------------------------------------
 
 struct FbxScales {
@@ -288,6 +320,10 @@ std::vector<std::string> converterFaults(const FbxScan& scan) {
         else if (goesOnBehindKeys(scan, take))
             faults.push_back(where + "its curves go on behind their keys: bake the animation on export");
     }
+    for (int take = 0; take < int(scan.takes.size()); ++take)
+        if (accumulatesTurns(scan, take))
+            faults.push_back("clip " + nameOfTake(scan, take) +
+                             ": its layers accumulate turns about several axes: bake the animation on export");
     for (const std::string& fault : scaleFaults(scan))
         faults.push_back(fault + ": turn that off, or bake it into the mesh");
     addLostScales(scan, faults);
@@ -327,66 +363,6 @@ std::vector<RigNote> converterNotes(const FbxScan& scan) {
                                  "become ramps of 1/" + std::to_string(framesASecond(scan)) + " s"});
         }
     return notes;
-}
-
-std::vector<FbxCutWeights> cutWeights(const FbxScan& scan) {
-    std::vector<FbxCutWeights> cuts;
-    for (const FbxGeometry& geometry : scan.geometries) {
-        std::vector<std::pair<double, double>> weights;  // vertex, -weight
-        for (const FbxSkin& skin : geometry.skins)
-            for (const FbxCluster& cluster : skin.clusters)
-                for (std::size_t i = 0; i < cluster.vertices.size(); ++i)
-                    if (cluster.weights[i] > 0 && cluster.vertices[i] >= 0)
-                        weights.push_back({cluster.vertices[i], -cluster.weights[i]});
-        std::sort(weights.begin(), weights.end());
-        FbxCutWeights cut{geometry.name, 0, 0};
-        for (std::size_t first = 0, end = 0; first < weights.size(); first = end) {
-            double sum = 0, kept = 0;
-            for (; end < weights.size() && weights[end].first == weights[first].first; ++end) {
-                sum -= weights[end].second;
-                if (end - first < 4) kept -= weights[end].second;
-            }
-            if (end - first <= 4) continue;
-            ++cut.vertices;
-            cut.most = std::max(cut.most, 1 - kept / sum);
-        }
-        if (cut.vertices > 0) cuts.push_back(cut);
-    }
-    return cuts;
-}
-
-namespace {
-
-bool isVisible(const FbxScan& scan, const FbxGeometry& geometry) {
-    const auto shown = [&](int model) { return !scan.models[std::size_t(model)].hidden; };
-    return geometry.vertices > 0 && std::any_of(geometry.models.begin(), geometry.models.end(), shown);
-}
-
-bool hasBones(const FbxGeometry& geometry) {
-    for (const FbxSkin& skin : geometry.skins)
-        for (const FbxCluster& cluster : skin.clusters)
-            if (cluster.model >= 0 && !cluster.vertices.empty()) return true;
-    return false;
-}
-
-}  // namespace
-
-bool hasVisibleMesh(const FbxScan& scan) {
-    return std::any_of(scan.geometries.begin(), scan.geometries.end(),
-                       [&](const FbxGeometry& geometry) { return isVisible(scan, geometry); });
-}
-
-bool hasVisibleSkin(const FbxScan& scan) {
-    return std::any_of(scan.geometries.begin(), scan.geometries.end(),
-                       [&](const FbxGeometry& geometry) { return isVisible(scan, geometry) && hasBones(geometry); });
-}
-
-bool hasKeys(const FbxScan& scan, int take) {
-    for (const FbxTrack& track : scan.tracks)
-        if (track.take == take && (isTransform(track) || track.shapes >= 0) &&
-            std::any_of(track.curves.begin(), track.curves.end(), varies))
-            return true;
-    return false;
 }
 
 }  // namespace penumbra

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "formats/common/errors.h"
 #include "formats/rig/fbx_objects.h"
@@ -212,6 +213,8 @@ void readGeometries(FbxCollector& collector) {
                 if (model >= 0 && object.name == "Geometry") geometry.models.push_back(model);
             });
             if (object.name == "Model") geometry.models.push_back(indexOf(collector.model_of_id, id));
+            if (geometry.name.empty() && !geometry.models.empty())
+                geometry.name = scan.models[std::size_t(geometry.models[0])].name;
             readDeformers(collector, id, geometry);
             scan.geometries.push_back(std::move(geometry));
         });
@@ -291,8 +294,11 @@ void readTakes(FbxCollector& collector) {
 void readTrack(FbxCollector& collector, const std::string& id) {
     FbxTrack track;
     collector.visitParents(id, [&](const FbxLink& link) {
-        if (const auto layer = collector.layer_of_id.find(link.parent); layer != collector.layer_of_id.end())
+        if (const auto layer = collector.layer_of_id.find(link.parent); layer != collector.layer_of_id.end()) {
             std::tie(track.take, track.layer) = layer->second;
+            const FbxNode& object = *collector.objects.object_of_id.at(link.parent);
+            track.by_channel = propertyNumber(collector.objects, object, "RotationAccumulationMode", 0) == 1;
+        }
         if (link.property.empty()) return;
         if (const int model = indexOf(collector.model_of_id, link.parent); model >= 0) {
             track.model = model;
@@ -354,8 +360,9 @@ FbxScan scanOf(const FbxTree& tree, const std::filesystem::path& path) {
     FbxCollector collector{
         .tree = tree, .objects = objectsOf(tree), .scan = {}, .model_of_id = {}, .layer_of_id = {}, .shapes_of_id = {}};
     collector.scan.file = path;
-    if (!collector.objects.ids.empty() && !tree.root.child("Connections"))
-        failAtFile(path, "is cut short: it has no FBX node 'Connections'");
+    const FbxNode* links = tree.root.child("Connections");
+    if (!tree.root.child("Objects") || !links || (links->children.empty() && !collector.objects.ids.empty()))
+        failAtFile(path, "is cut short: it has no FBX objects, or nothing that connects them");
     readHeader(collector);
     readModels(collector);
     readGeometries(collector);

@@ -60,6 +60,7 @@ struct FbxCurve {
 
 // The curves of one property of one model, or of one channel of shapes.
 struct FbxTrack {
+    bool by_channel = false;                        // its layer adds turns angle by angle
     int take = -1, layer = -1;                      // layer: index in the take
     int model = -1;                                 // -1: of something else
     int shapes = -1;                                // index of its geometry where it is of a channel of shapes

@@ -139,6 +139,7 @@ void readValue(FbxBinaryParser& parser, std::size_t end, FbxNode& node) {
             break;
         case 'B':
         case 'C':
+        case 'Z':
             value = numberValue<std::uint8_t>(parser, end);
             break;
         case 'I':
@@ -203,6 +204,8 @@ void readRecords(FbxBinaryParser& parser, std::size_t end, int depth, FbxNode& p
 }  // namespace
 
 FbxTree parseFbxTree(std::string_view bytes, const std::filesystem::path& path) {
+    if (bytes.starts_with(kMagic.substr(0, 18)) && !bytes.starts_with(kMagic))
+        failAtFile(path, "its binary FBX header is damaged, cut short or of a big-endian machine");
     if (!bytes.starts_with(kMagic)) return parseFbxText(bytes, path);
     FbxBinaryParser parser{bytes, path};
     parser.at = kMagic.size();

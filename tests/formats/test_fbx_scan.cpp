@@ -141,6 +141,19 @@ const Case kCases[] = {
     {"layers",
      [](FbxRig& rig) {
          rig.layer(402, FbxRig::kTake);
+         rig.curves(402, FbxRig::kArm, "Lcl Rotation", {{}, {}, {kEnds, {30, 30}}});
+     },
+     "has several layers", ""},
+    {"layers about several axes",
+     [](FbxRig& rig) {
+         rig.layer(402, FbxRig::kTake);
+         rig.curves(402, FbxRig::kArm, "Lcl Rotation", {{kEnds, {30, 30}}});
+     },
+     "has several layers", "its layers accumulate turns about several axes"},
+    {"layers about several axes, angle by angle",
+     [](FbxRig& rig) {
+         rig.layer(402, FbxRig::kTake);
+         rig.setProperty("AnimationLayer", 402, FbxRig::property("RotationAccumulationMode", {std::int64_t(1)}));
          rig.curves(402, FbxRig::kArm, "Lcl Rotation", {{kEnds, {30, 30}}});
      },
      "has several layers", ""},
@@ -271,7 +284,8 @@ TEST(FbxTakes, CutsInterpolateTheirEnds) {
     const double first = std::numbers::pi / 4 / 8, last = first * 6;  // halves of 90 degrees / 8 and 6/8
     EXPECT_NEAR(clip.channels[1].values[2], std::sin(first), 1e-6);
     EXPECT_NEAR(clip.channels[1].values[6], std::sin(last), 1e-6);
-    EXPECT_THAT(clip.channels[2].values, ElementsAre(5, 6, 7, 5, 6, 7));
+    EXPECT_THAT(clip.channels[2].times, ElementsAre(0, 0.5, 2.5));
+    EXPECT_THAT(clip.channels[2].values, ElementsAre(5, 6, 7, 5, 6, 7, 5, 6, 7));
 }
 
 }  // namespace
