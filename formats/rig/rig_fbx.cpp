@@ -228,7 +228,12 @@ RigSource readFbx(const fs::path& path) {
     if (converter && problem.empty() && !assimp_is_better) source = readWithConverter(*converter, scan, problem);
     if (!source) {
         if (!of_assimp.empty()) refuse(scan, problem, joinedFaults(of_assimp));
-        source = readScannedWithAssimp(scan);
+        try {
+            source = readScannedWithAssimp(scan);
+        } catch (const InvalidInput& error) {
+            if (problem.empty()) throw;
+            refuse(scan, problem, error.what());
+        }
     }
     addNotes(fbxNotes(scan), *source);
     bindUnweighted(*source);
