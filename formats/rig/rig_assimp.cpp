@@ -108,14 +108,16 @@ void convertBones(AssimpImport& import, const aiMesh& mesh, SourcePart& part) {
     import.source.skins.push_back(std::move(skin));
 }
 
-// Returns where a picture lies: as the file says, or beside the rig under the same name. Files often hold the path of
-// the machine that wrote them.
+}  // namespace
+
 std::filesystem::path findPicture(const std::filesystem::path& rig, std::string name) {
     std::replace(name.begin(), name.end(), '\\', '/');
     const std::filesystem::path said = rig.parent_path() / name, beside = rig.parent_path() / said.filename();
     std::error_code error;
     return std::filesystem::exists(said, error) ? said : beside;
 }
+
+namespace {
 
 TextureWrap wrapOf(aiTextureMapMode mode) {
     if (mode == aiTextureMapMode_Mirror) return TextureWrap::kMirror;
@@ -313,37 +315,54 @@ Matrix fbxToModel(const aiScene& scene) {
     return m;
 }
 
+constexpr unsigned kImportSteps = aiProcess_TransformUVCoords;
+
 const aiScene* readScene(Assimp::Importer& importer, const std::filesystem::path& path) {
-    constexpr unsigned kSteps = aiProcess_TransformUVCoords;
     if (isExtension(path, ".x")) {
         std::ifstream in(path, std::ios::binary);
         const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
         const std::string read = withoutEmptyWeights(text);
-        if (read.size() < text.size()) return importer.ReadFileFromMemory(read.data(), read.size(), kSteps, "x");
+        if (read.size() < text.size()) return importer.ReadFileFromMemory(read.data(), read.size(), kImportSteps, "x");
     }
-    return importer.ReadFile(path.string(), kSteps);
+    return importer.ReadFile(path.string(), kImportSteps);
+}
+
+RigSource convertScene(Assimp::Importer& importer, const aiScene* scene, const std::filesystem::path& path) {
+    AssimpImport import;
+    import.source.file = path;
+    import.scene = scene;
+    if (scene == nullptr || scene->mRootNode == nullptr)
+        import.fail("cannot be read: " +
+                    std::string(importer.GetErrorString()).substr(0, 160));  // the error may quote the file
+    const bool is_fbx = isExtension(path, ".fbx");
+    const Matrix to_model = is_fbx ? fbxToModel(*scene) : kIdentityMatrix;
+    // The root of an FBX file has no transform. Since 5.3 assimp gives it one by the same axes and unit, in
+    // centimetres.
+    if (is_fbx) scene->mRootNode->mTransformation = aiMatrix4x4();
+    convertNodes(import, to_model);
+    convertMeshes(import);
+    convertClips(import);
+    return std::move(import.source);
+}
+
+void setOptions(Assimp::Importer& importer) {
+    importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);  // no stand-ins for files without a mesh
 }
 
 }  // namespace
 
 RigSource importWithAssimp(const std::filesystem::path& path) {
-    AssimpImport import;
-    import.source.file = path;
     Assimp::Importer importer;
-    importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);  // no stand-ins for files without a mesh
-    import.scene = readScene(importer, path);
-    if (import.scene == nullptr || import.scene->mRootNode == nullptr)
-        import.fail("cannot be read: " +
-                    std::string(importer.GetErrorString()).substr(0, 160));  // the error may quote the file
-    const bool is_fbx = isExtension(path, ".fbx");
-    const Matrix to_model = is_fbx ? fbxToModel(*import.scene) : kIdentityMatrix;
-    // The root of an FBX file has no transform. Since 5.3 assimp gives it one by the same axes and unit, in
-    // centimetres.
-    if (is_fbx) import.scene->mRootNode->mTransformation = aiMatrix4x4();
-    convertNodes(import, to_model);
-    convertMeshes(import);
-    convertClips(import);
-    return std::move(import.source);
+    setOptions(importer);
+    return convertScene(importer, readScene(importer, path), path);
+}
+
+RigSource importTextWithAssimp(const std::filesystem::path& path, const std::string& text) {
+    Assimp::Importer importer;
+    setOptions(importer);
+    const std::string extension = path.extension().string().substr(1);
+    return convertScene(importer,
+                        importer.ReadFileFromMemory(text.data(), text.size(), kImportSteps, extension.c_str()), path);
 }
 
 }  // namespace penumbra

@@ -63,6 +63,9 @@ struct RigSource {
     std::vector<MorphChannel> morphs;
     std::vector<std::filesystem::path> files_read;
     std::vector<RigNote> notes;
+    // Only of FBX files that FBX2glTF converted: what it made, and who did it how, for -v.
+    std::shared_ptr<const std::vector<std::byte>> converted;
+    std::vector<std::string> log;
 };
 
 // The importers check nodes, clips, indices and numbers. What is drawn may still be empty.
@@ -70,11 +73,16 @@ RigSource readGltf(const std::filesystem::path& path);
 // Tells whether the clips of a glTF file animate morph targets and nothing else, and no node has a skin. It reads only
 // the JSON, and returns false where that is damaged.
 bool hasOnlyMorphClips(const std::filesystem::path& path);
-// Reads FBX, Collada and .x (rig_import.h).
+// Reads FBX, Collada and .x (rig_import.h), whatever assimp makes of them.
 RigSource readWithAssimp(const std::filesystem::path& path);
 // Reads a motion capture file (rig_bvh.cpp), which has no mesh.
 RigSource readBvh(const std::filesystem::path& path);
 void collapseFbxPivots(RigSource& source);
+// Reads Collada with assimp. Throws InvalidInput, and Unsupported for curves that are not read.
+RigSource readCollada(const std::filesystem::path& path);
+// Reads FBX with FBX2glTF or assimp, whichever reads the file right. Throws InvalidInput where it is damaged, and
+// Unsupported where neither does.
+RigSource readFbx(const std::filesystem::path& path);
 // `extension` is in lower case, with its dot. The file's may be in any case.
 bool isExtension(const std::filesystem::path& file, const char* extension);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <utility>
 
 #include "formats/common/errors.h"
 #include "formats/rig/frame_sampling.h"
@@ -113,14 +114,20 @@ Rig buildRig(RigSource& source, const RigOptions& options) {
 Rig joinRig(std::vector<RigSource> sources, const RigOptions& options) {
     assert(!sources.empty());
     RigSource& first = sources.front();
+    bool had_converter = false;  // it stands last, once
+    for (RigSource& source : sources)
+        if (source.converted && std::exchange(had_converter, true)) source.files_read.pop_back();
     dropIdleClips(first);
     for (RigSource& source : sources) trimLateClips(source);
     for (std::size_t i = 1; i < sources.size(); ++i) addClips(first, std::move(sources[i]));
     selectParts(first, options);
     makeClipNamesUnique(first.clips);
     if (first.clips.size() > 65535) throw Unsupported(first.file.string() + ": more than 65535 clips");
+    const std::shared_ptr<const std::vector<std::byte>> converted = first.converted;
     Rig rig = buildRig(first, options);
+    if (options.keep_converted) rig.converted = converted;
     rig.notes = takeNotes(sources);
+    for (const RigSource& source : sources) rig.log.insert(rig.log.end(), source.log.begin(), source.log.end());
     if (options.strict) refuseNotes(rig.notes);
     return rig;
 }

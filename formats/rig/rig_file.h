@@ -115,7 +115,10 @@ struct Rig {
     std::vector<WeightCurve> weight_curves;
     // The rig and every file that it refers to. Depfiles and provenance list them.
     std::vector<std::filesystem::path> files_read;
-    std::vector<RigNote> notes;  // each once
+    std::vector<RigNote> notes;    // each once
+    std::vector<std::string> log;  // who read the files how, for -v
+    // The .glb that the first file was converted to. Only with RigOptions::keep_converted; null if it was not.
+    std::shared_ptr<const std::vector<std::byte>> converted;
 };
 
 // Tells for each vertex whether its bones mirror it at rest. Triangles are wound so that they face outwards at rest in

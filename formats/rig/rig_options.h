@@ -13,6 +13,7 @@ struct RigOptions {
     double split_angle = 20;            // degrees between normals of one place that still make one shading point
     std::optional<double> crease = {};  // degrees between triangles that make an edge where the file has no normals
     bool strict = false;                // a note (RigNote) is an error
+    bool keep_converted = false;        // Rig::converted is wanted
 };
 
 // Adds those options that are not the default to the options of a stage.

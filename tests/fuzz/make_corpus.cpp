@@ -7,6 +7,7 @@
 #include "formats/rig/rig_bytes.h"
 #include "formats/rig/rig_import.h"
 #include "tests/formats/brdf_samples.h"
+#include "tests/formats/fbx_samples.h"
 #include "tests/formats/sheet_files.h"
 #include "tests/formats/stage_samples.h"
 #include "tests/formats/textured_rig.h"
@@ -209,6 +210,11 @@ void copyRigs(const fs::path& samples, const fs::path& out) {
         write(out / "fuzz_rig" / name, samples::readText(samples / name));
     write(out / "fuzz_rig" / "sheet_morph.glb", samples::readText(samples / "sheet_morph.glb"));
     write(out / "fuzz_point_cache_gltf" / "sheet_morph.glb", samples::readText(samples / "sheet_morph.glb"));
+    write(out / "fuzz_collada_text" / "swing.dae", samples::readText(samples / "swing.dae"));
+    const samples::FbxRig rig = samples::turningRig();
+    write(out / "fuzz_fbx_scan" / "text.fbx", samples::asciiFile(rig.root));
+    write(out / "fuzz_fbx_scan" / "deflated.fbx", samples::binaryFile(rig.root, 7400, true));
+    write(out / "fuzz_fbx_scan" / "wide.fbx", samples::binaryFile(rig.root, 7500, false));
     write(out / "fuzz_rig_bytes" / "swing", textOf(bytesOf(importWithAssimp(samples / "swing.fbx"))));
 }
 
