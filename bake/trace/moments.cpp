@@ -12,7 +12,8 @@ float biasOf(const MomentTracer& tracer, std::size_t vertex) {
 RayStart startOfVertex(const MomentTracer& tracer, Vec3 position, Vec3 normal, std::size_t vertex) {
     const Vec3 scaled = tracer.scale.apply(position);
     if (!tracer.blockers || dot(normal, normal) == 0)
-        return startOverSolid(scaled, tracer.start_ways.empty() ? normal : tracer.start_ways[vertex], biasOf(tracer, vertex));
+        return startOverSolid(scaled, tracer.start_ways.empty() ? normal : tracer.start_ways[vertex],
+                              biasOf(tracer, vertex));
     const std::size_t fronts = tracer.mesh->frontVertexCount();
     const std::uint32_t front = tracer.blockers->placeOf(std::uint32_t(vertex % fronts));
     const Vec3 direction =

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "sh/bounding_box.h"
 #include "formats/common/morph_targets.h"
+#include "sh/bounding_box.h"
 #include "sh/vec3.h"
 
 namespace penumbra {

@@ -174,11 +174,11 @@ TEST(RigWhich, VerticesOfNoTriangleChangeNothing) {
 }
 
 TEST(CharacterBox, FarThingsDoNotCount) {
-    shapes::Shape all = ball(1, 8);
+    shapes::Shape all = ball(1, 40);
     const BoundingBox alone = characterBox(all.triangles, all.positions);
     EXPECT_EQ(alone.low, boundsOf(all.positions).low);
     EXPECT_EQ(alone.high, boundsOf(all.positions).high);
-    // A floor of 100 x 100 squares has more triangles than the ball.
+    // A floor of 100 x 100 squares has six times as many triangles as the ball.
     shapes::Shape floor;
     for (int i = 0; i <= 100; ++i)
         for (int j = 0; j <= 100; ++j) floor.positions.push_back({float(10 * i - 505), -1, float(10 * j - 505)});
