@@ -4,13 +4,16 @@
 IQM version 2 is a header, text, vertex arrays, triangles, joints and frames of quantised channels; its z is up, and its
 triangles are clockwise. Clip files have the joints of the model, in the same order.
 """
-import argparse
 import json
 import math
 import pathlib
 import struct
+import sys
 
 import numpy as np
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
+from usage import ArgumentParser  # noqa: E402
 
 HEADER = ("version", "filesize", "flags", "num_text", "ofs_text", "num_meshes", "ofs_meshes", "num_arrays",
           "num_vertices", "ofs_arrays", "num_triangles", "ofs_triangles", "ofs_adjacency", "num_joints", "ofs_joints",
@@ -150,7 +153,7 @@ def add_clips(file, glb, joints):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = ArgumentParser(__doc__)
     parser.add_argument("files", nargs="+")
     parser.add_argument("-o", "--output", required=True)
     arguments = parser.parse_args()

@@ -191,7 +191,7 @@ TEST(CharacterBox, FarThingsDoNotCount) {
     shapes::append(all, floor);
     shapes::append(all, shapes::sphere({0, 3000, 0}, 0.1, 4));
     const BoundingBox box = characterBox(all.triangles, all.positions);
-    EXPECT_LT(box.radius(), 4 * alone.radius());
+    EXPECT_LT(box.radius(), kKeptReach * alone.radius());
     EXPECT_EQ(box.high.y, alone.high.y);
 }
 
