@@ -23,6 +23,7 @@
 #include "formats/common/errors.h"
 #include "formats/common/parallel_for.h"
 #include "formats/common/part_table.h"
+#include "formats/common/twin_triangles.h"
 #include "formats/common/write_file.h"
 #include "sh/sh_basis.h"
 
@@ -75,14 +76,17 @@ void checkPart(const std::filesystem::path& file, const FieldFile& fields, std::
                            "' is too small, or too far from the origin for its size");
 }
 
-void addParts(const Mesh& mesh, const PartTable& table, const FieldOptions& options, FieldPlan& plan) {
+void addParts(const BakeSource& source, const PartTable& table, const FieldOptions& options, FieldPlan& plan) {
+    const Mesh& mesh = source.mesh();
     const FrameRange range = options.parts.value_or(FrameRange{0, table.partCount(), 1});
     if (range.end > table.partCount())
         throw BadOption("parts", "ends at " + std::to_string(range.end) + ", but there are " +
                                      std::to_string(table.partCount()) + " parts");
     std::vector<PartMesh> meshes;
+    const std::vector<std::uint32_t> twins =
+        source.rig ? twinTriangles(mesh, source.rig->skin) : std::vector<std::uint32_t>{};
     for (std::size_t part = 0; part < table.partCount(); ++part)
-        meshes.push_back(partMesh(mesh.rest_positions, mesh.triangles, table.part_of_triangle, part));
+        meshes.push_back(partMesh(mesh, twins, table.part_of_triangle, part));
     const std::vector<PartField> fields =
         placeFields(meshes, options.cells, std::size_t(options.megabytes * kMegabyte));
     for (std::size_t part = range.begin; part < range.end; ++part) {
@@ -123,7 +127,7 @@ FieldPlan planFields(const std::vector<std::filesystem::path>& paths, const Fiel
     file.mesh_sha256 = meshSha256(mesh);
     file.rays = options.rays;
     file.fields.fade = float(options.fade * diagonal);
-    addParts(mesh, table, options, plan);
+    addParts(source, table, options, plan);
     if (options.inputs) {
         if (source.rig) throw BadOption("inputs", "of a mesh without skin only; a rig's parts move with its bones");
         plan.files_read.push_back(*options.inputs);

@@ -8,6 +8,7 @@
 #include "formats/common/errors.h"
 #include "formats/common/joined.h"
 #include "formats/common/sha256.h"
+#include "formats/common/twin_triangles.h"
 
 namespace penumbra {
 
@@ -68,13 +69,16 @@ ReferenceBlockers blockersOfFrame(const VisibilityHeader& header, std::size_t fr
     const BakeWords words = wordsOf(header.provenance);
     checkGiven(header, name, words, occluders);
     ReferenceBlockers out;
-    if (header.skin && !header.mesh.two_sided && occluders.empty()) return out;
+    out.blockers.addSurface(header.mesh, header.skin ? &*header.skin : nullptr);
+    if (header.skin && !header.mesh.two_sided && occluders.empty() && out.blockers.twins.empty()) return out;
+    if (!out.blockers.twins.empty()) out.other_side = twinVertices(header.mesh, out.blockers.twins);
     const std::span<const Vec3> rest(header.mesh.rest_positions);
     out.blockers.add(header.mesh.frontTriangles(), rest.first(header.mesh.frontVertexCount()));
     std::vector<std::string> clips = header.frames.clip_names;
     if (words.blocks)
         for (std::string& clip : clips) clip = clipOfBlock(clip);
     for (const Occluder& occluder : readOccluders(occluders, words.cache, clips)) {
+        out.blockers.addSurface(occluder.source.mesh(), occluder.source.rig ? &occluder.source.rig->skin : nullptr);
         out.blockers.add(occluder.source.mesh().triangles, sourcePositions(occluder.source, -1, 0));
         appendPositions(occluder, header.frames.clip[frame], header.frames.time[frame], out.occluder_positions);
     }

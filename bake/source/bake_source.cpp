@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "bake/source/surface_opacity.h"
+#include "formats/rig/rig_build.h"
 #include "formats/source/source_readers.h"
 
 namespace penumbra {
@@ -29,6 +31,9 @@ BakeSource readSource(const std::vector<std::filesystem::path>& paths, const Poi
         source.cache = readPointCache(paths, options);
     else
         source.rig = readRig(paths, rig_options);
+    if (!source.rig) return source;
+    readOpacity(*source.rig);
+    if (rig_options.strict) refuseNotes(source.rig->notes);
     return source;
 }
 

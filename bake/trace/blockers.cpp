@@ -8,6 +8,7 @@
 
 #include "formats/cache/numbered_files.h"
 #include "formats/common/errors.h"
+#include "formats/common/twin_triangles.h"
 #include "formats/stage/pose_file.h"
 #include "sh/dihedral_angles.h"
 
@@ -67,6 +68,35 @@ void Blockers::add(std::span<const Triangle> more, std::span<const Vec3> rest) {
         solid_of_vertex.push_back(found == parts.end() ? 0 : found->second.solid);
     }
     vertices += rest.size();
+}
+
+namespace {
+
+std::vector<std::uint32_t> tracedVertices(const Mesh& mesh, std::span<const std::uint32_t> twins) {
+    std::vector<std::uint32_t> front(mesh.vertexCount());
+    std::iota(front.begin(), front.end(), 0u);
+    for (std::uint32_t t = 0; t < twins.size(); ++t) {
+        if (twins[t] >= t) continue;
+        const Triangle traced = twinCorners(mesh, t, twins[t]);
+        for (std::size_t k = 0; k < 3; ++k) front[mesh.triangles[t][k]] = traced[k];
+    }
+    for (std::uint32_t t = 0; t < twins.size(); ++t)
+        for (const std::uint32_t corner : mesh.triangles[t])
+            if (twins[t] >= t) front[corner] = corner;
+    return front;
+}
+
+}  // namespace
+
+void Blockers::addSurface(const Mesh& mesh, const Skin* skin) {
+    appendOpacity(mesh.opacity, triangles.size(), opacity);
+    const std::vector<std::uint32_t> more =
+        skin && !mesh.two_sided ? twinTriangles(mesh, *skin) : std::vector<std::uint32_t>{};
+    if (more.empty()) return;
+    const auto first = std::uint32_t(triangles.size());
+    if (first == 0) front_of_vertex = tracedVertices(mesh, more);
+    for (auto t = std::uint32_t(twins.size()); t < first; ++t) twins.push_back(t);
+    for (const std::uint32_t twin : more) twins.push_back(first + twin);
 }
 
 namespace {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "bake/source/bake_source.h"
+#include "bake/trace/see_through.h"
 #include "bake/trace/vertex_side.h"
 
 namespace penumbra {
@@ -19,7 +20,19 @@ struct Blockers {
     // [Vs] the closed surface that each vertex of the mesh is part of; 0 = none
     std::vector<std::int32_t> solid_of_vertex;
 
+    // Of all meshes, for SeeThrough.
+    Opacity opacity;
+    std::vector<std::uint32_t> twins;  // twinTriangles(); empty: no triangle has one
+    // [V] the vertex of the traced side of each vertex of the mesh: that of the first twin, for one that only second
+    // twins use; else the vertex itself. Empty without twins.
+    std::vector<std::uint32_t> front_of_vertex;
+
     VertexFans fans;  // of the mesh
+
+    SeeThrough through() const { return {&opacity, twins}; }
+    // Tells the opacity of the triangles that are added next, and which of them lie on one another. Points without a
+    // skin move as they like, and have no twins.
+    void addSurface(const Mesh& mesh, const Skin* skin);
 
     // Adds the triangles of a mesh, whose vertices get the next indices. The mesh of the bake comes first.
     void add(std::span<const Triangle> more, std::span<const Vec3> rest_positions);

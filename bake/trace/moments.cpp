@@ -9,9 +9,10 @@ RayStart startOfVertex(const MomentTracer& tracer, Vec3 position, Vec3 normal, s
     const Vec3 scaled = tracer.scale.apply(position);
     if (!tracer.blockers || dot(normal, normal) == 0) return startOverSolid(scaled, normal, tracer.bias);
     const std::size_t fronts = tracer.mesh->frontVertexCount();
-    const auto front = std::uint32_t(vertex % fronts);
+    const std::vector<std::uint32_t>& front_of_vertex = tracer.blockers->front_of_vertex;
+    const auto front = front_of_vertex.empty() ? std::uint32_t(vertex % fronts) : front_of_vertex[vertex];
     const Vec3 direction =
-        directionToSide(tracer.blockers->fans, tracer.vertices, front, normal, vertex < fronts ? 1 : -1);
+        directionToSide(tracer.blockers->fans, tracer.vertices, front, normal, vertex == front ? 1 : -1);
     return startOverSheet(
         tracer.scene, *tracer.blockers,
         {scaled, direction, tracer.bias, {front, front, front}, tracer.blockers->solid_of_vertex[front]});

@@ -56,10 +56,11 @@ FrameScene frameScene(const BakePlan& plan, std::size_t f) {
     for (Vec3& p : scaled) p = scale.apply(p);
     std::vector<BoundingBox> boxes;
     if (plan.local) boxes = plan.local->boxesOf(plan.header.mesh.frontTriangles(), scaled);
-    return {std::move(frame), scale,
-            OcclusionScene(scaled, plan.blockers.triangles,
-                           plan.sheet_rules || plan.local ? Queries::kFiltered : Queries::kPlain),
-            std::move(boxes)};
+    return {
+        std::move(frame), scale,
+        OcclusionScene(scaled, plan.blockers.triangles,
+                       plan.sheet_rules || plan.local ? Queries::kFiltered : Queries::kPlain, plan.blockers.through()),
+        std::move(boxes)};
 }
 
 MomentOutput outputOf(VisibilityFrame& frame) { return {frame.coefficients, frame.local_coefficients}; }

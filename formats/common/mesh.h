@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "formats/common/opacity.h"
 #include "sh/vec3.h"
 
 namespace penumbra {
@@ -26,6 +27,8 @@ struct Mesh {
     // negated normal, and the same slot and skin row. Triangle Ts + t is triangle t from behind: {a, b, c} becomes
     // {a, c, b}, each + Vs. source_vertex leads to fronts.
     bool two_sided = false;
+    // Of triangles that do not stop all rays. It lists fronts alone.
+    Opacity opacity;
 
     std::size_t vertexCount() const { return rest_positions.size(); }
     // Vs and Ts, the fronts, which come first. For a mesh that is not two-sided these are V and T.

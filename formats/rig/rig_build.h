@@ -108,13 +108,31 @@ struct SourceVertices {
     std::vector<float> weights;
     std::vector<std::string> slots;  // "NODE/MATERIAL", in the order of first use
     std::vector<std::uint16_t> slot_of_vertex;
+    std::vector<bool> used;          // [vertices] by a triangle of its part; empty: all are
+    std::vector<std::uint8_t> side;  // [vertices] 1: of the layer behind another one; empty: 0
     std::vector<ColoredPart> part_colors;
 };
 // Returns the number of the part's "NODE/MATERIAL" in `slots`, and adds it where it is new.
 std::uint16_t slotOf(const RigSource& source, const SourcePart& part, std::vector<std::string>& slots);
 SourceVertices gatherVertices(const RigSource& source, const JointTable& table);
-// Fills mesh and the joints and weights of skin, and drops triangles without area.
-void weldVertices(const SourceVertices& vertices, Mesh& mesh, Skin& skin);
+// What welding knows besides the mesh.
+struct Welded {
+    std::vector<Triangle> source_corners;      // Rig::source_corners
+    std::vector<std::uint32_t> twin_of_point;  // [V] the first point that differs from this one in its slot alone
+};
+// Fills mesh and the joints and weights of skin, and drops triangles without area. Points have one slot, that of the
+// triangles that use them, and one side: a place that two slots share has two points.
+Welded weldVertices(const SourceVertices& vertices, Mesh& mesh, Skin& skin);
+
+// Finds the places where two layers lie on one another with opposite faces, and tells which vertices are of the layer
+// behind (SourceVertices::side). A vertex that both layers use becomes two: the second one stands behind all others,
+// and so has no entry in the file. Returns for each of these the vertex that it is a copy of.
+std::vector<std::uint32_t> splitLayers(SourceVertices& vertices);
+
+// Gives the triangles of double-sided materials backs, which are points and triangles like any other, behind all
+// others. rest_normals are known. A triangle that has one in the file gets none, nor does a surface that is closed but
+// for small holes: nobody sees its inside.
+void addBacks(Rig& rig);
 // Tells whether a triangle is more than a line, by its double area against the square of its longest edge.
 bool hasArea(const std::vector<Vec3>& positions, const Triangle& triangle);
 

@@ -93,7 +93,28 @@ void setRestTransforms(Rig& rig) {
     }
 }
 
-Rig buildRig(RigSource&& source) {
+// Returns smooth normals: points that differ in their slot alone are one point for them.
+std::vector<Vec3> smoothNormals(const Mesh& mesh, const std::vector<std::uint32_t>& twin_of_point) {
+    std::vector<Triangle> joined = mesh.triangles;
+    for (Triangle& triangle : joined)
+        for (std::uint32_t& corner : triangle) corner = twin_of_point[corner];
+    std::vector<Vec3> normals = vertexNormals(joined, mesh.rest_positions);
+    for (std::size_t v = 0; v < normals.size(); ++v) normals[v] = normals[twin_of_point[v]];
+    return normals;
+}
+
+// Welds the vertices. Copies of vertices, of which the file knows nothing, leave the lists again.
+Welded weld(SourceVertices& vertices, Mesh& mesh, Skin& skin) {
+    const std::size_t of_file = vertices.positions.size();
+    const std::vector<std::uint32_t> copied = splitLayers(vertices);
+    Welded welded = weldVertices(vertices, mesh, skin);
+    mesh.source_vertex.resize(of_file);
+    for (Triangle& corners : welded.source_corners)
+        for (std::uint32_t& corner : corners) corner = corner < of_file ? corner : copied[corner - of_file];
+    return welded;
+}
+
+Rig buildRig(RigSource&& source, const RigOptions& options) {
     std::size_t triangles = 0;
     for (const SourcePart& part : source.parts) triangles += part.triangles.size();
     if (triangles == 0) throw InvalidInput(source.file.string() + ": has no triangles");
@@ -103,10 +124,12 @@ Rig buildRig(RigSource&& source) {
     const double diagonal = boxDiagonal(vertices.positions);
     if (!std::isfinite(diagonal) || !(diagonal > 0))
         throw InvalidInput(source.file.string() + ": its vertices are all at one place, or not finite");
-    weldVertices(vertices, rig.mesh, rig.skin);
+    Welded welded = weld(vertices, rig.mesh, rig.skin);
     rig.part_colors = std::move(vertices.part_colors);
     if (rig.mesh.triangles.empty()) throw InvalidInput(source.file.string() + ": has no triangle with an area");
-    rig.rest_normals = vertexNormals(rig.mesh.triangles, rig.mesh.rest_positions);
+    rig.source_corners = std::move(welded.source_corners);
+    rig.rest_normals = smoothNormals(rig.mesh, welded.twin_of_point);
+    if (options.sides == RigSides::kOfMaterials) addBacks(rig);
     rig.nodes = std::move(source.nodes);
     rig.node_of_joint = table.nodes;
     rig.inverse_bind = table.inverse_bind;
@@ -129,7 +152,7 @@ Rig joinRig(std::vector<RigSource> sources, const RigOptions& options) {
     for (std::size_t i = 1; i < sources.size(); ++i) addClips(first, std::move(sources[i]));
     makeClipNamesUnique(first.clips);
     if (first.clips.size() > 65535) throw Unsupported(first.file.string() + ": more than 65535 clips");
-    Rig rig = buildRig(std::move(first));
+    Rig rig = buildRig(std::move(first), options);
     rig.notes = takeNotes(sources);
     if (options.strict) refuseNotes(rig.notes);
     return rig;

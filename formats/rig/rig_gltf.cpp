@@ -206,6 +206,15 @@ std::string materialName(const GltfFile& file, int material) {
     return name.empty() ? "material" + std::to_string(material) : name;
 }
 
+// Notes what a material shows that we do not.
+void noteEffects(Importer& importer, const tinygltf::Primitive& primitive, int our_node) {
+    if (primitive.material < 0 || std::size_t(primitive.material) >= importer.file.materials.size()) return;
+    const std::string name = "material '" + materialName(importer.file, primitive.material) + "': ";
+    for (const GltfEffect& effect : importer.file.materials[std::size_t(primitive.material)].effects)
+        importer.source.notes.push_back({importer.file.path.string(), importer.source.nodes[std::size_t(our_node)].name,
+                                         effect.feature, name + effect.effect});
+}
+
 void convertPrimitive(Importer& importer, const tinygltf::Node& node, int our_node,
                       const tinygltf::Primitive& primitive, const std::string& where) {
     const auto position = primitive.attributes.find("POSITION");
@@ -220,6 +229,7 @@ void convertPrimitive(Importer& importer, const tinygltf::Node& node, int our_no
         part.positions.push_back(toFloat({values.values[3 * v], values.values[3 * v + 1], values.values[3 * v + 2]}));
     part.triangles = readTriangles(importer, primitive, part.positions.size(), where);
     readPartColor(importer.file, primitive, where, part);
+    noteEffects(importer, primitive, our_node);
     if (node.skin >= 0) readInfluences(importer, primitive, where, part);
     if (importer.morphs == Morphs::kRead) {
         const std::vector<double>& of_mesh = importer.file.model.meshes[std::size_t(node.mesh)].weights;

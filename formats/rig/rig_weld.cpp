@@ -113,6 +113,9 @@ SourceVertices gatherVertices(const RigSource& source, const JointTable& table) 
         const std::uint32_t first = std::uint32_t(out.positions.size());
         const std::uint16_t slot = slotOf(source, part, out.slots);
         out.slot_of_vertex.resize(out.positions.size() + part.positions.size(), slot);
+        out.used.resize(out.slot_of_vertex.size());
+        for (const Triangle& t : part.triangles)
+            for (const std::uint32_t v : t) out.used[first + v] = true;
         out.part_colors.push_back({part.color, slot, first, part.positions.size(), part.triangles});
         for (std::size_t v = 0; v < part.positions.size(); ++v) {
             out.positions.push_back(placedPosition(source, part, table.placement_of_part[p], v));
@@ -201,39 +204,100 @@ bool hasArea(const std::vector<Vec3>& positions, const Triangle& t) {
     return length(cross(b - a, c - a)) > kNoArea * longest;
 }
 
-void weldVertices(const SourceVertices& vertices, Mesh& mesh, Skin& skin) {
-    const double radius = kWeldDistance * boxDiagonal(vertices.positions);
-    PointGrid grid(radius, 64 * radius);
-    const std::size_t k = std::size_t(vertices.influences);
-    std::vector<std::size_t> source_of_point;
+namespace {
+
+constexpr std::uint16_t kNoSlot = UINT16_MAX;
+
+// Welds one vertex after the other.
+class Welder {
+public:
+    Welder(const SourceVertices& vertices, Mesh& mesh, Skin& skin, Welded& out)
+        : vertices_(vertices),
+          mesh_(mesh),
+          skin_(skin),
+          out_(out),
+          radius_(kWeldDistance * boxDiagonal(vertices.positions)),
+          grid_(radius_, 64 * radius_) {}
+
+    // The vertex joins the first shading point that fits, or becomes a new one.
+    void add(std::size_t v) {
+        std::uint32_t point = find(v, true);
+        if (point == PointGrid::kNone) point = newPoint(v);
+        // A vertex that no triangle of its part uses takes any point, and its own has the slot of whoever comes next.
+        if (isUsed(v) && slot_of_point_[point] == kNoSlot) slot_of_point_[point] = slotOfVertex(v);
+        mesh_.source_vertex.push_back(point);
+    }
+
+    void finish() {
+        for (std::size_t p = 0; p < slot_of_point_.size() && !vertices_.slots.empty(); ++p)
+            mesh_.slot_of_vertex.push_back(slot_of_point_[p] == kNoSlot ? vertices_.slot_of_vertex[source_of_point_[p]]
+                                                                        : slot_of_point_[p]);
+    }
+
+private:
+    bool isUsed(std::size_t v) const { return vertices_.used.empty() || vertices_.used[v]; }
+    std::uint16_t slotOfVertex(std::size_t v) const {
+        return vertices_.slots.empty() ? std::uint16_t(0) : vertices_.slot_of_vertex[v];
+    }
+    std::uint8_t sideOf(std::size_t v) const { return vertices_.side.empty() ? std::uint8_t(0) : vertices_.side[v]; }
+
+    std::uint32_t find(std::size_t v, bool of_slot) const {
+        const Vec3d p = toDouble(vertices_.positions[v]);
+        return grid_.find(p, [&](std::uint32_t other) {
+            const Vec3d d = toDouble(mesh_.rest_positions[other]) - p;
+            return dot(d, d) <= radius_ * radius_ && sideOf(v) == sideOf(source_of_point_[other]) &&
+                   (!of_slot || !isUsed(v) || slot_of_point_[other] == kNoSlot ||
+                    slot_of_point_[other] == slotOfVertex(v)) &&
+                   sameWeights(vertices_, v, source_of_point_[other]);
+        });
+    }
+
+    std::uint32_t newPoint(std::size_t v) {
+        const auto point = std::uint32_t(source_of_point_.size());
+        const std::uint32_t twin = find(v, false);
+        const std::size_t k = std::size_t(vertices_.influences),
+                          from = twin == PointGrid::kNone ? v : source_of_point_[twin];
+        out_.twin_of_point.push_back(twin == PointGrid::kNone ? point : out_.twin_of_point[twin]);
+        source_of_point_.push_back(v);
+        slot_of_point_.push_back(kNoSlot);
+        // Points that differ in their slot alone stand at the very same place, so that no ray passes between them.
+        mesh_.rest_positions.push_back(vertices_.positions[from]);
+        for (std::size_t i = from * k; i < (from + 1) * k; ++i) {
+            skin_.joints.push_back(vertices_.joints[i]);
+            skin_.weights.push_back(vertices_.weights[i]);
+        }
+        grid_.add(toDouble(mesh_.rest_positions.back()), point);
+        return point;
+    }
+
+    const SourceVertices& vertices_;
+    Mesh& mesh_;
+    Skin& skin_;
+    Welded& out_;
+    double radius_;
+    PointGrid grid_;
+    std::vector<std::size_t> source_of_point_;
+    std::vector<std::uint16_t> slot_of_point_;
+};
+
+}  // namespace
+
+Welded weldVertices(const SourceVertices& vertices, Mesh& mesh, Skin& skin) {
+    Welded out;
     mesh = {};
     mesh.slots = vertices.slots;
     skin.influences = vertices.influences;
-    // 1. Each vertex joins the first shading point that is near and has the same weights, or becomes a new one.
-    for (std::size_t v = 0; v < vertices.positions.size(); ++v) {
-        const Vec3d p = toDouble(vertices.positions[v]);
-        std::uint32_t point = grid.find(p, [&](std::uint32_t other) {
-            const Vec3d d = toDouble(mesh.rest_positions[other]) - p;
-            return dot(d, d) <= radius * radius && sameWeights(vertices, v, source_of_point[other]);
-        });
-        if (point == PointGrid::kNone) {
-            point = std::uint32_t(source_of_point.size());
-            source_of_point.push_back(v);
-            if (!vertices.slots.empty()) mesh.slot_of_vertex.push_back(vertices.slot_of_vertex[v]);
-            mesh.rest_positions.push_back(vertices.positions[v]);
-            for (std::size_t i = v * k; i < (v + 1) * k; ++i) {
-                skin.joints.push_back(vertices.joints[i]);
-                skin.weights.push_back(vertices.weights[i]);
-            }
-            grid.add(p, point);
-        }
-        mesh.source_vertex.push_back(point);
-    }
-    // 2. Triangles follow their corners. Those that welding has made a line are dropped.
+    Welder welder(vertices, mesh, skin, out);
+    for (std::size_t v = 0; v < vertices.positions.size(); ++v) welder.add(v);
+    welder.finish();
+    // Triangles follow their corners. Those that welding has made a line are dropped.
     for (const Triangle& t : vertices.triangles) {
         const Triangle welded{mesh.source_vertex[t[0]], mesh.source_vertex[t[1]], mesh.source_vertex[t[2]]};
-        if (hasArea(mesh.rest_positions, welded)) mesh.triangles.push_back(welded);
+        if (!hasArea(mesh.rest_positions, welded)) continue;
+        mesh.triangles.push_back(welded);
+        out.source_corners.push_back(t);
     }
+    return out;
 }
 
 }  // namespace penumbra
