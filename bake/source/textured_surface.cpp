@@ -99,20 +99,16 @@ double texelsAlong(const TexturedSurface& surface, const Triangle& triangle) {
 
 const TexturePicture* TexturePictures::open(const Texture& texture, const std::string& where,
                                             std::vector<std::filesystem::path>& files) {
-    const auto [at, is_new] = opened_.try_emplace(&texture);
-    if (!is_new) return &at->second;
+    if (const auto found = opened_.find(&texture); found != opened_.end()) return &found->second;
     const std::string name = where + ": " + texture.name;
-    if (texture.file.empty()) {
-        at->second = decodeTexture(texture.bytes, name);
-        return &at->second;
-    }
-    files.push_back(texture.file);
+    TexturePicture picture;
     try {
-        at->second = readTexture(texture.file, name);
+        picture = texture.file.empty() ? decodeTexture(texture.bytes, name) : readTexture(texture.file, name);
     } catch (const IoError& error) {
         throw IoError(name + ": " + error.what());
     }
-    return &at->second;
+    if (!texture.file.empty()) files.push_back(texture.file);
+    return &opened_.emplace(&texture, std::move(picture)).first->second;
 }
 
 }  // namespace penumbra

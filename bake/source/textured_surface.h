@@ -44,7 +44,7 @@ void eachPiece(int n, const Visit& visit) {
 class TexturePictures {
 public:
     // `where` names rig and slot in messages. Throws the errors of decodeTexture() and readTexture(). Appends the file
-    // of a picture that is opened for the first time to `files`.
+    // of a picture that is read for the first time to `files`.
     const TexturePicture* open(const Texture& texture, const std::string& where,
                                std::vector<std::filesystem::path>& files);
 

@@ -127,7 +127,8 @@ def check_pictures(folder):
     good("fit", "light", "--analytic", "sky:elevation=80,turbidity=3", "--lobes", 3, "-o", folder / "s.light.h5")
     means = {}
     for alpha in (1, 0.5, 0):
-        good("fit", "visibility", folder / f"{alpha}.vis.h5", "--model", "linear", "-o", folder / "x.model.h5")
+        good("fit", "visibility", folder / f"{alpha}.vis.h5", "--model", "linear", "--features",
+             "joint-angles", "-o", folder / "x.model.h5")
         good("pack", "asset", folder / "x.model.h5", "--brdf", folder / "b.brdf.h5", "--light", folder / "s.light.h5",
              "-o", folder / "x.pnb")
         view = ["--size", "96x96", "--camera", "yaw=0,pitch=-60", "--exposure", 1]
