@@ -5,6 +5,8 @@
 #include <compare>
 #include <numeric>
 
+#include "formats/common/twin_triangles.h"
+
 namespace penumbra {
 
 std::vector<std::uint32_t> firstOfPlaces(std::span<const Vec3> rest_positions, const Skin& skin) {
@@ -31,6 +33,21 @@ std::vector<std::uint32_t> firstOfPlaces(std::span<const Vec3> rest_positions, c
     });
     for (std::size_t i = 0; i < order.size(); ++i)
         first[order[i]] = i > 0 && compare(order[i - 1], order[i]) == 0 ? first[order[i - 1]] : order[i];
+    return first;
+}
+
+std::vector<std::uint32_t> firstOfSides(const Mesh& mesh, const Skin& skin) {
+    std::vector<std::uint32_t> first = firstOfPlaces(mesh.rest_positions, skin);
+    const std::vector<std::uint32_t> twins = twinTriangles(mesh, skin);
+    if (twins.empty()) return first;
+    const std::vector<std::uint32_t> traced = tracedVertices(mesh, twins);
+    std::array<std::vector<std::uint32_t>, 2> first_of_side;
+    for (std::vector<std::uint32_t>& of_side : first_of_side) of_side.assign(first.size(), UINT32_MAX);
+    for (std::uint32_t v = 0; v < first.size(); ++v) {
+        std::uint32_t& least = first_of_side[traced[v] == v ? 0 : 1][first[v]];
+        least = std::min(least, v);
+        first[v] = least;
+    }
     return first;
 }
 

@@ -191,6 +191,15 @@ void countTargets(Importer& importer, const SourcePart& part) {
         throw Unsupported(importer.file.path.string() + ": its morph targets are too large");
 }
 
+// Notes what a material shows that we do not.
+void noteEffects(Importer& importer, const tinygltf::Primitive& primitive, int our_node) {
+    if (primitive.material < 0 || std::size_t(primitive.material) >= importer.file.materials.size()) return;
+    const std::string name = "material '" + materialName(importer.file, primitive.material) + "': ";
+    for (const GltfEffect& effect : importer.file.materials[std::size_t(primitive.material)].effects)
+        importer.source.notes.push_back({importer.file.path.string(), importer.source.nodes[std::size_t(our_node)].name,
+                                         effect.feature, name + effect.effect});
+}
+
 void convertPrimitive(Importer& importer, const tinygltf::Node& node, int our_node,
                       const tinygltf::Primitive& primitive, const std::string& where) {
     const auto position = primitive.attributes.find("POSITION");
@@ -206,6 +215,7 @@ void convertPrimitive(Importer& importer, const tinygltf::Node& node, int our_no
     readNormals(importer.file, primitive, where, importer.source, part);
     part.triangles = readTriangles(importer, primitive, part.positions.size(), where);
     readPartColor(importer.file, primitive, where, part);
+    noteEffects(importer, primitive, our_node);
     if (node.skin >= 0) readInfluences(importer, primitive, where, part);
     readMorphTargets(importer.file, node, primitive, where, part);
     countTargets(importer, part);

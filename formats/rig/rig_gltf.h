@@ -16,8 +16,14 @@
 
 namespace penumbra {
 
+// RigNote::feature and RigNote::effect of a material.
+struct GltfEffect {
+    std::string feature, effect;
+};
+
 struct GltfMaterial {
     std::string name;  // "" where it has none
+    std::vector<GltfEffect> effects;
     MaterialColor color;
     int uv_set = 0;                                        // the TEXCOORD_n that its texture takes
     std::array<double, 6> uv_transform{1, 0, 0, 0, 1, 0};  // row-major 2x3, from these to the texture's coordinates
