@@ -287,9 +287,9 @@ void appendPoint(const SourceVertices& vertices, std::size_t vertex, std::size_t
 
 // Leaves out the points that no triangle uses: exporters leave vertices behind, and primitives that share a pool of
 // vertices have those of the others. Such a vertex gets the first point of its place, or else that of the vertex before
-// it. Without triangles every point stays. Both lists are of the vertices of `split`.
-void dropUnused(const SplitVertices& split, std::span<const std::uint32_t> place_of_vertex,
-                std::vector<std::uint32_t>& points) {
+// it. Without triangles every point stays. Both lists are of the vertices of `split`. Returns which vertices are used.
+std::vector<bool> dropUnused(const SplitVertices& split, std::span<const std::uint32_t> place_of_vertex,
+                             std::vector<std::uint32_t>& points) {
     std::vector<bool> used(points.size(), split.triangles.empty());
     for (const Triangle& t : split.triangles)
         for (const std::uint32_t corner : t) used[corner] = true;
@@ -307,6 +307,7 @@ void dropUnused(const SplitVertices& split, std::span<const std::uint32_t> place
         if (point == PointGrid::kNone) point = at_place[place_of_vertex[split.original[v]]];
         last = points[v] = point == PointGrid::kNone ? last : point;
     }
+    return used;
 }
 
 }  // namespace
@@ -322,10 +323,10 @@ WeldedPoints weldVertices(const SourceVertices& vertices, const RigOptions& opti
         if (place_of_vertex[v] == first_of_place.size()) first_of_place.push_back(v);
     SplitVertices split = splitVertices(vertices, place_of_vertex, options);
     std::vector<std::uint32_t> points = pointsOfVertices(split, place_of_vertex, options.split_angle);
-    dropUnused(split, place_of_vertex, points);
+    const std::vector<bool> used = dropUnused(split, place_of_vertex, points);
     WeldedPoints out;
     for (std::size_t v = 0; v < points.size(); ++v) {
-        if (points[v] != mesh.vertexCount()) continue;
+        if (!used[v] || points[v] != mesh.vertexCount()) continue;
         out.vertex_of_point.push_back(split.original[v]);
         out.first_of_place.push_back(first_of_place[place_of_vertex[split.original[v]]]);
         appendPoint(vertices, out.vertex_of_point.back(), out.first_of_place.back(), mesh, skin);
