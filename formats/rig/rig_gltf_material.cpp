@@ -133,6 +133,7 @@ std::vector<GltfMaterial> readMaterials(const std::filesystem::path& path, const
         const std::string where = path.string() + ": materials[" + std::to_string(materials.size() - 1) + "]" +
                                   (material.name.empty() ? "" : " '" + material.name + "'") + ": ";
         try {
+            material.alpha_mode = cleanText(from.value("alphaMode", "OPAQUE"));
             readColor(reader, from, material);
         } catch (const Json::exception& error) {
             material.color = {{}, nullptr, TextureWrap::kRepeat, TextureWrap::kRepeat, where + error.what()};
