@@ -98,13 +98,13 @@ std::vector<Pair> choosePairs(const MovingBones& bones, const std::vector<double
     return pairs;
 }
 
-// Returns for each morph target the rms move of all vertices at weight 1, in diagonals.
-std::vector<float> morphMoves(const Mesh& mesh) {
+// Returns for each morph target the rms move of all vertices at weight 1, in units of `diagonal`.
+std::vector<float> morphMoves(const Mesh& mesh, double diagonal) {
     std::vector<float> moves;
     for (std::size_t m = 0; m < mesh.morphs.count(); ++m) {
         double sum = 0;
         for (const Vec3 move : mesh.morphs.rowsOf(m).positions) sum += dot(toDouble(move), toDouble(move));
-        moves.push_back(float(std::sqrt(sum / double(mesh.vertexCount())) / boxDiagonal(mesh.rest_positions)));
+        moves.push_back(float(std::sqrt(sum / double(mesh.vertexCount())) / diagonal));
     }
     return moves;
 }
@@ -114,7 +114,7 @@ std::vector<float> morphMoves(const Mesh& mesh) {
 PoseFeatures poseFeatures(const Rig& rig, std::span<const RigFrame> frames, int threads) {
     const MovingBones bones = movingBones(rig);
     const std::vector<Pair> pairs = choosePairs(bones, meanSquaredDistances(rig, bones, frames, threads));
-    const std::vector<float> moves = morphMoves(rig.mesh);
+    const std::vector<float> moves = morphMoves(rig.mesh, bones.diagonal);
     PoseFeatures out{frames.size(), 3 * pairs.size() + moves.size(), {}};
     if (double(out.frames) * double(out.width) * sizeof(float) > kMaxFeatureBytes)
         throw BadOption("frames", std::to_string(out.frames) +

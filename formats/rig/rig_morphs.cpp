@@ -232,7 +232,7 @@ void setMorphs(const SourceMorphs& source, const PointSources& from, const std::
     if (source.empty()) return;
     const std::size_t points = mesh.vertexCount();
     const std::vector<Vec3> at_rest = vertexNormals(mesh.triangles, mesh.rest_positions);
-    const double least_move = kNoMove * boxDiagonal(mesh.rest_positions);
+    const double least_move = kNoMove * characterDiagonal(mesh);
     // 1. Sort the changes by target. A normal of the file that looks inwards was turned, and its changes are, too.
     std::vector<std::vector<std::pair<std::uint32_t, MorphChange>>> of_target(source.names.size());
     std::vector<bool> given(points);

@@ -247,7 +247,7 @@ SceneCost costOf(const RenderOptions& options, const SceneDescription& descripti
     if (context) drawing.emplace(scene, frames, options);
     timeFrame(scene, frames, drawing ? &*drawing : nullptr, runs, cost);
     if (context && !frames.suns().empty()) cost.suns = timeSuns(scene, frames, *drawing, options, runs, threads);
-    if (context && !context->software) cost.gpu = measureSceneGpuCost(scene, options, threads, false, runs);
+    if (context && !context->software) cost.gpu = measureSceneGpuCost(scene, options, threads, runs);
     return cost;
 }
 
@@ -333,7 +333,7 @@ void printGpu(const SceneBench& bench) {
         if (!cost->gpu) continue;
         const std::string name = nameOf(bench, *cost);
         printGpuRow(name.c_str(), "until done", cost->gpu->until_done);
-        if (cost->gpu->gpu) printGpuRow(name.c_str(), "GPU itself", *cost->gpu->gpu);
+        printGpuRow(name.c_str(), "GPU itself", cost->gpu->gpu);
     }
 }
 

@@ -5,10 +5,9 @@
 
 #include "formats/common/errors.h"
 #include "player/bench/stage_time.h"
-#include "player/draw/sunlight.h"
-#include "player/frame/sky_picture.h"
 #include "player/gl/gpu_timer.h"
 #include "player/render/scene_on_gpu.h"
+#include "player/render/sunlight_of_scene.h"
 
 namespace penumbra {
 
@@ -34,15 +33,6 @@ struct StepTimes {
     }
 };
 
-std::optional<Sunlight> sunsOf(const PosedScene& scene, const SceneOnGpu& frames, int texels) {
-    std::optional<Sunlight> suns;
-    if (frames.suns().empty()) return suns;
-    suns.emplace(frames.lobes(), texels);
-    suns->reflect(skyPicture(*scene.light()));
-    suns->turnSky(frames.lightRotation());
-    return suns;
-}
-
 nlohmann::ordered_json figuresOf(const SceneGpuSteps& steps) {
     return {
         {"evaluate_ms", steps.evaluate}, {"maps_ms", steps.maps}, {"draw_ms", steps.draw}, {"frame_ms", steps.all()}};
@@ -51,11 +41,11 @@ nlohmann::ordered_json figuresOf(const SceneGpuSteps& steps) {
 }  // namespace
 
 std::optional<SceneGpuCost> measureSceneGpuCost(const PosedScene& scene, const RenderOptions& options, int threads,
-                                                bool software, int runs) try {
+                                                int runs) try {
     if (!fitsGpu(scene, options)) return std::nullopt;
     const OffscreenTarget target(options.width, options.height, options.samples, GL_RGBA8);
     SceneOnGpu frames(scene, options, threads);
-    std::optional<Sunlight> suns = sunsOf(scene, frames, options.sun_map);
+    std::optional<Sunlight> suns = sunlightOf(scene, frames, options.sun_map);
     std::array<StepTimes, 3> steps;
     for (int run = -kWarmUpFrames; run < runs; ++run) {
         throwIfInterrupted();
@@ -72,16 +62,14 @@ std::optional<SceneGpuCost> measureSceneGpuCost(const PosedScene& scene, const R
     const auto medians = [&](std::vector<double> StepTimes::*times) {
         return SceneGpuSteps{median(steps[0].*times), median(steps[1].*times), median(steps[2].*times)};
     };
-    SceneGpuCost cost{medians(&StepTimes::until_done), std::nullopt};
-    if (!software) cost.gpu = medians(&StepTimes::gpu);
-    return cost;
+    return SceneGpuCost{medians(&StepTimes::until_done), medians(&StepTimes::gpu)};
 } catch (const Unsupported&) {
     return std::nullopt;
 }
 
 nlohmann::ordered_json figuresOf(const SceneGpuCost& cost) {
     nlohmann::ordered_json json = figuresOf(cost.until_done);
-    json["gpu"] = cost.gpu ? figuresOf(*cost.gpu) : nlohmann::ordered_json();
+    json["gpu"] = figuresOf(cost.gpu);
     return json;
 }
 

@@ -16,14 +16,14 @@ struct SceneGpuSteps {
 };
 
 struct SceneGpuCost {
-    SceneGpuSteps until_done;          // until glFinish returns, with the driver's work and the way there and back
-    std::optional<SceneGpuSteps> gpu;  // that the GPU itself worked, by time stamps; unset in software
+    SceneGpuSteps until_done;  // until glFinish returns, with the driver's work and the way there and back
+    SceneGpuSteps gpu;         // that the GPU itself worked, by time stamps; wrong in software (GpuTimer)
 };
 
-// Measures `runs` frames, drawn into a target of the options' size. `software` tells whether the current context is.
-// Unset where the GPU cannot evaluate the scene (fitsGpu(), or it is too large).
+// Measures `runs` frames, drawn into a target of the options' size. Unset where the GPU cannot evaluate the scene
+// (fitsGpu(), or it is too large).
 std::optional<SceneGpuCost> measureSceneGpuCost(const PosedScene& scene, const RenderOptions& options, int threads,
-                                                bool software, int runs);
+                                                int runs);
 
 nlohmann::ordered_json figuresOf(const SceneGpuCost& cost);
 

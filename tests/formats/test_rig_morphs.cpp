@@ -55,14 +55,14 @@ TEST(RigMorphs, ShapeTheMeshBeforeTheSkinMovesIt) {
             const std::vector<Vec3> target = vectorsAt(glb, primitive["targets"][t]["POSITION"]);
             for (std::size_t v = 0; v < shaped.size(); ++v) shaped[v] = shaped[v] + pose.weights[t] * target[v];
         }
-        double worst = 0;
+        Largest worst;
         for (std::size_t r = 0; r < shaped.size(); ++r) {
             const std::uint32_t v = rig.mesh.source_vertex[r];
             Vec3d expected;
             for (std::size_t k = v * std::size_t(rig.skin.influences); k < (v + 1) * std::size_t(rig.skin.influences);
                  ++k)
                 expected += double(rig.skin.weights[k]) * toDouble(pose.bones[rig.skin.joints[k]].point(shaped[r]));
-            worst = std::max(worst, length(expected - toDouble(found.positions[v])));
+            worst.add(length(expected - toDouble(found.positions[v])));
         }
         EXPECT_LT(worst, 2e-7) << time;
     }
@@ -75,10 +75,10 @@ TEST(RigMorphs, WithoutNormalsInTheFileTheyFollowTheTriangles) {
     weights[0] = 1;
     const RestShape shape = restShape(rig.mesh.morphs, {rig.mesh.rest_positions, rig.rest_normals}, weights);
     const std::vector<Vec3> expected = vertexNormals(rig.mesh.triangles, shape.positions);
-    double worst = 0, turned = 0;
+    Largest worst, turned;
     for (std::size_t v = 0; v < expected.size(); ++v) {
-        worst = std::max(worst, double(length(normalized(shape.normals[v]) - expected[v])));
-        turned = std::max(turned, double(length(rig.rest_normals[v] - expected[v])));
+        worst.add(double(length(normalized(shape.normals[v]) - expected[v])));
+        turned.add(double(length(rig.rest_normals[v] - expected[v])));
     }
     EXPECT_LT(worst, 1.1e-3);  // rows that change less than 1e-3 are left out
     EXPECT_GT(turned, 0.5);

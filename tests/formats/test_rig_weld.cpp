@@ -52,6 +52,17 @@ TEST(RigWeld, ToleranceDoesNotDependOnWhereAPointLies) {
     }
 }
 
+// A vertex that no triangle uses is no point, and gives none its place, even where it is the first of all.
+TEST(RigWeld, UnusedVerticesGiveNoPointTheirPlace) {
+    SourceVertices source = vertices({{9, 9, 9}, {0, 0, 0}, {1, 0, 0}, {5, 5, 5}, {0, 1, 0}});
+    source.triangles = {{1, 2, 4}};
+    Mesh mesh;
+    Skin skin;
+    weldVertices(source, {}, mesh, skin);
+    EXPECT_THAT(mesh.rest_positions, ElementsAre(Vec3{0, 0, 0}, Vec3{1, 0, 0}, Vec3{0, 1, 0}));
+    EXPECT_THAT(mesh.source_vertex, ElementsAre(0, 0, 1, 1, 2));
+}
+
 // A place of two parts has a point of each.
 TEST(RigWeld, PlaceOfTwoSlotsHasTwoPoints) {
     SourceVertices source = vertices({{0, 0, 0}, {1, 0, 0}, {1, 0, 0}, {2, 0, 0}});
