@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <numeric>
 
 #include "bake/source/frame_choice.h"
 #include "formats/cache/numbered_files.h"
@@ -75,6 +76,9 @@ std::vector<std::uint32_t> placesOf(const VisibilityHeader& header) {
     mesh.triangles.assign(header.mesh.frontTriangles().begin(), header.mesh.frontTriangles().end());
     mesh.rest_positions.assign(header.mesh.rest_positions.begin(),
                                header.mesh.rest_positions.begin() + std::ptrdiff_t(fronts));
+    std::vector<std::uint32_t> front(fronts);
+    std::iota(front.begin(), front.end(), 0u);
+    mesh.morphs = selectVertices(header.mesh.morphs, front);
     return firstOfSides(mesh, skin);
 }
 

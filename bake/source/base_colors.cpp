@@ -80,7 +80,7 @@ void addLoneVertices(const Mesh& mesh, const TexturedSurface& surface, ColorSums
 // Returns for each point the one whose colour it has: itself, or another of its place where a vertex of the source
 // became several points, of which the source names one.
 std::vector<std::uint32_t> colorDonors(const Rig& rig, const ColorSums& sums) {
-    const std::vector<std::uint32_t> first = firstOfPlaces(rig.mesh.rest_positions, rig.skin);
+    const std::vector<std::uint32_t> first = firstOfPlaces(rig.mesh.rest_positions, rig.skin, rig.mesh.morphs);
     std::vector<std::uint32_t> donor_of_place(first.size(), UINT32_MAX), donors;
     for (std::uint32_t v = 0; v < first.size(); ++v)
         if (sums.weights[v] > 0) donor_of_place[first[v]] = std::min(donor_of_place[first[v]], v);
