@@ -13,14 +13,16 @@
 
 #include "formats/rig/rig_file.h"
 #include "formats/rig/rig_gltf_extensions.h"
+#include "formats/rig/source_look.h"
 
 namespace penumbra {
 
 struct GltfMaterial {
     std::string name;  // "" where it has none
     MaterialColor color;
-    int uv_set = 0;                                        // the TEXCOORD_n that its texture takes
-    std::string alpha_mode = "OPAQUE";                     // glTF 2.0, section 3.9.4
+    int uv_set = 0;                     // the TEXCOORD_n that its texture takes
+    std::string alpha_mode = "OPAQUE";  // glTF 2.0, section 3.9.4
+    SourceLook look;
     std::array<double, 6> uv_transform{1, 0, 0, 0, 1, 0};  // row-major 2x3, from these to the texture's coordinates
 };
 
