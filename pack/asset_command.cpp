@@ -1,9 +1,12 @@
 // penumbra-pack asset X.model.h5 --brdf M.brdf.h5 --light E.light.h5 -o X.pnb: the run-time asset.
+#include <algorithm>
 #include <cstdio>
 
 #include "formats/common/errors.h"
 #include "formats/common/options.h"
+#include "formats/common/warning.h"
 #include "formats/common/write_file.h"
+#include "formats/source/source_looks.h"
 #include "formats/stage/blocker_file.h"
 #include "formats/stage/stage_file_kind.h"
 #include "pack/material_section.h"
@@ -11,6 +14,7 @@
 #include "pack/pack_asset.h"
 #include "pack/pack_transfer.h"
 #include "pack/pack_verbs.h"
+#include "pack/source_materials.h"
 
 namespace penumbra {
 
@@ -22,7 +26,7 @@ constexpr Word<AssetPrecision> kPrecisionWords[] = {
     {"f32", AssetPrecision::kF32}, {"f16", AssetPrecision::kF16}, {"i8", AssetPrecision::kI8}};
 
 struct AssetCommand {
-    fs::path model, output, blockers;
+    fs::path model, output, blockers, materials_of;
     std::vector<fs::path> brdfs, lights;
     std::vector<std::string> slots;
     PackOptions options;
@@ -41,6 +45,7 @@ struct AssetCommand {
         all.insert(all.end(), brdfs.begin(), brdfs.end());
         all.insert(all.end(), lights.begin(), lights.end());
         all.push_back(blockers);
+        all.push_back(materials_of);
         return namedFiles(all);
     }
 };
@@ -55,6 +60,7 @@ std::string provenanceOf(const AssetCommand& command) {
     if (given.indirect_bytes_per_vertex) options["bounce_bytes"] = *given.indirect_bytes_per_vertex;
     if (command.no_playback) options["playback"] = false;
     if (!command.albedo.empty()) options["albedo"] = command.albedo;
+    if (!command.materials_of.empty()) options["materials_of"] = command.materials_of.filename();
     return toJson(makeProvenance("penumbra-pack asset", options.dump(), command.inputs()));
 }
 
@@ -140,6 +146,31 @@ void checkNames(const std::vector<File>& files, const std::vector<fs::path>& pat
                                    "\": penumbra-fit " + verb + " --name gives one another name");
 }
 
+// Adds the materials that the source file describes, says them, and returns those of the slots of the mesh. Without a
+// mesh they are those of the whole file.
+std::vector<std::string> addSourceMaterials(const AssetCommand& command, const Mesh* mesh, const CommonOptions& common,
+                                            Report& report, std::vector<BrdfFile>& brdfs) {
+    report.phase("materials");
+    const SourceLooks looks = readSourceLooks(command.materials_of);
+    report.willRead(looks.files_read);
+    std::vector<std::string> slots = mesh ? mesh->slots : std::vector<std::string>();
+    if (mesh && slots.empty()) slots.emplace_back();
+    SourceMaterials made;
+    try {
+        made = materialsOf(looks, slots, common.threads);
+    } catch (const InvalidInput& error) {
+        throw InvalidInput(command.materials_of.string() + ": " + error.what());
+    }
+    for (const std::string& warning : made.warnings)
+        reportWarning("penumbra-pack", command.materials_of.string() + ": " + warning);
+    for (const std::string& line : made.said)
+        if (!common.quiet) std::printf("  %s\n", line.c_str());
+    report.figures["slots"] = made.said;
+    for (BrdfFile& brdf : made.materials)
+        if (std::ranges::find(brdfs, brdf.name, &BrdfFile::name) == brdfs.end()) brdfs.push_back(std::move(brdf));
+    return mesh && mesh->slots.empty() ? std::vector<std::string>() : std::move(made.of_slot);
+}
+
 SphereBlockers readBlockersOf(const Model& model, const fs::path& path) {
     BlockerFile file = readBlockers(path);
     naming(path, [&] { checkCharacter(file, model.mesh, model.skin); });
@@ -149,8 +180,9 @@ SphereBlockers readBlockersOf(const Model& model, const fs::path& path) {
 // Packs a linear model of transfer. Without a material it gets one of --albedo.
 void runTransfer(const AssetCommand& command, const std::vector<SlotChoice>& slots, const CommonOptions& common,
                  Report& report) {
-    command.refuse({"--max-error", "--max-bytes-per-vertex", "--bounce-bytes", "--no-playback", "--blockers"},
-                   command.model.string() + " has linear transfer, whose size is that of its components");
+    command.refuse(
+        {"--max-error", "--max-bytes-per-vertex", "--bounce-bytes", "--no-playback", "--blockers", "--materials-of"},
+        command.model.string() + " has linear transfer, whose size is that of its components");
     const TransferModel model = readTransfer(command.model);
     TransferPackOptions options;
     options.slots = slots;
@@ -197,6 +229,8 @@ void runAsset(const AssetCommand& command, const CommonOptions& common, Report& 
     for (const fs::path& path : command.lights) lights.push_back(readLight(path));
     checkNames(brdfs, command.brdfs, "brdf");
     checkNames(lights, command.lights, "light");
+    if (!command.materials_of.empty())
+        options.slot_materials = addSourceMaterials(command, model ? &model->mesh : nullptr, common, report, brdfs);
     if (!model) {
         command.refuse({"--blockers", "--slot", "--precision", "--max-error", "--max-bytes-per-vertex"},
                        "needs a model");
@@ -239,6 +273,10 @@ void defineAsset(CLI::App& app, AssetCommand& command) {
                    "SLOT=MATERIAL: the material of a part of the mesh (penumbra-bake info lists the "
                    "slots); any number of them, the other parts have the first --brdf")
         ->allow_extra_args(false);
+    app.add_option(
+        "--materials-of", command.materials_of,
+        "RIG.glb (.gltf, .vrm, .fbx, .dae, .x): every slot gets the material that the file describes; --slot "
+        "goes before it");
     app.add_option("--blockers", command.blockers,
                    "X.blockers.h5 of penumbra-fit blockers: spheres that cast in the place of the character");
     app.add_option("--albedo", command.albedo,

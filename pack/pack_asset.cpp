@@ -319,7 +319,8 @@ Packed packAsset(const Model& given, std::span<const BrdfFile> materials, std::s
     checkModel(given);
     checkLooks(given.mesh, materials);
     Model model = given;
-    Additions additions{materials, lights, slotMaterials(model.mesh, materials, options.slots), options.blockers};
+    Additions additions{materials, lights, slotMaterials(model.mesh, materials, options.slot_materials, options.slots),
+                        options.blockers};
     if (model.indirect)
         additions.indirect = shrinkIndirect(
             model, options.precision.value_or(AssetPrecision::kI8), indirectBound(options),

@@ -182,6 +182,9 @@ typedef struct penumbra_lobe {
 } penumbra_lobe;
 PENUMBRA_API penumbra_status penumbra_asset_get_lobe(const penumbra_asset* asset, size_t material, size_t lobe,
                                                      penumbra_lobe* out);
+/* Writes the radiance that the surface sends out by itself, [3], 0 for most materials. All shading adds it; lobes and
+ * slices do not have it. */
+PENUMBRA_API penumbra_status penumbra_asset_get_emission(const penumbra_asset* asset, size_t material, float* out);
 
 typedef struct penumbra_light {
     const char* name;

@@ -13,6 +13,7 @@
 
 #include "formats/rig/rig_file.h"
 #include "formats/rig/rig_gltf_extensions.h"
+#include "formats/rig/source_look.h"
 
 namespace penumbra {
 
@@ -25,7 +26,8 @@ struct GltfMaterial {
     std::string name;  // "" where it has none
     std::vector<GltfEffect> effects;
     MaterialColor color;
-    int uv_set = 0;                                        // the TEXCOORD_n that its texture takes
+    int uv_set = 0;  // the TEXCOORD_n that its texture takes
+    SourceLook look;
     std::array<double, 6> uv_transform{1, 0, 0, 0, 1, 0};  // row-major 2x3, from these to the texture's coordinates
 };
 

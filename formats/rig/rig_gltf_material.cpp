@@ -7,6 +7,7 @@
 #include "formats/common/errors.h"
 #include "formats/rig/rig_build.h"
 #include "formats/rig/rig_gltf.h"
+#include "formats/rig/rig_gltf_look.h"
 
 namespace penumbra {
 
@@ -171,6 +172,7 @@ std::vector<GltfMaterial> readMaterials(const std::filesystem::path& path, const
     std::vector<GltfMaterial> materials;
     for (const Json& from : document.value("materials", Json::array())) {
         GltfMaterial& material = materials.emplace_back();
+        material.look = readGltfLook(from);
         material.name = cleanText(from.value("name", ""));
         const std::string where = path.string() + ": materials[" + std::to_string(materials.size() - 1) + "]" +
                                   (material.name.empty() ? "" : " '" + material.name + "'") + ": ";
@@ -193,6 +195,7 @@ void readPartColor(const GltfFile& file, const tinygltf::Primitive& primitive, c
     const bool has_material = primitive.material >= 0 && std::size_t(primitive.material) < file.materials.size();
     if (has_material) material = file.materials[std::size_t(primitive.material)];
     part.color.material = material.color;
+    part.look = has_material ? material.look : readGltfLook(nlohmann::json::object());
     if (const auto color = primitive.attributes.find("COLOR_0"); color != primitive.attributes.end()) {
         const AccessorValues values = readAccessor(file, color->second, where + " COLOR_0");
         if ((values.components != 3 && values.components != 4) || values.count() != part.positions.size())

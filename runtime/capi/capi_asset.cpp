@@ -354,6 +354,13 @@ penumbra_status penumbra_asset_get_lobe(const penumbra_asset* asset, size_t mate
     return PENUMBRA_OK;
 }
 
+penumbra_status penumbra_asset_get_emission(const penumbra_asset* asset, size_t material, float* out) {
+    if (!asset || !out || material >= viewOf(asset)->materials.size()) return PENUMBRA_INVALID_ARGUMENT;
+    const Vec3 emission = viewOf(asset)->materials[material].emission;
+    for (int c = 0; c < 3; ++c) out[c] = emission[c];
+    return PENUMBRA_OK;
+}
+
 penumbra_status penumbra_asset_get_light(const penumbra_asset* asset, size_t light, penumbra_light* out) {
     if (!asset || !out || light >= viewOf(asset)->lights.size()) return PENUMBRA_INVALID_ARGUMENT;
     const LightView& l = viewOf(asset)->lights[light];

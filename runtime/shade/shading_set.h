@@ -114,9 +114,9 @@ private:
     ShadingChoice choice_;
     std::vector<int> orders_;                          // orders that lights have, ascending
     std::vector<std::vector<MaterialTables>> tables_;  // [material][orders_]; empty where hasMaterial() is false
-    std::vector<BrdfLobe> live_lobes_;                 // [material] with changed parameters; of others no meaning
-    std::vector<LightTables> lights_;          // a light without the form has the exact rotation and is never on
-    std::vector<std::size_t> order_of_light_;  // index into orders_
+    std::vector<std::vector<BrdfLobe>> own_lobes_;  // [material] with changed parameters; of a membrane its white one
+    std::vector<LightTables> lights_;               // a light without the form has the exact rotation and is never on
+    std::vector<std::size_t> order_of_light_;       // index into orders_
     std::vector<std::uint16_t> material_of_slot_;
     std::vector<std::size_t> first_of_slot_;  // [slots + 1], into the shading order
     std::vector<std::uint32_t> order_;
@@ -135,6 +135,8 @@ private:
     void shadeTransfer(const VertexFrames& vertices, std::span<Vec3> radiance) const;
     void sortVertices();
     void findOtherSides();
+    // Adds what a slot sends out by itself.
+    void addEmission(std::size_t slot, std::size_t begin, std::size_t end, std::span<Vec3> radiance) const;
     void shadeMembrane(std::size_t slot, const ShadeInput& input, std::size_t begin, std::size_t end) const;
 };
 

@@ -58,6 +58,17 @@ inline BrdfFile tinySteps() {
     return steps;
 }
 
+// The same of two lobes of a material that glows.
+inline BrdfFile tinyPrincipled() {
+    BrdfFile brdf = tinySteps();
+    brdf.name = "principled";
+    brdf.lobes = {lobeOf(parseBrdf("principled-diffuse")), lobeOf(parseBrdf("ggx-f0:roughness=0.25")),
+                  lobeOf(parseBrdf("ggx-f90:roughness=0.25"))};
+    brdf.steps->lobes = 0b110;
+    brdf.emission = {1, 0.5f, 0.25f};
+    return brdf;
+}
+
 // Tiny assets, one for each kind of model and of features, a composed one, one with blockers, two under a sun (with a
 // model and without), one with a live material and a membrane, two of transfer, two that light bounces to, and one with
 // steps of a material.
@@ -111,7 +122,7 @@ inline const std::vector<std::vector<std::byte>>& tinyAssets() {
         synthetic::addIndirect(composed);
         for (const Model& lit : {synthetic::litTube({.rings = 2, .segments = 3, .joints = 2, .frames = 2}), composed})
             made.push_back(packAsset(lit, glossy, sunny, {.indirect_bytes_per_vertex = 1000}, "{}", 1).bytes);
-        made.push_back(packLibrary(std::vector<BrdfFile>{tinySteps()}, sunny, "{}"));
+        made.push_back(packLibrary(std::vector<BrdfFile>{tinySteps(), tinyPrincipled()}, sunny, "{}"));
         return made;
     }();
     return all;
