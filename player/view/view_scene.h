@@ -3,6 +3,7 @@
 #include <array>
 #include <memory>
 
+#include "formats/image/picture_options.h"
 #include "formats/scene/bone_poses.h"
 #include "player/frame/frame_values.h"
 #include "player/frame/open_asset.h"
@@ -148,9 +149,9 @@ struct Scene {
 
 // Opens a scene. A .json says who stands where (docs/scene.md); its characters and props come first. Without one the
 // characters stand side by side. A .pnb is a character, or truth for the characters that it fits, or brings materials
-// or lights. An .exr or .hdr is a light's picture (lat-long or a cube's cross). Throws InvalidInput when none is a
+// or lights. An .exr or .hdr is a light's picture, which is read as `reading` says. Throws InvalidInput when none is a
 // character, and when a truth fits no character.
-Scene openScene(std::span<const std::filesystem::path> paths, int threads);
+Scene openScene(std::span<const std::filesystem::path> paths, int threads, const PictureOptions& reading = {});
 // Returns what the scene's file says of a character; null without a file, and for one that was added to it.
 const SceneCharacter* memberOf(const Scene& scene, std::size_t character);
 // Returns characters, clips and materials as the files have them. What `old` has chosen stays where it still exists.

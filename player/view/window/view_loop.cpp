@@ -70,7 +70,7 @@ public:
           quiet_(options.quiet),
           settings_(options.settings ? readSettings(settingsPath(), result_.problem) : ViewSettings()),
           files_(options.files),
-          scene_(std::make_unique<Scene>(openScene(files_, threads))),
+          scene_(std::make_unique<Scene>(openScene(files_, threads, options.reading))),
           state_(startState(*scene_, settings_, options)),
           window_("Penumbra: " + options.files.front().filename().string(), placeFor(options, settings_)) {
         tellSettingsProblem();
@@ -125,7 +125,7 @@ void ViewLoop::addFiles(const std::vector<std::filesystem::path>& dropped) {
     std::vector<std::filesystem::path> files = files_;
     files.insert(files.end(), dropped.begin(), dropped.end());
     try {
-        auto scene = std::make_unique<Scene>(openScene(files, threads_));
+        auto scene = std::make_unique<Scene>(openScene(files, threads_, options_.reading));
         scene->blend = LightBlend(options_.fade);
         const bool is_new = !scene_->file && scene->file;
         scene_ = std::move(scene);
