@@ -101,6 +101,9 @@ void define(CLI::App& app, LightCommand& command) {
 void checkOptions(LightCommand& command) {
     if (command.pictures.empty() && command.words.empty())
         throw UsageError("a light is a picture or --analytic: give one of them");
+    if (command.pictures.size() > 1 && command.pictures.size() != 6)
+        throw UsageError("a light is one picture, or six that are the faces of a cube; " +
+                         std::to_string(command.pictures.size()) + " are given");
     if (command.pictures.empty()) refuseReading(command.reading, "--analytic");
     for (const std::string& word : command.words)
         if (std::error_code error; std::filesystem::is_regular_file(word, error))

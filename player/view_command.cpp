@@ -89,7 +89,7 @@ void runViewCommand(ViewCommand& command, const CommonOptions& common, Report& r
     if (!std::filesystem::is_directory(options.screenshots))
         throw IoError(options.screenshots.string() + ": no such folder for screenshots");
     if (common.dry_run) {
-        const Scene scene = openScene(options.files, common.threads, options.reading);
+        const Scene scene = openScene(options.files, common.threads, {options.reading, {}});
         ViewState state = stateFor(scene, {});
         applySceneFile(scene, state);
         std::printf("would show %zu character%s, %zu materials, %zu lights\n", scene.characters.size(),

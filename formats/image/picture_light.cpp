@@ -81,7 +81,7 @@ private:
 // Tells whether all numbers are radiances: not negative, NaN or beyond kMaxRadiance.
 bool areRadiances(const std::vector<float>& values) {
     int bad = 0;
-    for (float value : values) bad += !(value >= 0 && value <= float(kMaxRadiance));
+    for (float value : values) bad += int(!(value >= 0)) | int(!(value <= float(kMaxRadiance)));
     return bad == 0;
 }
 

@@ -42,22 +42,23 @@ RowProjection::RowProjection(PictureSides sides, int order)
     }
     for (auto& of_parity : folded_)
         for (auto& half : of_parity) half.resize(std::size_t(sides.width / 4));
+    both_.resize(std::size_t(sides.width / 2));
 }
 
 // f(p) +- f(p + pi) is what even and odd m see of both; then x and the pixel that mirrors it, at -pi - p, in which
 // cosines of even m and sines of odd m are the same, and the others change their sign.
 void RowProjection::fold(const float* row) {
     const std::size_t half = std::size_t(sides_.width / 2), quarter = half / 2;
-    float *even_cosine = folded_[0][0].data(), *even_sine = folded_[0][1].data(), *odd_cosine = folded_[1][0].data(),
-          *odd_sine = folded_[1][1].data();
-    for (std::size_t x = 0; x < quarter; ++x) {
-        const std::size_t mirrored = half - 1 - x;
-        const float even = row[x] + row[x + half], odd = row[x] - row[x + half];
-        const float other_even = row[mirrored] + row[mirrored + half], other_odd = row[mirrored] - row[mirrored + half];
-        even_cosine[x] = even + other_even;
-        even_sine[x] = even - other_even;
-        odd_cosine[x] = odd - other_odd;
-        odd_sine[x] = odd + other_odd;
+    for (std::size_t parity = 0; parity < 2; ++parity) {
+        float* both = both_.data();
+        if (parity == 0)
+            for (std::size_t x = 0; x < half; ++x) both[x] = row[x] + row[x + half];
+        else
+            for (std::size_t x = 0; x < half; ++x) both[x] = row[x] - row[x + half];
+        float* sums = folded_[parity][parity].data();
+        for (std::size_t x = 0; x < quarter; ++x) sums[x] = both[x] + both[half - 1 - x];
+        float* differences = folded_[parity][1 - parity].data();
+        for (std::size_t x = 0; x < quarter; ++x) differences[x] = both[x] - both[half - 1 - x];
     }
 }
 

@@ -47,6 +47,7 @@ private:
     RowWaves waves_;
     std::array<std::vector<float>, kMaxOrder> cosine_, sine_;  // of a quarter of a row
     std::array<std::array<std::vector<float>, 2>, 2> folded_;  // [m odd][of sines]: a quarter of a row
+    std::vector<float> both_;                                  // half of a row: f(p) with f(p + pi)
     PartialProjection sum_;
 };
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "formats/image/picture_options.h"
 #include "player/frame/render_options.h"
 #include "player/view/light_blend.h"
 
