@@ -112,7 +112,9 @@ std::string describeFile(const Imf::MultiPartInputFile& file) {
             text += "part " + (partName(header).empty() ? std::to_string(part) : partName(header)) + ": ";
         if (isDeep(header)) text += "deep pixels of ";
         bool first = true;
-        for (const auto& [prefix, group] : groupsOf(header.channels())) {
+        for (const auto& named : groupsOf(header.channels())) {
+            const std::string& prefix = named.first;
+            const auto& group = named.second;
             if (!first) text += ", ";
             first = false;
             const std::string names = joined(group, ", ", [&](const auto& one) {
