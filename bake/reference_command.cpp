@@ -18,6 +18,7 @@
 #include "formats/common/slot_choice.h"
 #include "formats/common/warning.h"
 #include "formats/image/exposure.h"
+#include "formats/image/light_picture_flags.h"
 #include "formats/source/source_looks.h"
 #include "sh/light/light_rotation.h"
 #include "sh/sh_basis.h"
@@ -45,7 +46,8 @@ BrdfSource slotSource(const SlotChoice& choice) {
 struct ReferenceCommand {
     std::filesystem::path input, scene, output, tangents, materials_of;
     std::optional<double> time;  // of a scene, seconds
-    std::string light, layout;   // light: a file or analytic lights; layout "": by the picture's shape
+    std::string light;           // a file or analytic lights
+    PictureOptions reading;      // of that file
     BrdfSource brdf{.analytic_option = "brdf"};
     std::vector<std::string> slots;
     std::vector<std::filesystem::path> occluders;
@@ -93,15 +95,25 @@ void writePicture(const ReferenceCommand& command, const CommonOptions& common, 
     writePng(command.output, overBackground(image, exposure, *command.png_background), 1);
 }
 
-EnvironmentLight readLight(const ReferenceCommand& command) {
-    if (!isAnalytic(command.light)) return readEnvironmentLight(command.light, command.layout);
-    if (!command.layout.empty()) throw UsageError("--layout is of pictures, not of --light " + command.light);
-    return EnvironmentLight::fromAnalytic(parseLights(command.light));
+EnvironmentLight readLight(const ReferenceCommand& command, const CommonOptions& common) {
+    if (isAnalytic(command.light)) {
+        refuseReading(command.reading, "--light " + command.light);
+        return EnvironmentLight::fromAnalytic(parseLights(command.light));
+    }
+    PictureNotes notes;
+    EnvironmentLight light = readEnvironmentLight(command.light, command.reading, notes);
+    for (const std::string& warning : notes.warnings) reportWarning("penumbra-bake", command.light + ": " + warning);
+    if (!common.quiet)
+        for (const std::string& line : notes.lines) std::printf("%s: %s\n", command.light.c_str(), line.c_str());
+    return light;
 }
 
-EnvironmentLight readLightOf(const ReferenceCommand& command) {
-    if (command.light.empty()) return EnvironmentLight::white();
-    EnvironmentLight light = readLight(command);
+EnvironmentLight readLightOf(const ReferenceCommand& command, const CommonOptions& common) {
+    if (command.light.empty()) {
+        refuseReading(command.reading, "the white light that there is without --light");
+        return EnvironmentLight::white();
+    }
+    EnvironmentLight light = readLight(command, common);
     if (command.light_order > 0) light = light.bandLimited(command.light_order);
     return light.turned(parseLightRotation(command.light_rotation));
 }
@@ -184,12 +196,12 @@ void readMaterialsOf(ReferenceCommand& command, const SceneFrame& scene, std::si
     }
 }
 
-EnvironmentLight readLightOf(const ReferenceCommand& command, const SceneFrame& scene) {
+EnvironmentLight readLightOf(const ReferenceCommand& command, const CommonOptions& common, const SceneFrame& scene) {
     EnvironmentLight light = EnvironmentLight::white();
     if (!command.light.empty()) {
-        light = readLight(command);
+        light = readLight(command, common);
         if (command.light_order > 0) light = light.bandLimited(command.light_order);
-    } else if (scene.light_order > 0) {
+    } else if (refuseReading(command.reading, "the scene's light"); scene.light_order > 0) {
         light = EnvironmentLight::fromSh(scene.light_order, scene.light);
     }
     return light.turned(scene.light_rotation);
@@ -217,7 +229,7 @@ void runScene(ReferenceCommand& command, const CommonOptions& common, Report& re
         poseScene(description, command.time, command.camera, shaded ? SceneLook::kMaterials : SceneLook::kNone);
     const std::size_t ground = description.ground ? scene.brdf_of_vertex.back() : scene.materials.size();
     if (shaded) readMaterialsOf(command, scene, ground, common.threads);
-    const EnvironmentLight light = readLightOf(command, scene);
+    const EnvironmentLight light = readLightOf(command, common, scene);
     report.figures = {{"members", description.characters.size() + description.props.size()},
                       {"triangles", scene.mesh.triangles.size()}};
     if (common.dry_run) {
@@ -275,7 +287,7 @@ void runReference(ReferenceCommand& command, const CommonOptions& common, Report
     }
     const ReferenceBlockers blockers = blockersOfFrame(header, index, command.input.string(), command.occluders);
     const std::vector<std::uint16_t> brdf_of_vertex = chooseSlots(command, header.mesh, common.threads);
-    const EnvironmentLight light = readLightOf(command);
+    const EnvironmentLight light = readLightOf(command, common);
     const SurfaceColors colors = colorsOf(command, header);
     if (common.dry_run) {
         std::printf("frame %zu, %dx%d pixels, %d shadow rays a pixel\n", index, command.options.width,
@@ -344,9 +356,7 @@ void defineReference(CLI::App& app, ReferenceCommand& command) {
                                         "picture (.exr, .hdr), .light.h5, or analytic lights as in penumbra-fit light "
                                         "--analytic (default: white, radiance 1)")
                              ->check(readableBy(analytic));
-    app.add_option("--layout", command.layout, "of the picture; by its shape when not given")
-        ->check(CLI::IsMember({"latlong", "angular", "ball", "cube"}))
-        ->needs(light);
+    addLightPictureOptions(app, command.reading);
     app.add_option("--light-rotation", command.light_rotation,
                    "yaw=,pitch=,roll= or axis=X/Y/Z,angle=, degrees, as in penumbra-player render")
         ->check(readableBy(parseLightRotation))

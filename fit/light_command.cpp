@@ -14,6 +14,8 @@
 #include "formats/common/options.h"
 #include "formats/common/warning.h"
 #include "formats/image/factor_light.h"
+#include "formats/image/light_picture_flags.h"
+#include "formats/image/picture_light.h"
 #include "sh/angles.h"
 #include "sh/sh_basis.h"
 
@@ -22,11 +24,12 @@ namespace penumbra {
 namespace {
 
 struct LightCommand {
-    std::filesystem::path picture, output;
+    std::vector<std::filesystem::path> pictures;  // one, or six that are the faces of a cube
+    PictureOptions reading;
+    std::filesystem::path output;
     std::string name;                // empty: the name of the file or of the analytic lights
     std::vector<std::string> words;  // of --analytic
     std::vector<AnalyticLight> analytic;
-    std::string layout;  // empty: chosen by the picture's shape
     std::string window_text = "auto";
     WindowChoice window;
     LobeFit lobe_fit = LobeFit::kJoint;
@@ -35,7 +38,9 @@ struct LightCommand {
     LightFactorChoice factor_choice;
     CLI::Option *lobes_option = nullptr, *window_option = nullptr;
 
-    std::vector<std::filesystem::path> inputs() const { return namedFiles({picture}); }
+    std::vector<std::filesystem::path> inputs() const {
+        return pictures.size() == 1 ? filesOfPicture(pictures.front(), reading) : pictures;
+    }
 };
 
 constexpr Word<FactorMode> kFactorWords[] = {{"hand-over", FactorMode::kHandOver}, {"paper", FactorMode::kPaper}};
@@ -50,7 +55,8 @@ int readPictureWidth(const std::string& text) {
 }
 
 void define(CLI::App& app, LightCommand& command) {
-    CLI::Option* picture = app.add_option("environment", command.picture, "environment, OpenEXR or Radiance HDR");
+    CLI::Option* picture = app.add_option("environment", command.pictures,
+                                          "environment, OpenEXR or Radiance HDR; six files are the faces of a cube");
     app.add_option(
            "--analytic", command.words,
            "light without a picture, as in sky:elevation=20+sun:direction=0/1/1,irradiance=3; joined by + or given "
@@ -58,11 +64,6 @@ void define(CLI::App& app, LightCommand& command) {
                joined(analyticLightNames()))
         ->allow_extra_args(false)
         ->excludes(picture);
-    app.add_option("--layout", command.layout,
-                   "lat-long, angular map (light probe), mirror ball or cross of cube faces; by the shape when not "
-                   "given")
-        ->check(CLI::IsMember({"latlong", "angular", "ball", "cube"}))
-        ->needs(picture);
     app.add_option("-o,--output", command.output, "E.light.h5")->required();
     addNameOption(app, command.name);
     app.add_option("--order", command.order, "SH bands")->check(within(1, kMaxOrder));
@@ -93,12 +94,17 @@ void define(CLI::App& app, LightCommand& command) {
               "size WxH, W = 2 H, of a picture of the light without its suns; 0 for none")
         ->default_str("128x64")
         ->needs(factor);
+    addLightPictureOptions(app, command.reading);
     app.footer(describeAnalyticLights() + "\n" + app.get_footer());
 }
 
 void checkOptions(LightCommand& command) {
-    if (command.picture.empty() && command.words.empty())
+    if (command.pictures.empty() && command.words.empty())
         throw UsageError("a light is a picture or --analytic: give one of them");
+    if (command.pictures.size() > 1 && command.pictures.size() != 6)
+        throw UsageError("a light is one picture, or six that are the faces of a cube; " +
+                         std::to_string(command.pictures.size()) + " are given");
+    if (command.pictures.empty()) refuseReading(command.reading, "--analytic");
     for (const std::string& word : command.words)
         if (std::error_code error; std::filesystem::is_regular_file(word, error))
             throw UsageError("--analytic: " + word + " is a file: a picture is given without an option");
@@ -109,7 +115,7 @@ void checkOptions(LightCommand& command) {
     if (command.factor_choice.mode == FactorMode::kPaper && command.factor_choice.suns > 1)
         throw UsageError("--suns: --factor-mode paper finds one sun");
     try {
-        if (command.picture.empty()) command.analytic = parseLights(joined(command.words, "+"));
+        if (command.pictures.empty()) command.analytic = parseLights(joined(command.words, "+"));
     } catch (const std::invalid_argument& error) {
         throw UsageError(std::string("--analytic: ") + error.what());
     }
@@ -123,18 +129,47 @@ FactorReport takeSuns(LightSuns found, LightFile& light) {
     return std::move(found.report);
 }
 
+// The options of reading that were given belong to the light's origin.
+void addReading(const PictureOptions& reading, nlohmann::ordered_json& options) {
+    if (!reading.layer.empty()) options["layer"] = reading.layer;
+    if (!reading.colorspace.empty()) options["colorspace"] = reading.colorspace;
+    if (reading.fill) options["fill"] = {reading.fill->x, reading.fill->y, reading.fill->z};
+    if (reading.repair) options["repair"] = true;
+}
+
+void describeReading(const std::filesystem::path& picture, const PictureNotes& notes, const CommonOptions& common) {
+    const std::string name = oneLine(picture.filename().string());
+    for (const std::string& warning : notes.warnings) reportWarning("penumbra-fit", name + ": " + warning);
+    if (common.quiet || common.dry_run) return;
+    for (const std::string& line : notes.lines) std::printf("%s: %s\n", name.c_str(), line.c_str());
+}
+
 LightFile fitPicture(const LightCommand& command, const CommonOptions& common, Report& report,
                      nlohmann::ordered_json& options, HotPixel& hot, FactorReport& suns) {
     report.phase("read");
-    const EnvironmentMap map = readEnvironmentMap(command.picture, command.layout);
+    const std::string name = command.pictures.front().string();
+    const PictureLight picture = readPictureLight(
+        command.pictures, command.reading, {command.order, command.factor ? command.factor_choice.suns : 1, {}, {}});
+    const EnvironmentMap& map = picture.map;
     options["layout"] = nameOf(map.layout);
+    addReading(command.reading, options);
     report.figures["layout"] = nameOf(map.layout);
     report.figures["negative_pixels"] = map.negative_pixels;
     report.figures["negative_share"] = map.negative_share;
+    report.figures["repaired_pixels"] = map.notes.repaired_pixels;
+    report.figures["repaired_share"] = map.notes.repaired_share;
+    describeReading(command.pictures.front(), map.notes, common);
     report.phase("fit");
     hot = findHotPixel(map);
-    LightFile light = fitLight(map, command.picture.string(), command.order, common.threads);
-    if (command.factor) suns = takeSuns(factorLight(map, command.factor_choice, common.threads), light);
+    hot.x *= picture.shape.width / map.image.width;
+    hot.y *= picture.shape.height / map.image.height;
+    LightFile light = fitLight(picture.project(command.order, common.threads), name, command.order);
+    if (command.factor) {
+        const bool several = command.factor_choice.suns > 1;  // they are found in the picture and not in its SH
+        const std::vector<double> sh =
+            several ? std::vector<double>() : picture.project(kFactorOrder, common.threads).sh;
+        suns = takeSuns(factorLight(map, sh, command.factor_choice), light);
+    }
     if (map.negative_share > 1e-5 && !common.quiet && !common.dry_run)
         std::printf("%s: %zu pixels below 0 made 0, %.2g%% of the light, taken from the bright ones beside them\n",
                     light.name.c_str(), map.negative_pixels, 100 * map.negative_share);
@@ -258,7 +293,7 @@ void run(LightCommand& command, const CommonOptions& common, Report& report) {
     LightFile light;
     HotPixel hot;
     FactorReport suns;
-    if (command.picture.empty()) {
+    if (command.pictures.empty()) {
         report.phase("fit");
         options["analytic"] = toString(command.analytic);
         light = fitLight(command.analytic, joined(command.words, "+"), command.order);

@@ -3,6 +3,7 @@
 
 #include "formats/capture/capture_words.h"
 #include "formats/common/errors.h"
+#include "formats/image/light_picture_flags.h"
 #include "player/look_flags.h"
 #include "player/picture_flags.h"
 #include "player/player_verbs.h"
@@ -88,7 +89,7 @@ void runViewCommand(ViewCommand& command, const CommonOptions& common, Report& r
     if (!std::filesystem::is_directory(options.screenshots))
         throw IoError(options.screenshots.string() + ": no such folder for screenshots");
     if (common.dry_run) {
-        const Scene scene = openScene(options.files, common.threads);
+        const Scene scene = openScene(options.files, common.threads, {options.reading, {}});
         ViewState state = stateFor(scene, {});
         applySceneFile(scene, state);
         std::printf("would show %zu character%s, %zu materials, %zu lights\n", scene.characters.size(),
@@ -160,6 +161,7 @@ void defineView(CLI::App& app, ViewCommand& command) {
                    "time constant in seconds of the suns that are found while lights change; 0: not smoothed")
         ->check(within(0.0, 10.0));
     app.add_option("--screenshots", command.options.screenshots, "folder that F12 writes view_0001.png, ... into");
+    addLightPictureOptions(app, command.options.reading);
     definePlates(app, command);
 }
 

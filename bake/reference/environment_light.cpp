@@ -169,9 +169,14 @@ double EnvironmentLight::ownDensity(Vec3d direction) const {
     return sum;
 }
 
-EnvironmentLight readEnvironmentLight(const std::filesystem::path& path, std::string_view layout) {
-    if (path.extension() != ".h5") return EnvironmentLight::fromMap(readEnvironmentMap(path, layout));
-    if (!layout.empty()) throw BadOption("layout", "is of pictures, not of " + path.string());
+EnvironmentLight readEnvironmentLight(const std::filesystem::path& path, const PictureOptions& options,
+                                      PictureNotes& notes) {
+    if (path.extension() != ".h5") {
+        EnvironmentMap map = readEnvironmentMap(path, options);
+        notes = std::move(map.notes);
+        return EnvironmentLight::fromMap(std::move(map));
+    }
+    if (const char* given = givenOption(options)) throw BadOption(given, "is of pictures, not of " + path.string());
     const LightFile file = readLight(path);
     return EnvironmentLight::fromSh(file.order, file.sh);
 }

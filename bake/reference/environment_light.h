@@ -56,8 +56,9 @@ private:
     Mat3d rotation_{{1, 0, 0, 0, 1, 0, 0, 0, 1}};
 };
 
-// Reads a light. A .h5 file holds a light of penumbra-fit light. Anything else is a picture of this layout (""
-// decides by its shape). Throws IoError and InvalidInput.
-EnvironmentLight readEnvironmentLight(const std::filesystem::path& path, std::string_view layout);
+// Reads a light. A .h5 file holds a light of penumbra-fit light. Anything else is a picture, which is read as `options`
+// say; `notes` becomes what the reader tells of it. Throws IoError, InvalidInput, Unsupported and BadOption.
+EnvironmentLight readEnvironmentLight(const std::filesystem::path& path, const PictureOptions& options,
+                                      PictureNotes& notes);
 
 }  // namespace penumbra

@@ -7,8 +7,6 @@
 #include <filesystem>
 #include <numeric>
 
-#include "formats/image/project_map.h"
-
 namespace penumbra {
 
 namespace {
@@ -31,7 +29,10 @@ LightFile makeLight(const std::string& name, int order, std::vector<double> sh, 
 }  // namespace
 
 LightFile fitLight(const EnvironmentMap& map, const std::string& name, int order, int threads) {
-    MapProjection projection = projectMap(map, order, threads);
+    return fitLight(projectMap(map, order, threads), name, order);
+}
+
+LightFile fitLight(MapProjection projection, const std::string& name, int order) {
     return makeLight(std::filesystem::path(name).filename().string(), order, std::move(projection.sh),
                      projection.energy);
 }
@@ -81,13 +82,17 @@ HotPixel findHotPixel(const EnvironmentMap& map) {
     // 1. Find the pixel with the most flux, and the flux of the whole picture.
     HotPixel brightest;
     double whole = 0, most = 0;
-    for (int y = 0; y < map.image.height; ++y)
+    for (int y = 0; y < map.image.height; ++y) {
+        const double of_row = mapSteradians(map.shape(), 0.5, y + 0.5);  // of lat-long, the same all along
         for (int x = 0; x < map.image.width; ++x) {
             const Vec3 pixel = map.image.pixels[std::size_t(y) * std::size_t(map.image.width) + std::size_t(x)];
-            const double flux = luminanceOf(pixel) * mapSteradians(map.shape(), x + 0.5, y + 0.5);
+            const double flux =
+                luminanceOf(pixel) *
+                (map.layout == MapLayout::kLatLong ? of_row : mapSteradians(map.shape(), x + 0.5, y + 0.5));
             whole += flux;
             if (flux > most) most = flux, brightest = {x, y, 0};
         }
+    }
     if (!(most > 0)) return brightest;
     // 2. See whether it shines alone or belongs to a sharp spot.
     const Rings rings = ringsAround(map, brightest.x, brightest.y);

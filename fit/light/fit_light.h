@@ -3,7 +3,7 @@
 #include <span>
 
 #include "fit/light/light_window.h"
-#include "formats/image/environment_map.h"
+#include "formats/image/project_map.h"
 #include "formats/stage/light_file.h"
 #include "sh/light/analytic_light.h"
 
@@ -12,6 +12,7 @@ namespace penumbra {
 // Returns the projection of a picture (formats/image/project_map.h), 1 <= order <= kMaxOrder. The light gets the file
 // name of `name`.
 LightFile fitLight(const EnvironmentMap& map, const std::string& name, int order, int threads);
+LightFile fitLight(MapProjection projection, const std::string& name, int order);
 // Returns the sum of analytic lights. A directional light has the residual 1: a delta has infinite energy, of which SH
 // hold a vanishing part.
 LightFile fitLight(std::span<const AnalyticLight> lights, const std::string& name, int order);

@@ -124,6 +124,10 @@ BrdfReading readBrdfSource(const BrdfSource& source, int threads) {
     if (text.starts_with("\x89HDF"))
         throw InvalidInput(path.string() +
                            ": is HDF5, as fitted materials are (.brdf.h5): a file of measurements is needed here");
+    if (text.starts_with("tensor_file"))
+        throw Unsupported(path.string() +
+                          ": is a .bsdf of the RGL database, which is not read; MERL's .binary, Cornell's .brdf, fits "
+                          ".csv and penumbra-brdf-table are");
     BrdfReading reading =
         source.merl.empty() ? decodeTable(text, source, path.string(), threads) : decodeMerl(text, path.string());
     reading.brdf.name = oneLine(path.filename().string() + (source.material.empty() ? "" : ":" + source.material));

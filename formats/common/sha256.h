@@ -7,7 +7,8 @@
 
 namespace penumbra {
 
-// Computes SHA-256 (FIPS 180-4) step by step.
+// Computes SHA-256 (FIPS 180-4) step by step, with the processor's own instructions where it has them;
+// PENUMBRA_NO_SIMD leaves the plain form.
 class Sha256 {
 public:
     Sha256();
@@ -18,6 +19,7 @@ private:
     std::array<std::uint32_t, 8> state_;
     std::array<std::uint8_t, 64> block_;
     std::uint64_t length_ = 0;
+    bool has_instructions_;
     void compress(const std::uint8_t* block);
 };
 

@@ -355,7 +355,11 @@ AreaLights findAreaLights(const EnvironmentMap& map, int most) {
         const Vec3 whole = map.image.pixels[pixel.place];
         for (int c = 0; c < 3; ++c) rgb[c] = std::max(0.0f, rgb[c] - float(light.share * part * pixel.part) * whole[c]);
     });
-    for (AreaLight& light : found.lights) light.sun.irradiance *= light.share;
+    for (AreaLight& light : found.lights) {
+        light.sun.irradiance *= light.share;
+        // Pixels of wide gamuts may be negative in a channel, which no sun is.
+        for (int c = 0; c < 3; ++c) light.sun.irradiance[c] = std::max(0.0, light.sun.irradiance[c]);
+    }
     std::erase_if(found.lights, [](const AreaLight& light) { return !(luminance(light.sun.irradiance) > 0); });
     std::stable_sort(found.lights.begin(), found.lights.end(),
                      [](const AreaLight& a, const AreaLight& b) { return a.worth > b.worth; });

@@ -9,6 +9,7 @@
 
 #include "formats/common/errors.h"
 #include "formats/common/light_picture.h"
+#include "formats/image/cube_faces.h"
 #include "formats/image/negative_radiance.h"
 
 namespace penumbra {
@@ -183,9 +184,7 @@ namespace {
 
 std::string sizeOf(const Image& image) { return std::to_string(image.width) + " x " + std::to_string(image.height); }
 
-bool hasShape(const Image& image, int columns, int rows) {
-    return image.width % columns == 0 && image.height % rows == 0 && image.width / columns == image.height / rows;
-}
+PictureSides sidesOf(const Image& image) { return {image.width, image.height}; }
 
 // Tells whether everything off the faces of a cross has one colour, as programs that write crosses leave it.
 bool cornersAreEmpty(const Image& image, MapLayout layout) {
@@ -207,38 +206,51 @@ MapLayout guessLayout(const Image& image, const std::string& name) {
     if (image.width == 2 * image.height) return MapLayout::kLatLong;
     for (MapLayout cross : {MapLayout::kVerticalCross, MapLayout::kHorizontalCross}) {
         const bool vertical = cross == MapLayout::kVerticalCross;
-        if (!hasShape(image, vertical ? 3 : 4, vertical ? 4 : 3)) continue;
+        if (!hasShape(sidesOf(image), vertical ? 3 : 4, vertical ? 4 : 3)) continue;
         if (cornersAreEmpty(image, cross)) return cross;
         throw InvalidInput(
             name + ": " + sizeOf(image) +
             " may be a cube cross, but the corners off its faces hold a picture: layout cube says that it is");
     }
+    if (isLatLongShape(sidesOf(image))) return MapLayout::kLatLong;
     if (image.width == image.height)
         throw InvalidInput(name + ": " + sizeOf(image) +
-                           " may be an angular map or a mirror ball: layout angular or ball must be given");
-    throw InvalidInput(
-        name + ": " + sizeOf(image) +
-        " is no layout: lat-long is 2:1, cube crosses are 3:4 or 4:3, angular maps and balls are square");
+                           " may be an angular map, a mirror ball or a face of a cube: layout angular or ball must be "
+                           "given, or cube for a face with five more beside it");
+    throw InvalidInput(name + ": " + sizeOf(image) +
+                       " is no layout: lat-long is 2:1, cube crosses are 3:4 or 4:3, cubes of six faces below one "
+                       "another 1:6, angular maps and balls are square");
 }
 
 MapLayout chooseLayout(const Image& image, std::string_view layout, const std::string& name) {
     if (layout.empty()) return guessLayout(image, name);
-    const auto expect = [&](bool right, const char* shape) {
-        if (!right)
+    const auto expect = [&](const char* shape) {
+        if (!hasLayoutShape(sidesOf(image), layout))
             throw InvalidInput(name + ": " + sizeOf(image) + ": layout " + std::string(layout) + " is " + shape);
     };
     if (layout == "latlong") {
-        expect(image.width == 2 * image.height, "twice as wide as high");
+        expect("twice as wide as high");
         return MapLayout::kLatLong;
     }
     if (layout == "cube") {
-        expect(hasShape(image, 3, 4) || hasShape(image, 4, 3), "a cross of square faces, 3 x 4 or 4 x 3");
-        return hasShape(image, 3, 4) ? MapLayout::kVerticalCross : MapLayout::kHorizontalCross;
+        expect("a cross of square faces, 3 x 4 or 4 x 3, or six faces below one another");
+        return hasShape(sidesOf(image), 3, 4) ? MapLayout::kVerticalCross : MapLayout::kHorizontalCross;
     }
     if (layout != "angular" && layout != "ball")
         throw BadOption("layout", "must be latlong, angular, ball or cube, not '" + std::string(layout) + "'");
-    expect(image.width == image.height, "square");
+    expect("square");
     return layout == "angular" ? MapLayout::kAngular : MapLayout::kBall;
+}
+
+// What the file says of its layout counts where nothing was asked for.
+std::string layoutOf(const FilePicture& picture, std::string_view asked, PictureNotes& notes) {
+    const std::string& stated = picture.info.layout;
+    if (stated == "cross") return "cube";  // of six files
+    if (stated.empty() || asked == stated) return std::string(asked);
+    if (asked.empty()) return stated;
+    notes.warnings.push_back("the file says that it is " + stated + "; it is read as " + std::string(asked) +
+                             ", as was asked for");
+    return std::string(asked);
 }
 
 void checkRadiance(const EnvironmentMap& map, const std::string& name) {
@@ -256,19 +268,64 @@ void checkRadiance(const EnvironmentMap& map, const std::string& name) {
 
 }  // namespace
 
-EnvironmentMap makeEnvironmentMap(Image image, std::string_view layout, const std::string& name) {
+bool isLatLongMap(PictureSides sides, std::string_view layout, std::string_view stated) {
+    const std::string_view meant = layout.empty() ? stated : layout;
+    if (!meant.empty()) return meant == "latlong" && isLatLongShape(sides);
+    return isLatLongShape(sides) && !isCrossShape(sides);
+}
+
+EnvironmentMap makeEnvironmentMap(FilePicture picture, std::string_view layout, const std::string& name) {
     EnvironmentMap map;
-    map.layout = chooseLayout(image, layout, name);
-    map.image = std::move(image);
+    map.notes = std::move(picture.info.notes);
+    const std::string meant = layoutOf(picture, layout, map.notes);
+    if (isStripShape(sidesOf(picture.image)) && (meant.empty() || meant == "cube")) {
+        picture.image = crossOfStrip(picture.image);
+        map.layout = MapLayout::kHorizontalCross;
+    } else {
+        map.layout = chooseLayout(picture.image, meant, name);
+        if (map.layout == MapLayout::kLatLong && picture.image.width != 2 * picture.image.height)
+            map.notes.lines.push_back(sizeOf(picture.image) + " is nearly 2:1 and is read as lat-long");
+    }
+    map.image = std::move(picture.image);
     checkRadiance(map, name);
     const NegativeRadiance negative = removeNegativeRadiance(map, name);
     map.negative_pixels = negative.pixels;
     map.negative_share = negative.share;
+    convertColors(picture.info.to_rec709, map.image);
     return map;
 }
 
-EnvironmentMap readEnvironmentMap(const std::filesystem::path& path, std::string_view layout) {
-    return makeEnvironmentMap(readImage(path), layout, path.string());
+EnvironmentMap makeEnvironmentMap(Image image, std::string_view layout, const std::string& name) {
+    FilePicture picture;
+    picture.image = std::move(image);
+    return makeEnvironmentMap(std::move(picture), layout, name);
+}
+
+std::vector<std::filesystem::path> filesOfPicture(const std::filesystem::path& path, const PictureOptions& options) {
+    if (options.layout != "cube") return {path};
+    const auto faces = findFaceFiles(path);
+    return faces ? std::vector(faces->begin(), faces->end()) : std::vector{path};
+}
+
+EnvironmentMap readEnvironmentMap(const std::filesystem::path& path, const PictureOptions& options) {
+    return readEnvironmentMap(filesOfPicture(path, options), options);
+}
+
+EnvironmentMap readEnvironmentMap(std::span<const std::filesystem::path> paths, const PictureOptions& options) {
+    assert(!paths.empty());
+    if (paths.size() > 1) {
+        if (paths.size() != 6)
+            throw InvalidInput(paths.front().string() +
+                               ": a light is one picture, or six that are the faces of a cube; " +
+                               std::to_string(paths.size()) + " are named");
+        if (!options.layout.empty() && options.layout != "cube")
+            throw BadOption("layout", "six pictures are the faces of a cube, not " + options.layout);
+        const auto files = orderFaceFiles(paths);
+        return makeEnvironmentMap(readFaces(files, options), "cube", files[0].string());
+    }
+    const std::string name = paths.front().string();
+    const std::unique_ptr<PictureRows> rows = openPicture(openBytes(paths.front()), name, options);
+    return makeEnvironmentMap(readFilePicture(*rows, name, options), options.layout, name);
 }
 
 }  // namespace penumbra

@@ -9,12 +9,13 @@
 //   picture is mirrored as the ball does it, so that rightwards is -z.
 // - cube: a cross of six faces. 3 x 4: top (+y); left (-z), front (+x), right (+z); bottom (-y); back (-x) upside
 //   down. 4 x 3: top above and bottom below the front of the row left, front, right, back. Faces touch as they do
-//   when the cross is folded.
+//   when the cross is folded. Strips of six faces and six files become crosses when they are read (cube_faces.h).
 // Pixels outside of the disc or of the faces are not part of the light.
 #include <string>
 #include <string_view>
 
-#include "formats/image/image_file.h"
+#include "formats/image/file_picture.h"
+#include "formats/image/picture_shape.h"
 
 namespace penumbra {
 
@@ -31,6 +32,7 @@ struct EnvironmentMap {
     Image image;
     std::size_t negative_pixels = 0;  // pixels that makeEnvironmentMap() found and mended (negative_radiance.h)
     double negative_share = 0;        // their share of the light
+    PictureNotes notes;               // of the reader
 
     MapShape shape() const { return {layout, image.width, image.height}; }
 };
@@ -40,7 +42,17 @@ struct EnvironmentMap {
 // starts messages. Throws InvalidInput for another shape, for a radiance above kMaxRadiance, and for negative radiance
 // that is no ringing of compression (negative_radiance.h).
 EnvironmentMap makeEnvironmentMap(Image image, std::string_view layout, const std::string& name);
-EnvironmentMap readEnvironmentMap(const std::filesystem::path& path, std::string_view layout);
+// Makes a map of a picture in its file's colours. Ringing is looked for in those; then they become linear Rec.709,
+// where colours outside of its gamut stay negative.
+EnvironmentMap makeEnvironmentMap(FilePicture picture, std::string_view layout, const std::string& name);
+// Reads the picture of a light. Throws what openPicture() and makeEnvironmentMap() throw.
+EnvironmentMap readEnvironmentMap(const std::filesystem::path& path, const PictureOptions& options);
+// Does the same with one file, or with six that are the faces of a cube.
+EnvironmentMap readEnvironmentMap(std::span<const std::filesystem::path> paths, const PictureOptions& options);
+// Returns the files that readEnvironmentMap() reads: six where layout is cube and the file's name is that of a face.
+std::vector<std::filesystem::path> filesOfPicture(const std::filesystem::path& path, const PictureOptions& options);
+// Tells whether a picture of these sides is a lat-long map. `stated` is what its file says.
+bool isLatLongMap(PictureSides sides, std::string_view layout, std::string_view stated);
 
 // --- Geometry, in pixels: x right from the left edge, y down from the top edge ---------------------------------------
 struct MapPixel {

@@ -57,7 +57,12 @@ LightSuns factorAreaLights(const EnvironmentMap& map, const LightFactorChoice& c
 
 LightSuns factorLight(const EnvironmentMap& map, const LightFactorChoice& choice, int threads) {
     if (choice.suns > 1 && choice.mode == FactorMode::kHandOver) return factorAreaLights(map, choice);
-    LightSuns light = sunsOfSh(projectMap(map, kFactorOrder, threads).sh, choice);
+    return factorLight(map, projectMap(map, kFactorOrder, threads).sh, choice);
+}
+
+LightSuns factorLight(const EnvironmentMap& map, std::span<const double> sh, const LightFactorChoice& choice) {
+    if (choice.suns > 1 && choice.mode == FactorMode::kHandOver) return factorAreaLights(map, choice);
+    LightSuns light = sunsOfSh(sh.first(std::size_t(3 * coefficientCount(kFactorOrder))), choice);
     constexpr double kNear = 5 * kDegree;  // farther away the brightest pixels are another lamp
     for (std::size_t i = 0; i < light.suns.size(); ++i) {
         SunD& sun = light.suns[i];

@@ -44,6 +44,8 @@ constexpr int kFactorOrder = 6;
 // a sun from the brightest pixels and its irradiance from SH. A sun of 15 degrees counts whole, one of 25 or more is
 // none, and between them a part stays in the remainder.
 LightSuns factorLight(const EnvironmentMap& map, const LightFactorChoice& choice, int threads);
+// The same for a picture whose projection of kFactorOrder or more is known, `sh` [n^2, 3].
+LightSuns factorLight(const EnvironmentMap& map, std::span<const double> sh, const LightFactorChoice& choice);
 // Suns of analytic lights. kHandOver takes the brightest directional lights, suns and discs of up to kMaxSunRadius as
 // they are described. All of a disc's flux goes to its sun.
 constexpr double kMaxSunRadius = 10;  // degrees

@@ -1,5 +1,5 @@
 #pragma once
-// Reads and writes picture formats on bytes in memory; each source file (image_exr.cpp, image_hdr.cpp, image_png.cpp,
+// Reads and writes picture formats on bytes; each source file (image_exr.cpp, image_hdr.cpp, image_png.cpp,
 // image_png_read.cpp, image_gray_png.cpp, image_jpeg.cpp) has one format. Only these, texture_file.cpp and
 // picture_kinds.cpp, which say what is read as what, include this. `name` starts the message of every InvalidInput and
 // Unsupported.
@@ -10,6 +10,7 @@
 
 #include "formats/image/gray_image.h"
 #include "formats/image/image_file.h"
+#include "formats/image/picture_rows.h"
 #include "formats/image/texture_file.h"
 
 namespace penumbra {
@@ -17,12 +18,12 @@ namespace penumbra {
 constexpr int kMaxImageSide = 32768;
 
 bool looksLikeExr(std::span<const std::byte> bytes);
-Image decodeExr(std::span<const std::byte> bytes, const std::string& name);
+std::unique_ptr<PictureRows> openExr(const RandomBytes& bytes, const std::string& name, const PictureOptions& options);
 GrayImage decodeExrChannel(std::span<const std::byte> bytes, const std::string& name, const GrayChoice& choice);
 std::vector<std::byte> encodeExr(const Image& image);
 
 bool looksLikeHdr(std::span<const std::byte> bytes);
-Image decodeHdr(std::span<const std::byte> bytes, const std::string& name);
+std::unique_ptr<PictureRows> openHdr(const RandomBytes& bytes, const std::string& name, const PictureOptions& options);
 
 std::vector<std::byte> encodePng(const Image& image, float exposure);
 

@@ -1,67 +1,26 @@
-// Reads OpenEXR: scan lines and tiles, any compression, half, float or uint channels, and of several parts the first.
+// Reads OpenEXR: scan lines and tiles, any compression, half, float or uint channels, layers and parts, luminance, and
+// luminance with chroma of half the resolution.
 #include <ImathBox.h>
-#include <ImathMatrix.h>
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfChromaticities.h>
+#include <OpenEXR/ImfEnvmap.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
-#include <OpenEXR/ImfIO.h>
-#include <OpenEXR/ImfInputFile.h>
-#include <OpenEXR/ImfOutputFile.h>
+#include <OpenEXR/ImfInputPart.h>
+#include <OpenEXR/ImfRgbaFile.h>
 #include <OpenEXR/ImfStandardAttributes.h>
 
 #include <algorithm>
-#include <array>
-#include <cassert>
 #include <cmath>
 #include <cstring>
 
-#include "formats/common/errors.h"
+#include "formats/common/fp16.h"
+#include "formats/image/color_space.h"
 #include "formats/image/image_codecs.h"
+#include "formats/image/image_exr_file.h"
+#include "formats/image/picture_shape.h"
 
 namespace penumbra {
-
-namespace {
-
-class MemoryReader : public Imf::IStream {
-public:
-    MemoryReader(std::span<const std::byte> bytes, const std::string& name)
-        : Imf::IStream(name.c_str()), bytes_(bytes) {}
-    bool read(char out[], int n) override {
-        if (n < 0 || std::uint64_t(n) > bytes_.size() - position_) throw InvalidInput("cut short");
-        std::memcpy(out, bytes_.data() + position_, std::size_t(n));
-        position_ += std::uint64_t(n);
-        return position_ < bytes_.size();
-    }
-    std::uint64_t tellg() override { return position_; }
-    void seekg(std::uint64_t position) override {
-        if (position > bytes_.size()) throw InvalidInput("cut short");
-        position_ = position;
-    }
-
-private:
-    std::span<const std::byte> bytes_;
-    std::uint64_t position_ = 0;
-};
-
-class MemoryWriter : public Imf::OStream {
-public:
-    MemoryWriter() : Imf::OStream("memory") {}
-    void write(const char in[], int n) override {
-        if (position_ + std::uint64_t(n) > bytes.size()) bytes.resize(position_ + std::uint64_t(n));
-        std::memcpy(bytes.data() + position_, in, std::size_t(n));
-        position_ += std::uint64_t(n);
-    }
-    std::uint64_t tellp() override { return position_; }
-    void seekp(std::uint64_t position) override { position_ = position; }
-
-    std::vector<std::byte> bytes;
-
-private:
-    std::uint64_t position_ = 0;
-};
-
-}  // namespace
 
 bool looksLikeExr(std::span<const std::byte> bytes) {
     constexpr std::array<unsigned char, 4> kMagic{0x76, 0x2f, 0x31, 0x01};
@@ -70,13 +29,12 @@ bool looksLikeExr(std::span<const std::byte> bytes) {
 
 namespace {
 
-void checkWindow(const Imf::Header& header, const std::string& name) {
-    if (header.displayWindow() != header.dataWindow())
-        throw Unsupported(name + ": the data window differs from the display window (a cropped or overscan picture)");
-    constexpr int kMaxChannels = 256;  // bounds the decoder's buffers, which hold every channel
-    int count = 0;
-    for (auto channel = header.channels().begin(); channel != header.channels().end(); ++channel) ++count;
-    if (count > kMaxChannels) throw Unsupported(name + ": more than 256 channels");
+int widthOf(const Imath::Box2i& window) { return window.max.x - window.min.x + 1; }
+int heightOf(const Imath::Box2i& window) { return window.max.y - window.min.y + 1; }
+
+std::string describeWindow(const Imath::Box2i& window) {
+    return std::to_string(widthOf(window)) + " x " + std::to_string(heightOf(window)) + " at (" +
+           std::to_string(window.min.x) + ", " + std::to_string(window.min.y) + ")";
 }
 
 void checkChannel(const Imf::Header& header, const std::string& needed, const std::string& name) {
@@ -86,98 +44,191 @@ void checkChannel(const Imf::Header& header, const std::string& needed, const st
         throw InvalidInput(name + ": channel " + needed + " is subsampled");
 }
 
-int widthOf(const Imf::InputFile& file) {
-    const Imath::Box2i window = file.header().dataWindow();
-    return window.max.x - window.min.x + 1;
+bool contains(const Imath::Box2i& outer, const Imath::Box2i& inner) {
+    return outer.min.x <= inner.min.x && outer.min.y <= inner.min.y && outer.max.x >= inner.max.x &&
+           outer.max.y >= inner.max.y;
 }
 
-int heightOf(const Imf::InputFile& file) {
-    const Imath::Box2i window = file.header().dataWindow();
-    return window.max.y - window.min.y + 1;
+// Chooses the pixels that are the picture: the display window, or the data window where only that has the shape of a
+// layout (a cropped or padded file around a whole picture). What the display window has and the file lacks needs a
+// colour.
+Imath::Box2i chooseWindow(const Imf::Header& header, const std::string& name, const PictureOptions& options,
+                          PictureNotes& notes) {
+    const Imath::Box2i data = header.dataWindow(), display = header.displayWindow();
+    if (data == display) return data;
+    const auto whole = [&](const Imath::Box2i& window) {
+        return options.any_shape || hasLayoutShape({widthOf(window), heightOf(window)}, options.layout);
+    };
+    const std::string both =
+        "the data window, " + describeWindow(data) + ", is not the display window, " + describeWindow(display);
+    if (!whole(display) && whole(data)) {
+        notes.lines.push_back(both + ": the data window is a whole picture and is read");
+        return data;
+    }
+    if (contains(data, display)) {
+        notes.lines.push_back(both + ": what lies outside of the display window is cut off");
+        return display;
+    }
+    if (!options.fill)
+        throw Unsupported(name + ": " + both + ": fill must give the colour of the pixels that the file lacks");
+    const double missing =
+        1 - double(std::max(0, std::min(data.max.x, display.max.x) + 1 - std::max(data.min.x, display.min.x))) *
+                std::max(0, std::min(data.max.y, display.max.y) + 1 - std::max(data.min.y, display.min.y)) /
+                (double(widthOf(display)) * heightOf(display));
+    char share[32];
+    std::snprintf(share, sizeof share, "%.3g%%", 100 * missing);
+    notes.lines.push_back(both + ": " + share + " of the pixels are filled");
+    return display;
 }
 
-int bandRows(const Imf::InputFile& file) {
-    constexpr int kBandPixels = 1 << 20;
-    return std::clamp(kBandPixels / widthOf(file), 1, std::min(256, heightOf(file)));
-}
-
-// Decodes rows in bands, and what take() makes of them grows. So a short file that claims a large size fails before it
-// takes much memory. insert(add) names the channels by add(channel, first float, stride in bytes), whose memory holds
-// bandRows() rows; take(count) copies the first `count` pixels.
-void readBands(Imf::InputFile& file, const auto& insert, const auto& take) {
-    const Imath::Box2i window = file.header().dataWindow();
-    const std::size_t width = std::size_t(widthOf(file));
-    const int band_rows = bandRows(file);
-    for (int y = window.min.y; y <= window.max.y; y += band_rows) {
-        const int last = std::min(y + band_rows - 1, window.max.y);
+// Reads rows of some channels as floats. Half floats come as they are stored, because our conversion is faster.
+class ExrPlanes {
+public:
+    ExrPlanes(Imf::MultiPartInputFile& file, int part, std::vector<std::string> channels)
+        : part_(file, part), channels_(std::move(channels)), window_(part_.header().dataWindow()) {
+        for (const std::string& channel : channels_)
+            all_half_ = all_half_ && part_.header().channels()[channel.c_str()].type == Imf::HALF;
+    }
+    const Imath::Box2i& window() const { return window_; }
+    // Reads rows first..last of the data window, [channels][rows, width of the data window].
+    void read(int first, int last, std::vector<std::vector<float>>& planes) {
+        const std::size_t width = std::size_t(widthOf(window_)), count = width * std::size_t(last - first + 1);
+        planes.resize(channels_.size());
+        halves_.resize(all_half_ ? channels_.size() : 0);
+        const Imath::Box2i rows(Imath::V2i(window_.min.x, first), Imath::V2i(window_.max.x, last));
         Imf::FrameBuffer buffer;
-        const Imath::Box2i rows(Imath::V2i(window.min.x, y), Imath::V2i(window.max.x, last));
-        insert([&](const std::string& channel, float* first, std::size_t stride) {
-            buffer.insert(channel, Imf::Slice::Make(Imf::FLOAT, first, rows, stride, stride * width));
-        });
-        file.setFrameBuffer(buffer);
-        file.readPixels(y, last);
-        take(std::ptrdiff_t(width * std::size_t(last - y + 1)));
+        for (std::size_t i = 0; i < channels_.size(); ++i) {
+            planes[i].resize(count);
+            if (all_half_) halves_[i].resize(count);
+            void* start = all_half_ ? static_cast<void*>(halves_[i].data()) : planes[i].data();
+            const std::size_t size = all_half_ ? sizeof(std::uint16_t) : sizeof(float);
+            buffer.insert(channels_[i],
+                          Imf::Slice::Make(all_half_ ? Imf::HALF : Imf::FLOAT, start, rows, size, size * width));
+        }
+        part_.setFrameBuffer(buffer);
+        part_.readPixels(first, last);
+        for (std::size_t i = 0; i < halves_.size(); ++i) halfToFloat(halves_[i], planes[i]);
     }
+
+private:
+    Imf::InputPart part_;
+    std::vector<std::string> channels_;
+    Imath::Box2i window_;
+    bool all_half_ = true;
+    std::vector<std::vector<std::uint16_t>> halves_;
+};
+
+// Y with chroma, which OpenEXR's own filters make colours of.
+class ExrChroma {
+public:
+    ExrChroma(Imf::IStream& stream, const std::string& layer) : file_(stream, layer, /*numThreads=*/0) {}
+    void read(int first, int last, std::vector<std::vector<float>>& planes) {
+        const Imath::Box2i window = file_.dataWindow();
+        const std::size_t width = std::size_t(widthOf(window)), count = width * std::size_t(last - first + 1);
+        pixels_.resize(count);
+        file_.setFrameBuffer(pixels_.data() - (std::ptrdiff_t(first) * std::ptrdiff_t(width) + window.min.x), 1, width);
+        file_.readPixels(first, last);
+        planes.assign(4, std::vector<float>(count));
+        for (std::size_t i = 0; i < count; ++i) {
+            planes[0][i] = pixels_[i].r;
+            planes[1][i] = pixels_[i].g;
+            planes[2][i] = pixels_[i].b;
+            planes[3][i] = pixels_[i].a;
+        }
+    }
+
+private:
+    Imf::RgbaInputFile file_;
+    std::vector<Imf::Rgba> pixels_;
+};
+
+std::optional<Primaries> statedPrimaries(const Imf::Header& header) {
+    if (!Imf::hasChromaticities(header)) return std::nullopt;
+    const Imf::Chromaticities& c = Imf::chromaticities(header);
+    const auto point = [](Imath::V2f at) { return Chromaticity{double(at.x), double(at.y)}; };
+    return Primaries{point(c.red), point(c.green), point(c.blue), point(c.white)};
 }
 
-Image readColors(Imf::InputFile& file) {
-    Image image;
-    image.width = widthOf(file);
-    image.height = heightOf(file);
-    const bool has_alpha = file.header().channels().findChannel("A") != nullptr;
-    std::vector<Vec3> band(std::size_t(image.width) * std::size_t(bandRows(file)));
-    std::vector<float> alpha(has_alpha ? band.size() : 0);
-    readBands(
-        file,
-        [&](const auto& add) {
-            add("R", &band[0].x, sizeof(Vec3));
-            add("G", &band[0].y, sizeof(Vec3));
-            add("B", &band[0].z, sizeof(Vec3));
-            if (has_alpha) add("A", alpha.data(), sizeof(float));
-        },
-        [&](std::ptrdiff_t count) {
-            image.pixels.insert(image.pixels.end(), band.begin(), band.begin() + count);
-            if (has_alpha) image.alpha.insert(image.alpha.end(), alpha.begin(), alpha.begin() + count);
-        });
-    return image;
-}
-
-// Converts files that state other primaries than Rec.709. White points are not adapted.
-void toRec709(const Imf::Header& header, Image& image) {
-    if (!Imf::hasChromaticities(header)) return;
-    const Imf::Chromaticities from = Imf::chromaticities(header), rec709;
-    const auto differs = [](Imath::V2f a, Imath::V2f b) { return (a - b).length() > 1e-3f; };
-    if (!differs(from.red, rec709.red) && !differs(from.green, rec709.green) && !differs(from.blue, rec709.blue) &&
-        !differs(from.white, rec709.white))
-        return;
-    const Imath::M44f matrix = Imf::RGBtoXYZ(from, 1) * Imf::XYZtoRGB(rec709, 1);  // row vectors
-    for (Vec3& p : image.pixels) {
-        const Imath::V3f out = Imath::V3f(p.x, p.y, p.z) * matrix;
-        p = {out.x, out.y, out.z};
+class ExrRows : public PictureRows {
+public:
+    ExrRows(const RandomBytes& bytes, const std::string& name, const PictureOptions& options)
+        : name_(name), stream_(bytes, name), file_(stream_, /*numThreads=*/0), fill_(options.fill.value_or(Vec3{})) {
+        checkExrParts(file_, name);
+        layer_ = chooseLayer(file_, options.layer, name);
+        const Imf::Header& header = file_.header(layer_.part);
+        window_ = chooseWindow(header, name, options, info_.notes);
+        data_ = header.dataWindow();
+        y_ = window_.min.y;
+        info_.width = widthOf(window_);
+        info_.height = heightOf(window_);
+        info_.has_alpha = !layer_.alpha.empty();
+        if (Imf::hasEnvmap(header)) info_.layout = Imf::envmap(header) == Imf::ENVMAP_CUBE ? "cube" : "latlong";
+        if (!layer_.shown.empty()) info_.notes.lines.push_back("layer " + layer_.shown);
+        chooseColors(statedPrimaries(header), options, name, info_);
+        openChannels(bytes, header);
     }
-}
 
-// Opens a file, calls read(file), and gives every failure the file's name.
-auto decoded(std::span<const std::byte> bytes, const std::string& name, const auto& read) {
-    Imf::Header::setMaxImageSize(kMaxImageSide, kMaxImageSide);
-    Imf::Header::setMaxTileSize(kMaxImageSide, kMaxImageSide);
-    try {
-        MemoryReader reader(bytes, name);
-        Imf::InputFile file(reader, /*numThreads=*/0);
-        checkWindow(file.header(), name);
-        return read(file);
-    } catch (const Unsupported&) {
-        throw;
-    } catch (const InvalidInput& error) {
-        const std::string what = error.what();
-        throw InvalidInput(what.starts_with(name) ? what : name + ": " + what);
-    } catch (const std::bad_alloc&) {
-        throw;
-    } catch (const std::exception& error) {
-        throw InvalidInput(name + ": not a readable OpenEXR picture: " + error.what());
+    void next(PictureBand& band) override {
+        withExrErrors(name_, [&] { readBand(band); });
     }
-}
+
+private:
+    void openChannels(const RandomBytes& bytes, const Imf::Header& header) {
+        if (layer_.has_chroma) {
+            if (layer_.part > 0) throw Unsupported(name_ + ": luminance with chroma in another part than the first");
+            chroma_stream_.emplace(bytes, name_);
+            chroma_.emplace(*chroma_stream_, layer_.prefix);
+            return;
+        }
+        std::vector<std::string> channels(layer_.color.begin(), layer_.color.end());
+        if (channels[0] == channels[1]) channels.resize(1);
+        if (!layer_.alpha.empty()) channels.push_back(layer_.alpha);
+        for (const std::string& channel : channels) checkChannel(header, channel, name_);
+        planes_.emplace(file_, layer_.part, channels);
+    }
+
+    // Rows are decoded in bands, so that a short file that claims a large size fails before it takes much memory.
+    void readBand(PictureBand& band) {
+        constexpr int kBandPixels = 1 << 18;
+        const std::size_t width = std::size_t(info_.width);
+        band.rows = std::min(std::clamp(kBandPixels / info_.width, 16, 256), window_.max.y - y_ + 1);
+        const int last = y_ + band.rows - 1;
+        for (int c = 0; c < 3; ++c) band.color[std::size_t(c)].assign(width * std::size_t(band.rows), fill_[c]);
+        band.alpha.assign(info_.has_alpha ? width * std::size_t(band.rows) : 0, 1);
+        const int first_there = std::max(y_, data_.min.y), last_there = std::min(last, data_.max.y);
+        if (first_there <= last_there) {
+            if (chroma_)
+                chroma_->read(first_there, last_there, read_);
+            else
+                planes_->read(first_there, last_there, read_);
+            const bool gray = !chroma_ && layer_.color[0] == layer_.color[1];
+            for (std::size_t c = 0; c < 3; ++c) place(read_[gray ? 0 : c], first_there, last_there, band.color[c]);
+            if (info_.has_alpha) place(read_[gray ? 1 : 3], first_there, last_there, band.alpha);
+        }
+        y_ = last + 1;
+    }
+
+    // Copies what lies in both windows.
+    void place(const std::vector<float>& from, int first, int last, std::vector<float>& to) const {
+        const int left = std::max(window_.min.x, data_.min.x), right = std::min(window_.max.x, data_.max.x);
+        if (left > right) return;
+        for (int y = first; y <= last; ++y)
+            std::copy_n(from.begin() + std::ptrdiff_t(y - first) * widthOf(data_) + (left - data_.min.x),
+                        right - left + 1, to.begin() + std::ptrdiff_t(y - y_) * info_.width + (left - window_.min.x));
+    }
+
+    std::string name_;
+    ExrBytes stream_;
+    Imf::MultiPartInputFile file_;
+    Vec3 fill_;
+    ExrLayer layer_;
+    Imath::Box2i window_, data_;  // the pixels that are the picture; those that the file has
+    int y_ = 0;                   // the next row
+    std::optional<ExrPlanes> planes_;
+    std::optional<ExrBytes> chroma_stream_;
+    std::optional<ExrChroma> chroma_;
+    std::vector<std::vector<float>> read_;
+};
 
 // Returns the channel that is meant: the wanted one, the only one, or the one that is named as numbers usually are.
 std::string channelOf(const Imf::Header& header, const std::string& wanted, const std::string& name) {
@@ -194,65 +245,34 @@ std::string channelOf(const Imf::Header& header, const std::string& wanted, cons
 
 }  // namespace
 
-Image decodeExr(std::span<const std::byte> bytes, const std::string& name) {
-    return decoded(bytes, name, [&](Imf::InputFile& file) {
-        for (const char* needed : {"R", "G", "B"}) checkChannel(file.header(), needed, name);
-        Image image = readColors(file);
-        toRec709(file.header(), image);
-        return image;
-    });
+std::unique_ptr<PictureRows> openExr(const RandomBytes& bytes, const std::string& name, const PictureOptions& options) {
+    limitExr();
+    return withExrErrors(name, [&] { return std::make_unique<ExrRows>(bytes, name, options); });
 }
 
 GrayImage decodeExrChannel(std::span<const std::byte> bytes, const std::string& name, const GrayChoice& choice) {
-    return decoded(bytes, name, [&](Imf::InputFile& file) {
-        const std::string channel = channelOf(file.header(), choice.channel, name);
-        checkChannel(file.header(), channel, name);
-        GrayImage image{widthOf(file), heightOf(file), {}};
-        std::vector<float> band(std::size_t(image.width) * std::size_t(bandRows(file)));
-        readBands(
-            file, [&](const auto& add) { add(channel, band.data(), sizeof(float)); },
-            [&](std::ptrdiff_t count) {
-                image.numbers.insert(image.numbers.end(), band.begin(), band.begin() + count);
-            });
+    limitExr();
+    return withExrErrors(name, [&] {
+        ExrBytes stream(bytesOf(bytes), name);
+        Imf::MultiPartInputFile file(stream, /*numThreads=*/0);
+        checkExrParts(file, name);
+        const Imf::Header& header = file.header(0);
+        if (header.displayWindow() != header.dataWindow())
+            throw Unsupported(name +
+                              ": the data window differs from the display window (a cropped or overscan picture)");
+        const std::string channel = channelOf(header, choice.channel, name);
+        checkChannel(header, channel, name);
+        ExrPlanes planes(file, 0, {channel});
+        const Imath::Box2i& window = planes.window();
+        GrayImage image{widthOf(window), heightOf(window), {}};
+        const int band_rows = std::clamp((1 << 20) / image.width, 1, 256);
+        std::vector<std::vector<float>> band;
+        for (int y = window.min.y; y <= window.max.y; y += band_rows) {
+            planes.read(y, std::min(y + band_rows - 1, window.max.y), band);
+            image.numbers.insert(image.numbers.end(), band[0].begin(), band[0].end());
+        }
         return image;
     });
-}
-
-namespace {
-
-std::vector<half> halfChannel(std::size_t count, const auto& value) {
-    std::vector<half> channel(count);
-    for (std::size_t i = 0; i < count; ++i) channel[i] = half(std::clamp(value(i), -float(HALF_MAX), float(HALF_MAX)));
-    return channel;
-}
-
-}  // namespace
-
-std::vector<std::byte> encodeExr(const Image& image) {
-    assert(image.width > 0 && image.height > 0 &&
-           image.pixels.size() == std::size_t(image.width) * std::size_t(image.height));
-    const std::size_t count = image.pixels.size();
-    Imf::Header header(image.width, image.height);
-    header.compression() = Imf::ZIP_COMPRESSION;
-    Imf::FrameBuffer buffer;
-    std::array<std::vector<half>, 4> channels;
-    const auto add = [&](int index, const char* channel_name, const auto& value) {
-        channels[std::size_t(index)] = halfChannel(count, value);
-        header.channels().insert(channel_name, Imf::Channel(Imf::HALF));
-        buffer.insert(channel_name, Imf::Slice(Imf::HALF, reinterpret_cast<char*>(channels[std::size_t(index)].data()),
-                                               sizeof(half), sizeof(half) * std::size_t(image.width)));
-    };
-    add(0, "R", [&](std::size_t i) { return image.pixels[i].x; });
-    add(1, "G", [&](std::size_t i) { return image.pixels[i].y; });
-    add(2, "B", [&](std::size_t i) { return image.pixels[i].z; });
-    if (!image.alpha.empty()) add(3, "A", [&](std::size_t i) { return image.alpha[i]; });
-    MemoryWriter writer;
-    {
-        Imf::OutputFile file(writer, header, /*numThreads=*/0);
-        file.setFrameBuffer(buffer);
-        file.writePixels(image.height);
-    }  // the destructor writes the table of offsets
-    return std::move(writer.bytes);
 }
 
 }  // namespace penumbra

@@ -10,8 +10,8 @@
 #include "formats/common/check_readable.h"
 #include "formats/common/errors.h"
 #include "formats/common/write_file.h"
+#include "formats/image/file_picture.h"
 #include "formats/image/image_codecs.h"
-#include "formats/image/picture_kinds.h"
 
 namespace penumbra {
 
@@ -30,25 +30,18 @@ std::vector<std::byte> readImageBytes(const std::filesystem::path& path) {
     return bytes;
 }
 
-Image decodeImage(std::span<const std::byte> bytes, const std::string& name) {
-    const PictureKind* kind = findPictureKind(bytes);
-    if (const std::string_view magic = "\x89HDF";
-        bytes.size() >= magic.size() && std::memcmp(bytes.data(), magic.data(), magic.size()) == 0)
-        throw InvalidInput(name + ": is HDF5, as fitted lights are: a picture is needed here");
-    if (!kind || !kind->light) throw InvalidInput(name + ": neither an OpenEXR nor a Radiance HDR picture");
-    Image image = kind->light(bytes, name);
-    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
-        const Vec3 p = image.pixels[i];
-        if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))
-            throw InvalidInput(name + ": NaN or infinity in pixel (" + std::to_string(i % std::size_t(image.width)) +
-                               ", " + std::to_string(i / std::size_t(image.width)) + ")");
-    }
-    for (float alpha : image.alpha)
-        if (!std::isfinite(alpha)) throw InvalidInput(name + ": NaN or infinity in channel A");
-    return image;
+Image decodeImage(std::span<const std::byte> bytes, const std::string& name, const PictureOptions& options) {
+    const std::unique_ptr<PictureRows> rows = openPicture(bytesOf(bytes), name, options);
+    FilePicture picture = readFilePicture(*rows, name, options);
+    convertColors(picture.info.to_rec709, picture.image);
+    return std::move(picture.image);
 }
 
-Image readImage(const std::filesystem::path& path) { return decodeImage(readImageBytes(path), path.string()); }
+Image readImage(const std::filesystem::path& path) {
+    PictureOptions options;
+    options.any_shape = true;
+    return decodeImage(readImageBytes(path), path.string(), options);
+}
 
 void writeExr(const std::filesystem::path& path, const Image& image) { writeWholeFile(path, encodeExr(image)); }
 

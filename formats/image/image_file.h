@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "formats/image/picture_options.h"
 #include "sh/vec3.h"
 
 namespace penumbra {
@@ -17,11 +18,13 @@ struct Image {
     std::vector<float> alpha;  // empty, or one number for each pixel
 };
 
-// Reads a picture by its content, not by its name (EXR magic, "#?RADIANCE" / "#?RGBE"). Throws InvalidInput for a
-// missing channel, NaN, inf or a size above 32768.
+// Reads a picture by its content, not by its name (EXR magic, "#?RADIANCE" / "#?RGBE"). Its colours become linear
+// Rec.709, and may be negative then. Throws InvalidInput for a missing channel, NaN, inf or a size above 32768, and
+// what openPicture() throws.
 Image readImage(const std::filesystem::path& path);
 // Does the same with a file's bytes; `name` starts every message.
-Image decodeImage(std::span<const std::byte> bytes, const std::string& name);
+Image decodeImage(std::span<const std::byte> bytes, const std::string& name, const PictureOptions& options = {});
+
 // Writes EXR: half floats, ZIP, and A when the image has alpha. The bytes are always the same for the same image.
 void writeExr(const std::filesystem::path& path, const Image& image);
 // Writes PNG: 8 bit, sRGB transfer function of max(0, pixel * exposure / alpha) clamped to 1; alpha as it is.

@@ -10,8 +10,8 @@ namespace penumbra {
 namespace {
 
 constexpr PictureKind kKinds[] = {
-    {.name = "OpenEXR", .looks = looksLikeExr, .light = decodeExr, .gray = decodeExrChannel},
-    {.name = "Radiance HDR", .looks = looksLikeHdr, .light = decodeHdr},
+    {.name = "OpenEXR", .looks = looksLikeExr, .light = openExr, .gray = decodeExrChannel},
+    {.name = "Radiance HDR", .looks = looksLikeHdr, .light = openHdr},
     {.name = "PNG", .looks = looksLikePng, .gray = decodeGrayPng},
 };
 

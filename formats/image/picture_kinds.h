@@ -7,7 +7,7 @@
 #include <string>
 
 #include "formats/image/gray_image.h"
-#include "formats/image/image_file.h"
+#include "formats/image/picture_rows.h"
 
 namespace penumbra {
 
@@ -15,7 +15,8 @@ struct PictureKind {
     const char* name;
     bool (*looks)(std::span<const std::byte> bytes);
     // Null where a picture of this kind is nothing of the sort.
-    Image (*light)(std::span<const std::byte> bytes, const std::string& name) = nullptr;
+    std::unique_ptr<PictureRows> (*light)(const RandomBytes& bytes, const std::string& name,
+                                          const PictureOptions& options) = nullptr;
     // Throws InvalidInput where the bytes are damaged or cut short, a side is too long, or the channel is not there or
     // subsampled, and Unsupported for a PNG with colours, alpha, a palette or fewer than 8 bits, and for an EXR whose
     // data window differs from its display window.

@@ -8,7 +8,7 @@
 
 #include "formats/common/parallel_for.h"
 #include "formats/common/write_file.h"
-#include "formats/image/project_disc.h"
+#include "formats/image/project_rows.h"
 #include "sh/quadrature.h"
 #include "sh/sh_rotation.h"
 
@@ -21,22 +21,6 @@ std::span<const Vec3> rowOf(const Image& image, int row) {
 }
 
 // --- Lat-long --------------------------------------------------------------------------------------------------------
-// All of this is in a frame whose z is the picture's pole: s' = (sin t cos q, sin t sin q, cos t) with q = -p
-// (latLongDirection).
-
-namespace {
-
-struct RowMoments {
-    // sums over pixels of radiance times the integrals of cos mq dq and sin mq dq
-    std::array<Vec3d, kMaxOrder> cosine{}, sine{};
-};
-
-// The integrals of cos mq and sin mq over the pixels of a row, which all rows share: their sines and cosines take ten
-// times as long as all the rest.
-struct RowWaves {
-    std::array<std::vector<double>, kMaxOrder> cosine, sine;  // [order][width]
-};
-
 RowWaves wavesOfRow(int pixels, int order) {
     RowWaves waves;
     const double width = 2 * pi / double(pixels);
@@ -52,6 +36,8 @@ RowWaves wavesOfRow(int pixels, int order) {
     }
     return waves;
 }
+
+namespace {
 
 RowMoments momentsOfRow(std::span<const Vec3> row, int order, const RowWaves& waves) {
     RowMoments moments;
@@ -81,11 +67,9 @@ std::vector<double> rowIntegrals(double t0, double t1, int order) {
     return sum;
 }
 
-void projectLatLongRow(const Image& image, int row, int order, const RowWaves& waves, PartialProjection& sum) {
-    const double t0 = pi * row / image.height, t1 = pi * (row + 1) / image.height;
-    const double solid_angle = 2 * pi / image.width * (std::cos(t0) - std::cos(t1));
-    for (Vec3 p : rowOf(image, row)) sum.energy += solid_angle * dot(toDouble(p), toDouble(p));
-    const RowMoments moments = momentsOfRow(rowOf(image, row), order, waves);
+}  // namespace
+
+void addRowMoments(const RowMoments& moments, double t0, double t1, int order, PartialProjection& sum) {
     const std::vector<double> integrals = rowIntegrals(t0, t1, order);
     for (int l = 0; l < order; ++l)
         for (int m = 0; m <= l; ++m) {
@@ -93,6 +77,15 @@ void projectLatLongRow(const Image& image, int row, int order, const RowWaves& w
             sum.sh[std::size_t(shIndex(l, m))] += moments.cosine[std::size_t(m)] * integral;
             if (m > 0) sum.sh[std::size_t(shIndex(l, -m))] += moments.sine[std::size_t(m)] * integral;
         }
+}
+
+namespace {
+
+void projectLatLongRow(const Image& image, int row, int order, const RowWaves& waves, PartialProjection& sum) {
+    const double t0 = pi * row / image.height, t1 = pi * (row + 1) / image.height;
+    const double solid_angle = 2 * pi / image.width * (std::cos(t0) - std::cos(t1));
+    for (Vec3 p : rowOf(image, row)) sum.energy += solid_angle * dot(toDouble(p), toDouble(p));
+    addRowMoments(momentsOfRow(rowOf(image, row), order, waves), t0, t1, order, sum);
 }
 
 // --- Cubes -----------------------------------------------------------------------------------------------------------
@@ -186,6 +179,23 @@ void projectRow(const EnvironmentMap& map, int row, int order, const RowTables& 
 
 }  // namespace
 
+MapProjection joinProjections(std::span<const PartialProjection> parts, MapLayout layout, int order) {
+    MapProjection projection;
+    const auto count = std::size_t(coefficientCount(order));
+    const ShRotationD to_model = makeShRotation(order, toModelFrame(layout));
+    projection.sh.resize(3 * count);
+    for (const PartialProjection& part : parts) projection.energy += part.energy;
+    std::vector<double> in(count), out(count);
+    for (int channel = 0; channel < 3; ++channel) {
+        std::fill(in.begin(), in.end(), 0.0);
+        for (const PartialProjection& part : parts)
+            for (std::size_t i = 0; i < count; ++i) in[i] += part.sh[i][channel];
+        apply(to_model, in, out);
+        for (std::size_t i = 0; i < count; ++i) projection.sh[3 * i + std::size_t(channel)] = out[i];
+    }
+    return projection;
+}
+
 MapProjection projectMap(const EnvironmentMap& map, int order, int threads) {
     assert(order >= 1 && order <= kMaxOrder);
     constexpr int kRowsPerTask = 8;
@@ -198,20 +208,7 @@ MapProjection projectMap(const EnvironmentMap& map, int order, int threads) {
         for (int row = begin; row < std::min(rows, begin + kRowsPerTask); ++row)
             projectRow(map, row, order, tables, parts[task]);
     });
-    MapProjection projection;
-    const auto count = std::size_t(coefficientCount(order));
-    const ShRotationD to_model = makeShRotation(order, toModelFrame(map.layout));
-    projection.sh.resize(3 * count);
-    for (const PartialProjection& part : parts) projection.energy += part.energy;
-    std::vector<double> in(count), out(count);
-    for (int channel = 0; channel < 3; ++channel) {
-        std::fill(in.begin(), in.end(), 0.0);
-        for (const PartialProjection& part : parts)
-            for (std::size_t i = 0; i < count; ++i) in[i] += part.sh[i][channel];
-        apply(to_model, in, out);
-        for (std::size_t i = 0; i < count; ++i) projection.sh[3 * i + std::size_t(channel)] = out[i];
-    }
-    return projection;
+    return joinProjections(parts, map.layout, order);
 }
 
 }  // namespace penumbra

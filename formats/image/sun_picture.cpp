@@ -16,9 +16,33 @@ using std::numbers::pi;
 constexpr double kAround = 35 * kDegree;
 constexpr double kPartOfDisc = 0.05;  // pixels above this part of the peak belong to the sun
 
-// Calls visit(direction, solid angle, pixel) for every pixel of the light.
+// Calls visit(direction, solid angle, pixel) for every pixel of the light. Sines and cosines of a lat-long picture are
+// those of its rows and columns, because at large sizes they take most of the time.
+template <class Image, class Visit>
+void forEachLatLongPixel(Image& image, const MapShape& shape, Visit visit) {
+    struct Column {
+        double cosine, sine;
+    };
+    std::vector<Column> columns;
+    for (int x = 0; x < shape.width; ++x) {
+        const double p = 2 * pi * ((x + 0.5) / shape.width - 0.5);
+        columns.push_back({std::cos(p), std::sin(p)});
+    }
+    std::size_t at = 0;
+    for (int y = 0; y < shape.height; ++y) {
+        const double t = pi * ((y + 0.5) / shape.height), across = std::sin(t), up = std::cos(t);
+        const double solid_angle = mapSteradians(shape, 0.5, y + 0.5);
+        for (const Column& column : columns) {
+            if (solid_angle > 0)
+                visit(Vec3d{across * column.cosine, up, across * column.sine}, solid_angle, image.pixels[at]);
+            ++at;
+        }
+    }
+}
+
 template <class Image, class Visit>
 void forEachPixel(Image& image, const MapShape& shape, Visit visit) {
+    if (shape.layout == MapLayout::kLatLong) return forEachLatLongPixel(image, shape, visit);
     for (int y = 0; y < shape.height; ++y)
         for (int x = 0; x < shape.width; ++x) {
             const double solid_angle = mapSteradians(shape, x + 0.5, y + 0.5);
@@ -94,7 +118,7 @@ void removeSun(EnvironmentMap& map, SunD& sun) {
             level = std::max(0.0, (flux - sun.irradiance[c]) / area);
             break;
         }
-        sun.irradiance[c] = std::min(sun.irradiance[c], flux);
+        sun.irradiance[c] = std::min(sun.irradiance[c], std::max(0.0, flux));  // pixels of wide gamuts may be negative
         for (const Pixel& pixel : pixels) *pixel.value = std::min(*pixel.value, float(level));
     }
 }

@@ -3,8 +3,9 @@
 
 #include "formats/common/errors.h"
 #include "formats/common/fp16.h"
+#include "formats/common/warning.h"
 #include "formats/image/factor_light.h"
-#include "formats/image/project_map.h"
+#include "formats/image/picture_light.h"
 #include "formats/scene/scene_origin.h"
 #include "formats/scene/scene_placement.h"
 #include "player/frame/framed_rest.h"
@@ -122,17 +123,21 @@ std::unique_ptr<Character> makeCharacter(const Scene& scene, const SceneFile& fi
     return character;
 }
 
-SceneFile openFile(const std::filesystem::path& path, int threads) {
+SceneFile openFile(const std::filesystem::path& path, int threads, const OpenChoice& choice) {
     SceneFile file;
     if (path.extension() != ".exr" && path.extension() != ".hdr") {
         file.asset = std::make_unique<OpenAsset>(path);
         return file;
     }
-    const EnvironmentMap map = readEnvironmentMap(path, "");
-    const MapProjection projection = projectMap(map, kPictureLightOrder, threads);
+    PictureLightChoice of_light{std::max(kPictureLightOrder, kFactorOrder), 1, {}, {}};
+    if (choice.progress) of_light.progress = [&](double share) { choice.progress(path, share); };
+    const PictureLight picture = readPictureLight({&path, 1}, choice.reading, of_light);
+    for (const std::string& warning : picture.map.notes.warnings)
+        reportWarning("penumbra-player", path.string() + ": " + warning);
+    const MapProjection projection = picture.project(kPictureLightOrder, threads);
     file.light_name = path.filename();
     file.light_sh.assign(projection.sh.begin(), projection.sh.end());
-    const LightSuns factored = factorLight(map, {}, threads);
+    const LightSuns factored = factorLight(picture.map, picture.project(kFactorOrder, threads).sh, {});
     for (const SunD& sun : factored.suns) file.light_suns.push_back(floatSun(sun));
     file.picture_width = factored.picture.width;
     file.picture.resize(factored.picture.pixels.size());
@@ -141,25 +146,26 @@ SceneFile openFile(const std::filesystem::path& path, int threads) {
 }
 
 // Opens each file once, however often it is named. Returns for every path which of scene.files it is.
-std::vector<std::size_t> openFiles(std::span<const std::filesystem::path> paths, int threads, Scene& scene) {
+std::vector<std::size_t> openFiles(std::span<const std::filesystem::path> paths, int threads, const OpenChoice& choice,
+                                   Scene& scene) {
     std::vector<std::size_t> file_of_path;
     for (std::size_t i = 0; i < paths.size(); ++i) {
         std::error_code unreadable;  // then it is opened, and the reason said
         std::size_t same = 0;
         while (same < i && !std::filesystem::equivalent(paths[same], paths[i], unreadable)) ++same;
         file_of_path.push_back(same < i ? file_of_path[same] : scene.files.size());
-        if (same == i) scene.files.push_back(openFile(paths[i], threads));
+        if (same == i) scene.files.push_back(openFile(paths[i], threads, choice));
     }
     return file_of_path;
 }
 
 }  // namespace
 
-Scene openScene(std::span<const std::filesystem::path> given, int threads) {
+Scene openScene(std::span<const std::filesystem::path> given, int threads, const OpenChoice& choice) {
     Scene scene;
     scene.dark_light.resize(std::size_t(3 * coefficientCount(kMaxOrder)));
     const std::vector<std::filesystem::path> paths = filesOf(given, scene);
-    const std::vector<std::size_t> file_of_path = openFiles(paths, threads, scene);
+    const std::vector<std::size_t> file_of_path = openFiles(paths, threads, choice, scene);
     const std::size_t members = scene.file ? scene.file->characters.size() + scene.file->props.size() : 0;
     std::vector<const Character*> first_of_file(scene.files.size());
     for (std::size_t i = 0; i < paths.size(); ++i) {

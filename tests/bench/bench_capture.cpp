@@ -51,7 +51,7 @@ Case readCase(int argc, char** argv) {
     const std::vector<double> ball = numbersOf(argv[2]), at = numbersOf(argv[3]);
     c.ball = {{ball.at(0), ball.at(1), ball.at(2)}, ball.at(3), ball.at(4)};
     c.at = {at.at(0), at.at(1), at.at(2)};
-    c.truth = projectMap(readEnvironmentMap(argv[4], ""), 6, 1).sh;
+    c.truth = projectMap(readEnvironmentMap(argv[4], {}), 6, 1).sh;
     c.commit = argc > 5 ? argv[5] : "";
     return c;
 }

@@ -43,7 +43,7 @@ int main(int argc, char** argv) {
     std::printf("commit,light,order,fit,lobes,residual,irradiance_error,ms\n");
     bool first = true;
     for (const char* name : kLights) {
-        const LightFile light = fitLight(readEnvironmentMap(folder / name, ""), name, order, 1);
+        const LightFile light = fitLight(readEnvironmentMap(folder / name, {}), name, order, 1);
         const auto row = [&](const char* fit, int lobes, const LightLobesFit& result, double ms) {
             std::printf("%s,%s,%d,%s,%d,%.6f,%.6f,%.2f\n", commit.c_str(), light.name.c_str(), order, fit, lobes,
                         result.residual, result.irradiance_error, ms);

@@ -347,6 +347,12 @@ TEST(BrdfSource, FilesAreToldApartByWhatIsInThem) {
     EXPECT_EQ(read(samples::isotropicTable(brdfOf("lambert"), 2, 2)).figures.at("samples"), 8);
     EXPECT_EQ(read(kFits, "shiny").brdf.name, "any_brdf:shiny");
     EXPECT_THROW(read(samples::isotropicTable(brdfOf("lambert"), 2, 2), "shiny"), UsageError);
+    try {
+        read(std::string("tensor_file\0\1\0", 14));
+        FAIL() << "a .bsdf was read";
+    } catch (const Unsupported& error) {
+        EXPECT_THAT(error.what(), testing::AllOf(HasSubstr(".bsdf"), HasSubstr("RGL"), HasSubstr(".binary")));
+    }
     std::filesystem::remove(path);
 }
 

@@ -62,6 +62,15 @@ TEST(Sha256, PiecesGiveTheSameAsTheWhole) {
         }
 }
 
+TEST(Sha256, ThePlainFormGivesTheSame) {
+    std::string text;
+    for (int i = 0; i < 1000; ++i) text += char(i * i % 251);
+    const std::string fast = hashOf(text);
+    const NoSimd no_simd;
+    EXPECT_EQ(hashOf(text), fast);
+    EXPECT_EQ(hashOf("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+}
+
 TEST(Sha256, OfFile) {
     const samples::Folder folder("sha");
     writeWholeFile(folder.path / "abc", "abc");

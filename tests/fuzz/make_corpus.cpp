@@ -158,6 +158,11 @@ void writeImages(const fs::path& out) {
     std::string hdr = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\nEXPOSURE=2\n\n-Y 2 +X 3\n";
     for (int i = 0; i < 6; ++i) hdr += {char(128 + i), char(64 * i), char(7), char(129)};
     write(out / "fuzz_image" / "flat.hdr", hdr);
+    std::string colors =
+        "#?RADIANCE\nFORMAT= 32-bit_rle_rgbe\nEXPOSURE=\t+2\nCOLORCORR=2 1 0.5\n"
+        "PRIMARIES=.708 .292 .17 .797 .131 .046 .3127 .329\n\n-Y 1 +X 2\n";
+    for (int i = 0; i < 2; ++i) colors += {char(128 + i), char(64 * i), char(7), char(129)};
+    write(out / "fuzz_image" / "colors.hdr", colors);
 }
 
 // Pictures of surfaces, and a rig that has one.

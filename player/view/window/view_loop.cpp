@@ -62,6 +62,8 @@ Rectangle scaled(const Rectangle& r, float scale) {
     return {unit(r.x), unit(r.y), unit(r.width), unit(r.height)};
 }
 
+struct ClosedWhileReading {};  // the user closed the window before the files were read
+
 class ViewLoop {
 public:
     ViewLoop(const ViewOptions& options, int threads)
@@ -70,15 +72,15 @@ public:
           quiet_(options.quiet),
           settings_(options.settings ? readSettings(settingsPath(), result_.problem) : ViewSettings()),
           files_(options.files),
-          scene_(std::make_unique<Scene>(openScene(files_, threads))),
-          state_(startState(*scene_, settings_, options)),
-          window_("Penumbra: " + options.files.front().filename().string(), placeFor(options, settings_)) {
+          scene_(std::make_unique<Scene>(openScene(files_, threads, openChoice()))),
+          state_(startState(*scene_, settings_, options)) {
+        openWindow();
         tellSettingsProblem();
         scene_->blend = LightBlend(options.fade);
-        result_.gl = window_.description();
-        result_.path = options.path.value_or(window_.software() ? EvaluationPath::kCpu : EvaluationPath::kGlsl);
+        result_.gl = window_->description();
+        result_.path = options.path.value_or(window_->software() ? EvaluationPath::kCpu : EvaluationPath::kGlsl);
         figures_.path = result_.path;
-        figures_.software = window_.software();
+        figures_.software = window_->software();
     }
     ViewResult run();
 
@@ -89,9 +91,10 @@ private:
     ViewResult result_;
     ViewSettings settings_;
     std::vector<std::filesystem::path> files_;
+    std::unique_ptr<ViewWindow> window_;  // before everything that needs its context
+    Clock::time_point last_bar_ = Clock::now();
     std::unique_ptr<Scene> scene_;
     ViewState state_;
-    ViewWindow window_;                                             // before everything that needs its context
     Cached<ShadingChoice, std::unique_ptr<ScenePainter>> painter_;  // it keeps references to everyone's shading
     Cached<FrameKey> drawn_;
     Cached<ExposedLook> exposed_;  // what the automatic exposure was measured for
@@ -99,6 +102,9 @@ private:
     ViewFigures figures_;
     Clock::time_point last_step_ = Clock::now(), last_frame_ = Clock::now(), last_event_ = Clock::now();
 
+    void openWindow();
+    OpenChoice openChoice();
+    void showReading(const std::filesystem::path& file, double share);
     void tellSettingsProblem();
     void handle(const ViewEvents& events);
     void addFiles(const std::vector<std::filesystem::path>& dropped);
@@ -113,6 +119,35 @@ private:
     void keepSettings();
 };
 
+void ViewLoop::openWindow() {
+    if (window_) return;
+    const std::string title = "Penumbra: " + options_.files.front().filename().string();
+    window_ = std::make_unique<ViewWindow>(title, placeFor(options_, settings_));
+}
+
+OpenChoice ViewLoop::openChoice() {
+    return {options_.reading, [this](const std::filesystem::path& file, double share) { showReading(file, share); }};
+}
+
+// Shows a bar while a large picture is read. The first call opens the window: what takes no time is read before it, so
+// that wrong files need no display.
+void ViewLoop::showReading(const std::filesystem::path& file, double share) {
+    constexpr double kBarStep = 0.1;  // seconds
+    if (window_ && secondsSince(last_bar_) < kBarStep) return;
+    openWindow();
+    last_bar_ = Clock::now();
+    if (window_->poll(0).close) throw ClosedWhileReading();
+    if (!window_->visible()) return;
+    gl::BindFramebuffer(GL_FRAMEBUFFER, 0);
+    gl::Viewport(0, 0, window_->width(), window_->height());
+    gl::ClearColor(0.1f, 0.1f, 0.1f, 1);
+    gl::Clear(GL_COLOR_BUFFER_BIT);
+    window_->beginPanels();
+    buildReadingPanel(file.filename().string(), float(share), window_->unitScale());
+    window_->drawPanels();
+    window_->present();
+}
+
 // Tells the problem at the start, since a window may stay open for long.
 void ViewLoop::tellSettingsProblem() {
     if (result_.problem.empty()) return;
@@ -125,7 +160,7 @@ void ViewLoop::addFiles(const std::vector<std::filesystem::path>& dropped) {
     std::vector<std::filesystem::path> files = files_;
     files.insert(files.end(), dropped.begin(), dropped.end());
     try {
-        auto scene = std::make_unique<Scene>(openScene(files, threads_));
+        auto scene = std::make_unique<Scene>(openScene(files, threads_, openChoice()));
         scene->blend = LightBlend(options_.fade);
         const bool is_new = !scene_->file && scene->file;
         scene_ = std::move(scene);
@@ -170,12 +205,12 @@ Image readPart(const Rectangle& part, int window_height) {
 
 void ViewLoop::takeScreenshot(const Rectangle& part) {
     state_.window.screenshot = false;
-    write(freeScreenshotName(options_.screenshots), readPart(part, window_.height()));
+    write(freeScreenshotName(options_.screenshots), readPart(part, window_->height()));
 }
 
 void ViewLoop::takeSequencePicture(const Rectangle& picture) {
     const ClipView& clip = selectedClip(state_, *scene_);
-    write(sequenceName(options_.screenshots, clip.name, *state_.window.sequence), readPart(picture, window_.height()));
+    write(sequenceName(options_.screenshots, clip.name, *state_.window.sequence), readPart(picture, window_->height()));
     if (state_.window.sequence && ++*state_.window.sequence >= clip.frame_count) state_.window.sequence.reset();
 }
 
@@ -218,12 +253,12 @@ void ViewLoop::updateExposure(const Rectangle& picture) {
 }
 
 void ViewLoop::drawFrame() {
-    if (!window_.visible()) return;
+    if (!window_->visible()) return;
     figures_.frame = 0.9 * figures_.frame + 100 * secondsSince(last_frame_);  // milliseconds, smoothed over ten frames
     last_frame_ = Clock::now();
-    const int width = window_.width(), height = window_.height();
+    const int width = window_->width(), height = window_->height();
     const Rectangle picture =
-        state_.window.panels ? pictureArea(width, height, window_.scale()) : Rectangle{0, 0, width, height};
+        state_.window.panels ? pictureArea(width, height, window_->scale()) : Rectangle{0, 0, width, height};
     updatePicture(picture);
     updateExposure(picture);
     drawn_.update(frameKey(*scene_, state_));
@@ -234,14 +269,14 @@ void ViewLoop::drawFrame() {
     figures_.gpu = timer_.milliseconds();
     if (state_.window.screenshot && !state_.window.screenshot_panels) takeScreenshot(picture);
     if (state_.window.sequence) takeSequencePicture(picture);
-    window_.beginPanels();
-    const Rectangle in_units = scaled(picture, window_.unitScale() / window_.scale());
-    buildPanels(*scene_, state_, figures_, in_units, window_.unitScale());
+    window_->beginPanels();
+    const Rectangle in_units = scaled(picture, window_->unitScale() / window_->scale());
+    buildPanels(*scene_, state_, figures_, in_units, window_->unitScale());
     applyMouse(*scene_, state_, in_units);
-    window_.drawPanels();
+    window_->drawPanels();
     if (state_.window.screenshot) takeScreenshot({0, 0, width, height});
     checkGl("drawing a frame");
-    window_.present();
+    window_->present();
     ++result_.frames;
 }
 
@@ -255,7 +290,7 @@ void ViewLoop::keepSettings() {
     const std::filesystem::path path = settingsPath();
     if (!options_.settings || path.empty()) return;
     try {
-        writeSettings(path, {window_.place(), state_});
+        writeSettings(path, {window_->place(), state_});
     } catch (const IoError& error) {
         result_.problem = error.what();
     }
@@ -265,8 +300,8 @@ ViewResult ViewLoop::run() {
     bool drew = true;
     while (!state_.window.quit) {
         throwIfInterrupted();
-        const bool waits = (!busy() && secondsSince(last_event_) > kDrawAfterEvent) || !window_.visible();
-        const ViewEvents events = window_.poll(waits ? kIdleWait : drew ? 0 : kStep);
+        const bool waits = (!busy() && secondsSince(last_event_) > kDrawAfterEvent) || !window_->visible();
+        const ViewEvents events = window_->poll(waits ? kIdleWait : drew ? 0 : kStep);
         if (waits && !events.any) continue;
         if (waits) last_step_ = last_frame_ = Clock::now();  // the time that was waited is no time of the animation
         if (events.any) last_event_ = Clock::now();
@@ -281,6 +316,12 @@ ViewResult ViewLoop::run() {
 
 }  // namespace
 
-ViewResult runView(const ViewOptions& options, int threads) { return ViewLoop(options, threads).run(); }
+ViewResult runView(const ViewOptions& options, int threads) {
+    try {
+        return ViewLoop(options, threads).run();
+    } catch (const ClosedWhileReading&) {
+        return {};
+    }
+}
 
 }  // namespace penumbra

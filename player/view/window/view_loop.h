@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "formats/image/picture_options.h"
 #include "player/frame/render_options.h"
 #include "player/view/light_blend.h"
 
@@ -18,6 +19,7 @@ struct ViewOptions {
     ShadingChoice shading;                     // as wished: lights without lobes, say, are used as they are
     LightFade fade;                            // of lights that are switched
     std::filesystem::path screenshots = ".";   // folder
+    PictureOptions reading;                    // of the pictures of lights
     bool quiet = false;                        // print no line for each picture that is written
 };
 

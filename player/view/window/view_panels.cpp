@@ -105,6 +105,16 @@ void beginFixed(const char* name, float x, float y, float width, float height) {
 
 }  // namespace
 
+void buildReadingPanel(const std::string& file, float share, float unit) {
+    const ImVec2 size = ImGui::GetIO().DisplaySize;
+    ImGui::SetNextWindowPos(ImVec2(size.x / 2, size.y / 2), ImGuiCond_Always, ImVec2(0.5f, 0.5f));
+    ImGui::SetNextWindowSize(ImVec2(std::min(420 * unit, size.x), 0));
+    ImGui::Begin("reading", nullptr, kFixed);
+    ImGui::Text("Reading %s", file.c_str());
+    ImGui::ProgressBar(share);
+    ImGui::End();
+}
+
 void buildPanels(const Scene& scene, ViewState& state, const ViewFigures& figures, const Rectangle& picture,
                  float unit) {
     drawOverlays(scene, state, picture);

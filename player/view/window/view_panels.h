@@ -20,6 +20,9 @@ struct ViewFigures {
 void buildPanels(const Scene& scene, ViewState& state, const ViewFigures& figures, const Rectangle& picture,
                  float unit);
 
+// Draws a bar while a file is read; `share` lies in [0, 1].
+void buildReadingPanel(const std::string& file, float share, float unit);
+
 // Draws a slider for each morph target of the selected character.
 void morphPanel(const Scene& scene, ViewState& state);
 
