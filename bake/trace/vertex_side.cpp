@@ -33,6 +33,9 @@ VertexFans makeFans(std::span<const Triangle> triangles, std::size_t vertices) {
 }
 
 namespace {
+
+constexpr double kNearlyInFace = 1e-6;  // a squared sine
+
 // A triangle as the vertex sees it: a sector of the directions between two of its edges.
 struct Sector {
     std::array<std::uint32_t, 2> corners;  // the other two vertices of the triangle
@@ -111,12 +114,16 @@ Vec3 directionToSide(const VertexFans& fans, std::span<const Vec3> positions, st
         most = found;
         best = direction;
     };
+    Vec3d sum;
     for (const Sector& a : sectors) {
+        sum += a.normal;
         consider(a.normal);
         for (const Sector& b : sectors)
             if (a.corners[1] == b.corners[0])
                 if (const Vec3d mean = normalized(a.normal + b.normal); dot(mean, mean) > 0) consider(mean);
     }
+    // Where three faces meet in a corner the other candidates lie in the third face.
+    if (const Vec3d mean = normalized(sum); most < kNearlyInFace && dot(mean, mean) > 0) consider(mean);
     return toFloat(best);
 }
 

@@ -218,6 +218,8 @@ void convertPrimitive(Importer& importer, const tinygltf::Node& node, int our_no
     noteEffects(importer, primitive, our_node);
     if (node.skin >= 0) readInfluences(importer, primitive, where, part);
     readMorphTargets(importer.file, node, primitive, where, part);
+    noteTargets(primitive, importer.file.path, importer.source.nodes[std::size_t(our_node)].name,
+                importer.source.notes);
     countTargets(importer, part);
     importer.source.parts.push_back(std::move(part));
 }
@@ -252,7 +254,11 @@ void convertMeshes(Importer& importer) {
             importer.fail(where + ": its skin does not exist");
         const std::vector<Matrix> instances = placesOf(importer, n, where);
         for (const tinygltf::Primitive& primitive : model.meshes[std::size_t(node.mesh)].primitives) {
-            if (primitive.mode < TINYGLTF_MODE_TRIANGLES) continue;  // points and lines cast no shadow
+            if (primitive.mode < TINYGLTF_MODE_TRIANGLES) {
+                importer.source.notes.push_back({importer.file.path.string(), nodeName(model, n), "points or lines",
+                                                 "they are not drawn, and cast no shadow"});
+                continue;
+            }
             if (primitive.mode > TINYGLTF_MODE_TRIANGLE_FAN)
                 importer.fail(where + ": has a primitive of an unknown mode");
             convertPrimitive(importer, node, importer.node_of_file_node[n], primitive, where);
@@ -389,6 +395,7 @@ RigSource readGltf(const std::filesystem::path& path) {
     importer.source.file = path;
     importer.source.files_read = importer.file.files_read;
     importer.source.notes = std::move(importer.file.notes);
+    noteExtensions(importer.file, importer.source.notes);
     convertNodes(importer);
     convertSkins(importer);
     convertMeshes(importer);

@@ -78,5 +78,8 @@ void readPartColor(const GltfFile& file, const tinygltf::Primitive& primitive, c
 constexpr std::size_t kMaxTargetVertices = std::size_t(1) << 26;  // 800 MB
 void readMorphTargets(const GltfFile& file, const tinygltf::Node& node, const tinygltf::Primitive& primitive,
                       const std::string& where, SourcePart& part);
+// Notes what the morph targets of a primitive change that stays as it is at rest here.
+void noteTargets(const tinygltf::Primitive& primitive, const std::filesystem::path& file, const std::string& node,
+                 std::vector<RigNote>& notes);
 
 }  // namespace penumbra

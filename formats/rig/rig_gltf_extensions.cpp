@@ -2,6 +2,8 @@
 // JSON, since tinygltf gets a document without extensions.
 #include "formats/rig/rig_gltf_extensions.h"
 
+#include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -251,6 +253,33 @@ SourcePart movedPart(const SourcePart& part, const Matrix& to_node) {
     if (mirrored)
         for (Triangle& t : out.triangles) std::swap(t[1], t[2]);
     return out;
+}
+
+namespace {
+
+// Extensions that are read, or that change nothing of shapes and movements. Materials have notes of their own.
+bool changesNothing(const std::string& extension) {
+    constexpr std::array kBeginnings = {
+        "KHR_materials_", "KHR_texture_",        "EXT_texture_",        "KHR_mesh_quantization", "KHR_draco_mesh_",
+        "EXT_meshopt_",   "KHR_meshopt_",        "KHR_node_visibility", "KHR_animation_",        "MSFT_lod",
+        "MSFT_texture",   "MSFT_screencoverage", "EXT_mesh_gpu_",       "KHR_lights_",           "EXT_lights_",
+        "KHR_xmp",        "KHR_techniques_",     "KHR_audio",           "EXT_mesh_features",     "EXT_structural_meta",
+        "VRMC_vrm",       "VRMC_materials_"};
+    return std::any_of(kBeginnings.begin(), kBeginnings.end(),
+                       [&](const char* beginning) { return extension.starts_with(beginning); });
+}
+
+}  // namespace
+
+void noteExtensions(const GltfFile& file, std::vector<RigNote>& notes) {
+    for (const std::string& extension :
+         std::set<std::string>(file.model.extensionsUsed.begin(), file.model.extensionsUsed.end())) {
+        const bool springs = extension == "VRM" || extension == "VRMC_springBone";
+        if (!changesNothing(extension))
+            notes.push_back({file.path.string(), "", cleanText(extension),
+                             springs ? "springs of hair and cloth do not swing: bake clips that have them"
+                                     : "it is not read; what it draws or moves is left out"});
+    }
 }
 
 }  // namespace penumbra

@@ -26,8 +26,11 @@ std::vector<GltfNodeExtensions> readNodeExtensions(const std::filesystem::path& 
 // path of a plain channel. All other channels with a pointer are taken out, with a note for each property.
 std::vector<RigNote> resolvePointers(const std::filesystem::path& path, nlohmann::json& document);
 
-enum class Drawn : std::uint8_t { kNo, kHidden, kYes };
+// Notes the extensions of a file that are not read and may change what it shows.
 struct GltfFile;
+void noteExtensions(const GltfFile& file, std::vector<RigNote>& notes);
+
+enum class Drawn : std::uint8_t { kNo, kHidden, kYes };
 // Returns for each node whether the scene that the file shows has it: that of "scene", or else the first one, or else
 // all nodes. Lower levels of detail and invisible nodes are hidden, with all that is below them.
 std::vector<Drawn> drawnNodes(const GltfFile& file);

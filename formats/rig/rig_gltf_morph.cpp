@@ -1,4 +1,6 @@
 // Reads morph targets of glTF (glTF 2.0, section 3.7.2.2).
+#include <set>
+
 #include "formats/common/errors.h"
 #include "formats/rig/rig_build.h"
 #include "formats/rig/rig_gltf.h"
@@ -53,6 +55,16 @@ void readMorphTargets(const GltfFile& file, const tinygltf::Node& node, const ti
         part.targets.push_back(readTarget(file, primitive.targets[t], "POSITION", what, vertices));
         part.target_normals.push_back(readTarget(file, primitive.targets[t], "NORMAL", what + " NORMAL", vertices));
     }
+}
+
+void noteTargets(const tinygltf::Primitive& primitive, const std::filesystem::path& file, const std::string& node,
+                 std::vector<RigNote>& notes) {
+    std::set<std::string> others;
+    for (const auto& target : primitive.targets)
+        for (const auto& [attribute, accessor] : target)
+            if (attribute.starts_with("COLOR_") || attribute.starts_with("TEXCOORD_")) others.insert(attribute);
+    for (const std::string& attribute : others)
+        notes.push_back({file.string(), node, "morph targets of " + attribute, "it stays as it is at rest"});
 }
 
 }  // namespace penumbra

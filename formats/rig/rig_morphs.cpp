@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "formats/common/errors.h"
 #include "formats/rig/rig_build.h"
@@ -60,11 +61,60 @@ bool driveAlike(const RigSource& source, const NodeTarget& a, const NodeTarget& 
     return true;
 }
 
-// Returns how many morph targets a node's mesh has.
-std::size_t targetsOf(const RigSource& source, int node) {
+// Returns a part of a node's mesh that has morph targets, or nothing.
+const SourcePart* partWithTargets(const RigSource& source, int node) {
     for (const SourcePart& part : source.parts)
-        if (part.node == node && !part.targets.empty()) return part.targets.size();
-    return 0;
+        if (part.node == node && !part.targets.empty()) return &part;
+    return nullptr;
+}
+
+constexpr std::size_t kNoTarget = std::size_t(-1);
+
+// Tells whether each target has a name of its own.
+bool haveNames(const SourcePart& part) {
+    const std::set<std::string> names(part.target_names.begin(), part.target_names.end());
+    return names.size() == part.targets.size() && !names.contains("");
+}
+
+// Returns for each target of `to` the one of `from` that drives it: that of the same name where both files name all,
+// else that of the same number where there are equally many. Empty: none is driven.
+std::vector<std::size_t> drivers(const SourcePart* from, const SourcePart* to) {
+    std::vector<std::size_t> out;
+    if (!from || !to) return out;
+    const bool named = haveNames(*from) && haveNames(*to);
+    if (!named && from->targets.size() != to->targets.size()) return out;
+    for (std::size_t t = 0; t < to->targets.size(); ++t) {
+        const auto& names = from->target_names;
+        const auto at = named ? std::find(names.begin(), names.end(), to->target_names[t]) : names.end();
+        out.push_back(!named ? t : at == names.end() ? kNoTarget : std::size_t(at - names.begin()));
+    }
+    if (std::all_of(out.begin(), out.end(), [](std::size_t t) { return t == kNoTarget; })) out.clear();
+    return out;
+}
+
+// Returns the weights of a channel in the order of the targets that they drive; what none drives keeps its rest weight.
+std::vector<float> drivenValues(const MorphChannel& channel, std::size_t targets, const SourcePart& to,
+                                std::span<const std::size_t> driver) {
+    const std::size_t rows = channel.values.size() / targets;
+    const bool cubic = channel.interpolation == Interpolation::kCubicSpline;
+    std::vector<float> out;
+    for (std::size_t row = 0; row < rows; ++row)
+        for (std::size_t t = 0; t < driver.size(); ++t) {
+            const bool tangent = cubic && row % 3 != 1;
+            out.push_back(driver[t] != kNoTarget ? channel.values[row * targets + driver[t]]
+                          : tangent              ? 0
+                                                 : float(to.rest_weights[t]));
+        }
+    return out;
+}
+
+// The names of the targets that drive nothing.
+std::string idleTargets(const SourcePart& from, std::span<const std::size_t> driver) {
+    std::string names;
+    for (std::size_t t = 0; t < from.targets.size(); ++t)
+        if (std::find(driver.begin(), driver.end(), t) == driver.end())
+            names += (names.empty() ? "'" : ", '") + from.target_names[t] + "'";
+    return names;
 }
 
 // "NAME.x" would be a coordinate of a point, as inputs have them (input_table.h).
@@ -126,17 +176,24 @@ bool addWeightChannels(const RigSource& from, int clip, const std::map<std::stri
         if (channel.clip != clip) continue;
         const std::string& name = from.nodes[std::size_t(channel.node)].name;
         const auto node = node_of_name.find(name);
-        const std::size_t count = targetsOf(from, channel.node);
-        if (node == node_of_name.end() || targetsOf(rig, node->second) != count) {
-            rig.notes.push_back({from.file.string(), name,
-                                 "morph weights of clip '" + from.clips[std::size_t(clip)].name + "'",
-                                 "they move nothing, as " + rig.file.string() + " has no node of this name with " +
-                                     std::to_string(count) + " morph targets"});
+        const SourcePart* source = partWithTargets(from, channel.node);
+        const SourcePart* target = node == node_of_name.end() ? nullptr : partWithTargets(rig, node->second);
+        const std::vector<std::size_t> driver = drivers(source, target);
+        const std::string feature = "morph weights of clip '" + from.clips[std::size_t(clip)].name + "'";
+        if (driver.empty()) {
+            rig.notes.push_back({from.file.string(), name, feature,
+                                 "they move nothing, as " + rig.file.string() +
+                                     " has no node of this name whose morph targets have the same names, or are "
+                                     "equally many"});
             continue;
         }
+        if (const std::string idle = idleTargets(*source, driver); !idle.empty())
+            rig.notes.push_back({from.file.string(), name, feature,
+                                 "the target of these names is not there, and they move nothing: " + idle});
         rig.morphs.push_back(channel);
         rig.morphs.back().clip = int(rig.clips.size());
         rig.morphs.back().node = node->second;
+        rig.morphs.back().values = drivenValues(channel, source->targets.size(), *target, driver);
         any = true;
     }
     return any;

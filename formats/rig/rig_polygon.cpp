@@ -19,16 +19,20 @@ namespace penumbra {
 namespace {
 
 constexpr std::size_t kMaxCorners = 512;  // more are cut as a fan
+constexpr float kStraight = 1e-3f;        // radians that rounding of floats bends a line by
 constexpr double kOnLine = 1e-7;          // the sine of an angle that rounding of floats makes
 
-// Cuts four corners from the one that points inwards, or else from the first.
+// Cuts four corners from the one that points inwards or is on a line, or else from the first.
 void cutQuad(std::span<const Vec3> points, std::span<const std::uint32_t> c, std::vector<Triangle>& out) {
     std::size_t start = 0;
     for (std::size_t i = 0; i < 4 && start == 0; ++i) {
         const Vec3 at = points[c[i]];
         const Vec3 before = normalized(points[c[(i + 3) % 4]] - at), across = normalized(points[c[(i + 2) % 4]] - at),
                    after = normalized(points[c[(i + 1) % 4]] - at);
-        if (std::acos(dot(before, across)) + std::acos(dot(after, across)) > 3.14159265f) start = i;
+        if (std::acos(std::clamp(dot(before, across), -1.0f, 1.0f)) +
+                std::acos(std::clamp(dot(after, across), -1.0f, 1.0f)) >
+            3.14159265f - kStraight)
+            start = i;
     }
     out.push_back({c[start], c[(start + 1) % 4], c[(start + 2) % 4]});
     out.push_back({c[start], c[(start + 2) % 4], c[(start + 3) % 4]});

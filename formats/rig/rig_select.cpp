@@ -21,11 +21,23 @@ std::string slotName(const RigSource& source, const SourcePart& part) {
     return source.nodes[std::size_t(part.node)].name + "/" + part.material;
 }
 
+// Tells whether a slot, or a node with a mesh at or below it, has the very name of a pattern. Then it is no glob.
+bool isName(const RigSource& source, const std::string& pattern) {
+    return std::any_of(source.parts.begin(), source.parts.end(), [&](const SourcePart& part) {
+        if (pattern == slotName(source, part)) return true;
+        for (int n = part.node; n >= 0; n = source.nodes[std::size_t(n)].parent)
+            if (pattern == source.nodes[std::size_t(n)].name) return true;
+        return false;
+    });
+}
+
 // A pattern means a part by its slot, or by a node above it.
 bool means(const RigSource& source, const SourcePart& part, const std::string& pattern) {
-    if (matches(pattern, slotName(source, part))) return true;
+    const bool literal = isName(source, pattern);
+    const auto fits = [&](const std::string& name) { return literal ? pattern == name : matches(pattern, name); };
+    if (fits(slotName(source, part))) return true;
     for (int n = part.node; n >= 0; n = source.nodes[std::size_t(n)].parent)
-        if (matches(pattern, source.nodes[std::size_t(n)].name)) return true;
+        if (fits(source.nodes[std::size_t(n)].name)) return true;
     return false;
 }
 

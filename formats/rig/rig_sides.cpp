@@ -77,6 +77,12 @@ struct Surface {
     bool hidden() const { return double_holes < kHidden * double_area; }
 };
 
+// The sum of a rim's points, weighted by length.
+struct RimMiddle {
+    Vec3d sum;
+    double length = 1e-300;
+};
+
 // Returns the surface of each place, by the name of the group that the place is in.
 std::map<std::uint32_t, Surface> surfacesOf(const Mesh& mesh, const std::vector<std::uint32_t>& places,
                                             Groups& groups) {
@@ -97,14 +103,24 @@ std::map<std::uint32_t, Surface> surfacesOf(const Mesh& mesh, const std::vector<
     eachEdge([&](std::uint32_t a, std::uint32_t b) {
         if (uses[key(a, b)] == 1) rims.join(places[a], places[b]);
     });
-    std::map<std::uint32_t, Vec3d> holes;
-    eachEdge([&](std::uint32_t a, std::uint32_t b) {
-        if (uses[key(a, b)] != 1) return;
-        const std::uint32_t rim = rims.of(places[a]);
-        const Vec3d origin = toDouble(mesh.rest_positions[0]);
-        holes[rim] += cross(toDouble(mesh.rest_positions[a]) - origin, toDouble(mesh.rest_positions[b]) - origin);
+    // A hole is as large as the fan from the middle of its rim. The area of the vector of a rim would not do: the two
+    // ends of a slit tube have one rim, and their vectors cancel.
+    std::map<std::uint32_t, RimMiddle> middles;
+    const auto eachRimEdge = [&](const auto& visit) {
+        eachEdge([&](std::uint32_t a, std::uint32_t b) {
+            if (uses[key(a, b)] == 1)
+                visit(rims.of(places[a]), toDouble(mesh.rest_positions[a]), toDouble(mesh.rest_positions[b]));
+        });
+    };
+    eachRimEdge([&](std::uint32_t rim, Vec3d a, Vec3d b) {
+        const double span = length(b - a);
+        middles[rim].sum += (a + b) * (0.5 * span);
+        middles[rim].length += span;
     });
-    for (const auto& [rim, area] : holes) surfaces[groups.of(rim)].double_holes += length(area);
+    eachRimEdge([&](std::uint32_t rim, Vec3d a, Vec3d b) {
+        const Vec3d middle = middles[rim].sum * (1 / middles[rim].length);
+        surfaces[groups.of(rim)].double_holes += length(cross(a - middle, b - middle));
+    });
     return surfaces;
 }
 

@@ -332,7 +332,7 @@ void dropUnused(const SplitVertices& split, std::span<const std::uint32_t> place
 }
 
 // Returns the rest normals [V]: points that differ in their slot alone have one.
-std::vector<Vec3> smoothNormals(const SplitVertices& split, const PointNumbers& numbers, const Mesh& mesh) {
+std::vector<Vec3> smoothNormals(SplitVertices split, const PointNumbers& numbers, const Mesh& mesh) {
     std::vector<std::uint32_t> of_joint(numbers.joint.size(), PointGrid::kNone), first(mesh.vertexCount());
     for (std::size_t v = 0; v < numbers.joint.size(); ++v) {
         if (!numbers.used[v]) continue;
@@ -345,6 +345,8 @@ std::vector<Vec3> smoothNormals(const SplitVertices& split, const PointNumbers& 
     joined.triangles = trianglesOfPlaces(mesh.triangles, first);
     std::vector<std::uint32_t> point_of_vertex;
     for (const std::uint32_t point : numbers.point) point_of_vertex.push_back(first[point]);
+    // A vertex that no triangle uses has no say in the normal of the point that it was given.
+    for (std::size_t v = 0; v < numbers.used.size(); ++v) split.from_file[v] = split.from_file[v] && numbers.used[v];
     std::vector<Vec3> normals = restNormals(split, point_of_vertex, joined);
     for (std::size_t p = 0; p < normals.size(); ++p) normals[p] = normals[first[p]];
     return normals;
