@@ -151,4 +151,20 @@ FilePicture readFaces(std::span<const std::filesystem::path, 6> files, const Pic
     return cross;
 }
 
+FilePicture readLightPicture(std::span<const std::filesystem::path> paths, const PictureOptions& options) {
+    const std::string name = paths.front().string();
+    if (paths.size() > 1) {
+        if (paths.size() != 6)
+            throw InvalidInput(name + ": a light is one picture, or six that are the faces of a cube; " +
+                               std::to_string(paths.size()) + " are named");
+        if (!options.layout.empty() && options.layout != "cube")
+            throw BadOption("layout", "six pictures are the faces of a cube, not " + options.layout);
+        return readFaces(orderFaceFiles(paths), options);
+    }
+    if (options.layout == "cube")
+        if (const auto faces = findFaceFiles(paths.front())) return readFaces(*faces, options);
+    const std::unique_ptr<PictureRows> rows = openPicture(openBytes(paths.front()), name, options);
+    return readFilePicture(*rows, name, options);
+}
+
 }  // namespace penumbra

@@ -27,4 +27,8 @@ std::array<std::filesystem::path, 6> orderFaceFiles(std::span<const std::filesys
 // and InvalidInput, which names the file that differs.
 FilePicture readFaces(std::span<const std::filesystem::path, 6> files, const PictureOptions& options);
 
+// Reads one picture, or six files that are the faces of a cube: six paths, or the path of one of them with the layout
+// cube. Throws InvalidInput for another number of paths, and BadOption for six with another layout.
+FilePicture readLightPicture(std::span<const std::filesystem::path> paths, const PictureOptions& options);
+
 }  // namespace penumbra

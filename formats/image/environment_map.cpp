@@ -308,24 +308,12 @@ std::vector<std::filesystem::path> filesOfPicture(const std::filesystem::path& p
 }
 
 EnvironmentMap readEnvironmentMap(const std::filesystem::path& path, const PictureOptions& options) {
-    return readEnvironmentMap(filesOfPicture(path, options), options);
+    return readEnvironmentMap({&path, 1}, options);
 }
 
 EnvironmentMap readEnvironmentMap(std::span<const std::filesystem::path> paths, const PictureOptions& options) {
     assert(!paths.empty());
-    if (paths.size() > 1) {
-        if (paths.size() != 6)
-            throw InvalidInput(paths.front().string() +
-                               ": a light is one picture, or six that are the faces of a cube; " +
-                               std::to_string(paths.size()) + " are named");
-        if (!options.layout.empty() && options.layout != "cube")
-            throw BadOption("layout", "six pictures are the faces of a cube, not " + options.layout);
-        const auto files = orderFaceFiles(paths);
-        return makeEnvironmentMap(readFaces(files, options), "cube", files[0].string());
-    }
-    const std::string name = paths.front().string();
-    const std::unique_ptr<PictureRows> rows = openPicture(openBytes(paths.front()), name, options);
-    return makeEnvironmentMap(readFilePicture(*rows, name, options), options.layout, name);
+    return makeEnvironmentMap(readLightPicture(paths, options), options.layout, paths.front().string());
 }
 
 }  // namespace penumbra

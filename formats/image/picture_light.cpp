@@ -7,6 +7,7 @@
 
 #include "formats/common/light_picture.h"
 #include "formats/common/write_file.h"
+#include "formats/image/cube_faces.h"
 #include "formats/image/factor_light.h"
 #include "formats/image/project_rows.h"
 
@@ -123,6 +124,26 @@ std::optional<PictureLight> readBands(PictureRows& rows, const PictureLightChoic
     return light;
 }
 
+// Makes the light of a whole picture. Ringing of compression overshoots and undershoots by the same flux, which cancels
+// in sums: where pixels below 0 were mended for the suns and the small picture, the projection is still that of the
+// file's own pixels.
+PictureLight makePictureLight(FilePicture picture, const PictureOptions& options, const std::string& name, int order) {
+    const bool below = std::ranges::any_of(picture.image.pixels, [](Vec3 p) { return std::min({p.x, p.y, p.z}) < 0; });
+    FilePicture kept;
+    if (below) kept = picture;
+    PictureLight light;
+    light.map = makeEnvironmentMap(std::move(picture), options.layout, name);
+    light.shape = light.map.shape();
+    if (light.map.negative_pixels == 0) return light;
+    EnvironmentMap unmended;
+    unmended.layout = light.map.layout;
+    const bool same_shape = kept.image.width == light.map.image.width;
+    unmended.image = same_shape ? std::move(kept.image) : crossOfStrip(kept.image);
+    convertColors(kept.info.to_rec709, unmended.image);
+    light.whole = projectMap(unmended, std::max(order, kFactorOrder), 0);
+    return light;
+}
+
 }  // namespace
 
 MapProjection PictureLight::project(int order, int threads) const {
@@ -142,10 +163,7 @@ PictureLight readPictureLight(std::span<const std::filesystem::path> paths, cons
             isLatLongMap({info.width, info.height}, options.layout, info.layout))
             if (std::optional<PictureLight> light = readBands(*rows, choice)) return std::move(*light);
     }
-    PictureLight light;
-    light.map = paths.size() == 1 ? readEnvironmentMap(paths.front(), options) : readEnvironmentMap(paths, options);
-    light.shape = light.map.shape();
-    return light;
+    return makePictureLight(readLightPicture(paths, options), options, paths.front().string(), choice.order);
 }
 
 }  // namespace penumbra

@@ -24,11 +24,13 @@ struct PictureLightChoice {
 };
 
 struct PictureLight {
-    EnvironmentMap map;                  // the picture, or the means of its boxes
-    MapShape shape;                      // of the picture in the file
-    std::optional<MapProjection> whole;  // of that picture, where map has boxes; of kFactorOrder or more
+    EnvironmentMap map;  // the picture, or the means of its boxes
+    MapShape shape;      // of the picture in the file
+    // The projection of the file's own pixels where map has boxes or was mended (negative_radiance.h): of kFactorOrder
+    // or more.
+    std::optional<MapProjection> whole;
 
-    // Returns the projection of the picture; 1 <= order, and at most the one that was chosen where map has boxes.
+    // Returns the projection of the picture; 1 <= order, and at most the one that was chosen where `whole` is set.
     MapProjection project(int order, int threads) const;
 };
 

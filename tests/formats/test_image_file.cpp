@@ -139,7 +139,7 @@ TEST(ImageFile, HdrFlipsAndExposure) {
     EXPECT_THROW(reds("-Y 99999 +X 2"), InvalidInput);
     EXPECT_THROW(reds("-Y 2"), InvalidInput);
     EXPECT_THROW(reds("-Y 2 +X 2", "EXPOSURE=0\n"), InvalidInput);
-    EXPECT_THROW(reds("-Y 2 +X 2", "FORMAT=32-bit_rle_xyze\n"), Unsupported);
+    EXPECT_THROW(reds("-Y 2 +X 2", "FORMAT=32-bit_rle_cmyk\n"), Unsupported);
 }
 
 TEST(ImageFile, BadFilesAreNamed) {
