@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "formats/brdf/fit_slices.h"
 #include "formats/common/errors.h"
 #include "formats/common/options.h"
 #include "formats/common/warning.h"
@@ -146,10 +147,23 @@ void checkNames(const std::vector<File>& files, const std::vector<fs::path>& pat
                                    "\": penumbra-fit " + verb + " --name gives one another name");
 }
 
+// The looks of an asset as they are read.
+struct Looks {
+    std::vector<BrdfFile> brdfs;
+    std::vector<LightFile> lights;
+
+    // Slices need the bands of the light: more see nothing, and fewer blur what a glossy surface reflects.
+    int bands() const {
+        int most = SliceOrders().slice_order;
+        for (const LightFile& light : lights) most = std::max(most, light.order);
+        return most;
+    }
+};
+
 // Adds the materials that the source file describes, says them, and returns those of the slots of the mesh. Without a
 // mesh they are those of the whole file.
 std::vector<std::string> addSourceMaterials(const AssetCommand& command, const Mesh* mesh, const CommonOptions& common,
-                                            Report& report, std::vector<BrdfFile>& brdfs) {
+                                            Report& report, Looks& given) {
     report.phase("materials");
     const SourceLooks looks = readSourceLooks(command.materials_of);
     report.willRead(looks.files_read);
@@ -157,7 +171,7 @@ std::vector<std::string> addSourceMaterials(const AssetCommand& command, const M
     if (mesh && slots.empty()) slots.emplace_back();
     SourceMaterials made;
     try {
-        made = materialsOf(looks, slots, common.threads);
+        made = materialsOf(looks, slots, given.bands(), common.threads);
     } catch (const InvalidInput& error) {
         throw InvalidInput(command.materials_of.string() + ": " + error.what());
     }
@@ -167,7 +181,8 @@ std::vector<std::string> addSourceMaterials(const AssetCommand& command, const M
         if (!common.quiet) std::printf("  %s\n", line.c_str());
     report.figures["slots"] = made.said;
     for (BrdfFile& brdf : made.materials)
-        if (std::ranges::find(brdfs, brdf.name, &BrdfFile::name) == brdfs.end()) brdfs.push_back(std::move(brdf));
+        if (std::ranges::find(given.brdfs, brdf.name, &BrdfFile::name) == given.brdfs.end())
+            given.brdfs.push_back(std::move(brdf));
     return mesh && mesh->slots.empty() ? std::vector<std::string>() : std::move(made.of_slot);
 }
 
@@ -223,14 +238,15 @@ void runAsset(const AssetCommand& command, const CommonOptions& common, Report& 
     if (!(model && model->indirect))
         command.refuse({"--bounce-bytes"}, "needs a model with light that bounces (penumbra-fit indirect)");
     if (model && !command.blockers.empty()) options.blockers = readBlockersOf(*model, command.blockers);
-    std::vector<BrdfFile> brdfs;
-    std::vector<LightFile> lights;
+    Looks looks;
+    std::vector<BrdfFile>& brdfs = looks.brdfs;
+    std::vector<LightFile>& lights = looks.lights;
     for (const fs::path& path : command.brdfs) brdfs.push_back(readMaterial(path));
     for (const fs::path& path : command.lights) lights.push_back(readLight(path));
     checkNames(brdfs, command.brdfs, "brdf");
     checkNames(lights, command.lights, "light");
     if (!command.materials_of.empty())
-        options.slot_materials = addSourceMaterials(command, model ? &model->mesh : nullptr, common, report, brdfs);
+        options.slot_materials = addSourceMaterials(command, model ? &model->mesh : nullptr, common, report, looks);
     if (!model) {
         command.refuse({"--blockers", "--slot", "--precision", "--max-error", "--max-bytes-per-vertex"},
                        "needs a model");

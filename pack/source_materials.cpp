@@ -54,8 +54,8 @@ void addSlot(const SlotLook& of, PrincipledSlices& slices, SourceMaterials& out)
 
 }  // namespace
 
-SourceMaterials materialsOf(const SourceLooks& looks, std::span<const std::string> slots, int threads) {
-    PrincipledSlices slices({}, threads);
+SourceMaterials materialsOf(const SourceLooks& looks, std::span<const std::string> slots, int bands, int threads) {
+    PrincipledSlices slices({bands, bands}, threads);
     SourceMaterials out;
     out.warnings = looks.notes;
     std::vector<std::string> asked(slots.begin(), slots.end());

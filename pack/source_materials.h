@@ -17,7 +17,8 @@ struct SourceMaterials {
 };
 
 // `slots` are those of the mesh. Without any, the materials of all slots of the file are made, or that of the one part
-// of a mesh without slots. Throws InvalidInput for a damaged material that a slot has.
-SourceMaterials materialsOf(const SourceLooks& looks, std::span<const std::string> slots, int threads);
+// of a mesh without slots. Slices get `bands` bands over both directions. Throws InvalidInput for a damaged material
+// that a slot has.
+SourceMaterials materialsOf(const SourceLooks& looks, std::span<const std::string> slots, int bands, int threads);
 
 }  // namespace penumbra

@@ -18,18 +18,18 @@ constexpr double kMostEmission = 1e6;
 std::optional<double> numberOf(const aiMaterial& material, const char* key) {
     ai_real value = 0;
     if (material.Get(key, 0, 0, value) != AI_SUCCESS || !std::isfinite(value)) return std::nullopt;
-    return double(value);
+    return shortestOf(float(value));
 }
 
 std::optional<Vec3d> colorOf(const aiMaterial& material, const char* key, double most) {
     aiColor3D value;
     if (material.Get(key, 0, 0, value) != AI_SUCCESS) return std::nullopt;
-    const auto inRange = [most](float x) { return std::isfinite(x) ? std::clamp(double(x), 0.0, most) : 0.0; };
+    const auto inRange = [most](float x) { return std::isfinite(x) ? std::clamp(shortestOf(x), 0.0, most) : 0.0; };
     return Vec3d{inRange(value.r), inRange(value.g), inRange(value.b)};
 }
 
 // A Beckmann or GGX lobe is as wide as cos^s of the half vector where alpha^2 = 2 / (s + 2) (Walter 2007, section 5.2).
-double roughnessOf(double exponent) { return std::pow(2 / (std::max(exponent, 0.0) + 2), 0.25); }
+double roughnessOf(double exponent) { return shortestOf(float(std::pow(2 / (std::max(exponent, 0.0) + 2), 0.25))); }
 
 // Lambert's model has no highlight. Of Phong's only the width is taken, as its strength is no reflectance.
 void readClassic(const aiMaterial& material, SourceLook& look) {

@@ -46,18 +46,26 @@ struct LookReader {
 
 private:
     double inRange(const char* key, double value, double most) const {
-        if (value >= 0 && value <= most) return value;
+        if (value >= 0 && value <= most) return shortestOf(float(value));
         const double clamped = value > most ? most : 0;
         look.notes.push_back(std::string(key) + " is out of range; " + std::to_string(clamped) + " stands in");
         return clamped;
     }
 };
 
+// Returns a member that is an object, or an empty one where there is none.
+Json objectAt(const Json& from, const char* key) {
+    const auto found = from.find(key);
+    if (found == from.end()) return Json::object();
+    if (!found->is_object()) throw InvalidInput(std::string(key) + " is no object");
+    return *found;
+}
+
 constexpr double kMostFactor = 1, kMostSpecularColor = 1e3, kMostEmission = 1e6;
 
 // The defaults of glTF 2.0, section 5.22: white, metal and rough.
 void readMetallicRoughness(const LookReader& reader, const Json& material) {
-    const Json look = material.value("pbrMetallicRoughness", Json::object());
+    const Json look = objectAt(material, "pbrMetallicRoughness");
     Principled& out = reader.look.principled;
     out.color = reader.color(look, "baseColorFactor", {1, 1, 1}, kMostFactor);
     out.metallic = reader.number(look, "metallicFactor", 1, kMostFactor);
@@ -81,23 +89,20 @@ void readGlossiness(const LookReader& reader, const Json& extension) {
 
 void readExtensions(const LookReader& reader, const Json& extensions) {
     Principled& out = reader.look.principled;
-    if (const auto ior = extensions.find("KHR_materials_ior"); ior != extensions.end()) {
-        out.ior = reader.number(*ior, "ior", 1.5, 100);
-        if (out.ior > 0 && out.ior < 1) {
-            reader.look.notes.push_back("ior is out of range; 1 stands in");
-            out.ior = 1;
-        }
+    out.ior = reader.number(objectAt(extensions, "KHR_materials_ior"), "ior", out.ior, 100);
+    if (out.ior > 0 && out.ior < 1) {
+        reader.look.notes.push_back("ior is out of range; 1 stands in");
+        out.ior = 1;
     }
-    if (const auto specular = extensions.find("KHR_materials_specular"); specular != extensions.end()) {
-        out.specular = reader.number(*specular, "specularFactor", 1, kMostFactor);
-        out.specular_color = reader.color(*specular, "specularColorFactor", {1, 1, 1}, kMostSpecularColor);
-        reader.texture(*specular, "specularTexture", "specular");
-        reader.texture(*specular, "specularColorTexture", "specular color");
+    if (const Json specular = objectAt(extensions, "KHR_materials_specular"); !specular.empty()) {
+        out.specular = reader.number(specular, "specularFactor", 1, kMostFactor);
+        out.specular_color = reader.color(specular, "specularColorFactor", {1, 1, 1}, kMostSpecularColor);
+        reader.texture(specular, "specularTexture", "specular");
+        reader.texture(specular, "specularColorTexture", "specular color");
     }
-    double strength = 1;
-    if (const auto found = extensions.find("KHR_materials_emissive_strength"); found != extensions.end())
-        strength = reader.number(*found, "emissiveStrength", 1, kMostEmission);
-    out.emission *= strength;
+    out.emission *=
+        reader.number(objectAt(extensions, "KHR_materials_emissive_strength"), "emissiveStrength", 1, kMostEmission);
+    for (int c = 0; c < 3; ++c) out.emission[c] = shortestOf(float(out.emission[c]));
 }
 
 // A colour that a picture makes dark in most places must not light the whole surface.
@@ -108,11 +113,11 @@ void readEmission(const LookReader& reader, const Json& material) {
 
 void readAll(const LookReader& reader, const Json& material) {
     reader.look.material = cleanText(material.value("name", ""));
-    const Json extensions = material.value("extensions", Json::object());
+    const Json extensions = objectAt(material, "extensions");
     readEmission(reader, material);
     const bool glossy = extensions.contains(kGlossiness) && !material.contains("pbrMetallicRoughness");
     if (glossy) {
-        readGlossiness(reader, extensions.at(kGlossiness));
+        readGlossiness(reader, objectAt(extensions, kGlossiness));
         reader.look.notes.push_back(std::string(kGlossiness) + " is read as diffuse, specular color and roughness");
     } else {
         readMetallicRoughness(reader, material);

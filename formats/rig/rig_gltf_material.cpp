@@ -195,7 +195,11 @@ void readPartColor(const GltfFile& file, const tinygltf::Primitive& primitive, c
     const bool has_material = primitive.material >= 0 && std::size_t(primitive.material) < file.materials.size();
     if (has_material) material = file.materials[std::size_t(primitive.material)];
     part.color.material = material.color;
-    part.look = has_material ? material.look : readGltfLook(nlohmann::json::object());
+    part.look = material.look;
+    if (!has_material) {
+        part.look = readGltfLook(nlohmann::json::object());
+        part.look.notes.push_back("a part without a material: glTF's default stands in, a rough white metal");
+    }
     if (const auto color = primitive.attributes.find("COLOR_0"); color != primitive.attributes.end()) {
         const AccessorValues values = readAccessor(file, color->second, where + " COLOR_0");
         if ((values.components != 3 && values.components != 4) || values.count() != part.positions.size())

@@ -1,5 +1,7 @@
 #pragma once
 // How a source file describes the look of a material, as far as ours can say it (sh/brdf/principled.h).
+#include <array>
+#include <charconv>
 #include <string>
 #include <vector>
 
@@ -18,5 +20,15 @@ struct SourceLook {
 
     bool operator==(const SourceLook&) const = default;
 };
+
+// Returns the number with the fewest digits that is the same float: exporters print 0.8f as 0.800000011920929, which is
+// part of a material's name here.
+inline double shortestOf(float value) {
+    std::array<char, 32> text;
+    const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
+    double number = 0;
+    std::from_chars(text.data(), end, number);
+    return number;
+}
 
 }  // namespace penumbra

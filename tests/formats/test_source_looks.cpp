@@ -78,9 +78,7 @@ TEST(SourceLooks, GiveEverySlotItsOwn) {
     primitives[0]["material"] = 0;
     file.glb.json["materials"] = {{{"name", "Red"}, {"pbrMetallicRoughness", {{"baseColorFactor", {1, 0, 0, 1}}}}}};
     file.node("Body", mesh);
-    const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / "looks.glb";
-    const std::string bytes = file.glb.bytes();
-    writeWholeFile(path, std::as_bytes(std::span(bytes)));
+    const std::filesystem::path path = file.save("looks");
     const SourceLooks looks = readSourceLooks(path);
     ASSERT_EQ(looks.slots.size(), 2u);
     EXPECT_EQ(looks.slots[0].slot, "Body/Red");
@@ -91,6 +89,44 @@ TEST(SourceLooks, GiveEverySlotItsOwn) {
     EXPECT_THAT(looks.files_read, ElementsAre(path));
     EXPECT_THROW(readSourceLooks("looks.obj"), Unsupported);
     EXPECT_THROW(readSourceLooks("/no/such.glb"), IoError);
+}
+
+// A shiny and a dull part of one node, as Collada has them.
+constexpr const char* kCollada = R"(<?xml version="1.0" encoding="utf-8"?>
+<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+<asset><unit meter="1"/><up_axis>Y_UP</up_axis></asset>
+<library_effects><effect id="e"><profile_COMMON><technique sid="common"><phong>
+<emission><color>0.5 0.25 0 1</color></emission><diffuse><color>0.8 0.4 0.2 1</color></diffuse>
+<specular><color>0.5 0.5 0.5 1</color></specular><shininess><float>30</float></shininess>
+<transparency><float>0.5</float></transparency><index_of_refraction><float>1.4</float></index_of_refraction>
+</phong></technique></profile_COMMON></effect>
+<effect id="l"><profile_COMMON><technique sid="common"><lambert><diffuse><color>0.1 0.2 0.3 1</color></diffuse></lambert></technique></profile_COMMON></effect>
+</library_effects>
+<library_materials><material id="m" name="Shiny"><instance_effect url="#e"/></material><material id="n" name="Dull"><instance_effect url="#l"/></material></library_materials>
+<library_geometries><geometry id="g" name="G"><mesh>
+<source id="p"><float_array id="pa" count="12">0 0 0 1 0 0 0 1 0 0 0 1</float_array><technique_common><accessor source="#pa" count="4" stride="3"><param name="X" type="float"/><param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common></source>
+<vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
+<triangles material="s" count="1"><input semantic="VERTEX" source="#v" offset="0"/><p>0 1 2</p></triangles>
+<triangles material="t" count="1"><input semantic="VERTEX" source="#v" offset="0"/><p>0 1 3</p></triangles>
+</mesh></geometry></library_geometries>
+<library_visual_scenes><visual_scene id="vs"><node id="nd" name="Body"><instance_geometry url="#g"><bind_material><technique_common><instance_material symbol="s" target="#m"/><instance_material symbol="t" target="#n"/></technique_common></bind_material></instance_geometry></node></visual_scene></library_visual_scenes>
+<scene><instance_visual_scene url="#vs"/></scene>
+</COLLADA>
+)";
+
+TEST(SourceLooks, OfColladaMapWhatOursHas) {
+    const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / "looks.dae";
+    writeWholeFile(path, std::as_bytes(std::span(std::string_view(kCollada))));
+    const SourceLooks looks = readSourceLooks(path);
+    ASSERT_EQ(looks.slots.size(), 2u);
+    EXPECT_EQ(toString(looks.slots[0].look.principled),
+              "principled:color=0.8/0.4/0.2,metallic=0,roughness=0.5,ior=1.4,specular=1,emission=0.5/0.25/0")
+        << "(2 / (30 + 2))^(1/4) is 0.5";
+    EXPECT_THAT(looks.slots[0].look.notes,
+                ElementsAre(HasSubstr("specular color is not read"), HasSubstr("transparency is not read")));
+    EXPECT_EQ(toString(looks.slots[1].look.principled),
+              "principled:color=0.1/0.2/0.3,metallic=0,roughness=1,ior=1.5,specular=0");
+    EXPECT_THAT(looks.slots[1].look.notes, IsEmpty());
 }
 
 // What the importer of FBX and Collada sends from its own process is what it read.

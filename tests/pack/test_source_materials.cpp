@@ -26,7 +26,7 @@ SourceLooks twoLooks() {
 
 // The parts add up to the slices of the whole. Measured: 3e-4, as the grids of the whole settle at other sizes.
 TEST(SourceMaterials, HaveTheSlicesOfTheirSums) {
-    const SourceMaterials made = materialsOf(twoLooks(), {}, 1);
+    const SourceMaterials made = materialsOf(twoLooks(), {}, 5, 1);
     ASSERT_EQ(made.materials.size(), 2u) << "two slots share one";
     for (const BrdfFile& brdf : made.materials) {
         const BrdfSum sum = parseBrdfSum(brdf.name);
@@ -41,7 +41,7 @@ TEST(SourceMaterials, HaveTheSlicesOfTheirSums) {
 
 TEST(SourceMaterials, AreThoseOfTheMeshsSlots) {
     const std::vector<std::string> slots = {"Hat/Red", "Body/Gold", "Shoe/Black"};
-    const SourceMaterials made = materialsOf(twoLooks(), slots, 1);
+    const SourceMaterials made = materialsOf(twoLooks(), slots, 5, 1);
     EXPECT_THAT(made.of_slot, ElementsAre(made.materials[0].name, made.materials[1].name, ""));
     EXPECT_THAT(made.said, ElementsAre(HasSubstr("textures: base color, normal"), HasSubstr("metallic=1")));
     EXPECT_THAT(made.warnings, ElementsAre("material 'Gold': KHR_materials_clearcoat is not read",
@@ -57,14 +57,14 @@ TEST(SourceMaterials, DamageIsNamed) {
     SourceLooks looks = twoLooks();
     looks.slots[1].look.problem = "baseColorFactor has 2 numbers";
     try {
-        materialsOf(looks, {}, 1);
+        materialsOf(looks, {}, 5, 1);
         ADD_FAILURE();
     } catch (const InvalidInput& error) {
         EXPECT_THAT(error.what(), HasSubstr("slot 'Body/Gold': material 'Gold': baseColorFactor has 2 numbers"));
     }
     const std::vector<std::string> unharmed = {"Hat/Red"}, unknown = {"Coat/Blue"};
-    EXPECT_EQ(materialsOf(looks, unharmed, 1).materials.size(), 1u);
-    EXPECT_THROW(materialsOf(looks, unknown, 1), InvalidInput);
+    EXPECT_EQ(materialsOf(looks, unharmed, 5, 1).materials.size(), 1u);
+    EXPECT_THROW(materialsOf(looks, unknown, 5, 1), InvalidInput);
 }
 
 }  // namespace

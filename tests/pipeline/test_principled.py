@@ -15,11 +15,12 @@ from programs import BIN, good, refused
 
 METALNESS, ROUGHNESS = (0, 1), (0.1, 0.3, 0.6, 1)
 COLOR = [0.9, 0.5, 0.2]
-SPACING = 2.6  # between centers of spheres of radius 1
-LIGHTS = {"sky": "sky:elevation=40,turbidity=4", "room": "disc:direction=0.5/0.6/0.7,angle=60,radiance=3+uniform:radiance=0.4"}
-LOOK = ["--size", "336x176", "--camera", "yaw=0,pitch=0,fov=20,distance=32,target=0/0/0", "--exposure", 0.5]
-BOUND = 0.06  # at and above roughness .3
-BELOW = 0.35  # what roughness .1 has at most: its lobe is narrower than a light of 8 bands
+SPACING = 12  # between centers of spheres of radius 1, which must not see one another
+LIGHTS = {"sky": "sky:elevation=40,turbidity=4+uniform:radiance=0.3", "room": "disc:direction=0.5/0.6/0.7,angle=60,radiance=3+uniform:radiance=0.4"}
+LOOK = ["--size", "900x300", "--camera", "yaw=0,pitch=0,fov=5,distance=170,target=0/0/0", "--exposure", 0.4]
+# The largest error at roughness .1, .3, .6 and 1. Measured with the room's bands in both pictures, which shows the error
+# of the material alone, and with the whole sky, whose horizon is an edge that 8 bands blur: see docs/accuracy.md.
+BOUNDS = {"room": (0.08, 0.06, 0.06, 0.06), "sky": (0.13, 0.075, 0.06, 0.06)}
 
 
 def sphere(rings=24):
@@ -92,13 +93,16 @@ def linear(path):
 
 
 def errors(picture, truth):
-    """Returns the relative RMSE of every sphere, [metalness, roughness], over pixels that both cover fully."""
+    """Returns the relative RMSE of every sphere, [metalness, roughness], over pixels that both cover fully and show unclipped."""
     (ours, inside), (exact, other) = linear(picture), linear(truth)
     inside &= other
     for axis in (0, 1):
         for step in (-1, 1):
             inside &= np.roll(inside, step, axis)
-    assert inside.mean() > 0.3 and ours[inside].max() < 0.999, "the spheres fill the picture, and nothing is too bright"
+    assert inside.mean() > 0.01, "the spheres are in the picture"
+    bright = np.maximum(ours.max(-1), exact.max(-1)) > 0.999  # the sun in the smoothest spheres
+    assert bright[inside].mean() < 0.01, "little is too bright"
+    inside &= ~bright
     out = np.zeros((2, 4))
     for row, lines in enumerate(np.array_split(np.arange(inside.shape[0]), 2)):
         for column, columns in enumerate(np.array_split(np.arange(inside.shape[1]), 4)):
@@ -111,14 +115,14 @@ def errors(picture, truth):
 def check_light(name, spec):
     good("player", "render", "x.pnb", "--light", name, *LOOK, "-o", name + ".png")
     good("player", "render", "x.pnb", "--light", name, *LOOK, "--path", "glsl", "-o", name + ".gpu.png")
-    good("bake", "reference", "x.vis.h5", "--frame", 0, "--materials-of", "balls.glb", "--light", spec, "--samples", 300, *LOOK, "-o",
-         name + ".truth.png")
+    good("bake", "reference", "x.vis.h5", "--frame", 0, "--materials-of", "balls.glb", "--light", spec,
+         *(["--light-order", 8] if name == "room" else []), "--samples", 1000, *LOOK, "-o", name + ".truth.png")
     for path in ("", ".gpu"):
         table = errors(name + path + ".png", name + ".truth.png")
         for row, values in zip(METALNESS, table):
             print(f"{name + path:10} metalness {row}: " +
                   ", ".join(f"roughness {r}: {v:.3f}" for r, v in zip(ROUGHNESS, values)))
-        assert table[:, 1:].max() <= BOUND and table[:, 0].max() <= BELOW, (name, table)
+        assert (table <= BOUNDS[name]).all(), (name, table)
 
 
 def main():
