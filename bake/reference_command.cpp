@@ -15,7 +15,10 @@
 #include "formats/common/options.h"
 #include "formats/common/rest_in_scene.h"
 #include "formats/common/slot_choice.h"
+#include "formats/common/warning.h"
 #include "formats/image/exposure.h"
+#include "formats/rig/rig_surface.h"
+#include "formats/source/source_readers.h"
 #include "sh/light/light_rotation.h"
 #include "sh/sh_basis.h"
 
@@ -40,7 +43,7 @@ BrdfSource slotSource(const SlotChoice& choice) {
 }
 
 struct ReferenceCommand {
-    std::filesystem::path input, scene, output, tangents;
+    std::filesystem::path input, scene, output, tangents, materials_of;
     std::optional<double> time;  // of a scene, seconds
     std::string light, layout;   // light: a file or analytic lights; layout "": by the picture's shape
     BrdfSource brdf{.analytic_option = "brdf"};
@@ -57,7 +60,7 @@ struct ReferenceCommand {
 
     std::vector<std::filesystem::path> inputs() const {
         std::vector<std::filesystem::path> files = singleFilesOf(occluders);
-        files.insert(files.end(), {input, scene, tangents, albedo.table.value_or(""), isAnalytic(light) ? "" : light});
+        files.insert(files.end(), {input, scene, tangents, materials_of, albedo.table.value_or(""), isAnalytic(light) ? "" : light});
         std::vector<BrdfSource> sources = {brdf};
         for (const std::string& slot : slots) sources.push_back(slotSource(parseSlotChoice(slot)));
         for (const BrdfSource& source : sources)
@@ -169,6 +172,30 @@ EnvironmentLight readLightOf(const ReferenceCommand& command, const SceneFrame& 
     return light.turned(scene.light_rotation);
 }
 
+// Reads the materials of --materials-of with their pictures. Slots that --slot names keep those.
+std::optional<PictureSurface> picturesOf(const ReferenceCommand& command, const Mesh& mesh,
+                                         std::span<const std::uint16_t> brdf_of_vertex, Report& report) {
+    if (command.materials_of.empty()) return {};
+    RigOptions options;
+    if (mesh.two_sided) options.sides = RigSides::kFronts;
+    const std::string name = command.materials_of.string();
+    const Rig rig = readRig({command.materials_of}, options);
+    report.willRead(rig.files_read);
+    RigSurface read = surfaceOf(rig, name);
+    fitSurface(rig, mesh, name, read.surface);
+    for (const std::string& note : read.notes) reportWarning("penumbra-bake reference", note);
+    std::vector<std::uint16_t> slot_of_triangle;
+    std::vector<bool> has_own(read.surface.slots.size(), false);
+    for (const Triangle& triangle : mesh.triangles) {
+        slot_of_triangle.push_back(mesh.slot_of_vertex.empty() ? 0 : mesh.slot_of_vertex[triangle[0]]);
+        if (!brdf_of_vertex.empty() && brdf_of_vertex[triangle[0]] != 0) has_own[slot_of_triangle.back()] = true;
+    }
+    PictureSurface pictures(std::move(read.surface), std::move(slot_of_triangle), "", name);
+    for (std::size_t slot = 0; slot < has_own.size(); ++slot)
+        if (has_own[slot]) pictures.leaveOut(slot);
+    return pictures;
+}
+
 // Returns what the mesh reflects, as --albedo says or as the bake has it, and what it lets through in the bake.
 SurfaceColors colorsOf(const ReferenceCommand& command, const VisibilityHeader& header) {
     if (command.options.bounces == 0) return {};
@@ -249,6 +276,7 @@ void runReference(ReferenceCommand& command, const CommonOptions& common, Report
     }
     const ReferenceBlockers blockers = blockersOfFrame(header, index, command.input.string(), command.occluders);
     const std::vector<std::uint16_t> brdf_of_vertex = chooseSlots(command, header.mesh, common.threads);
+    const std::optional<PictureSurface> pictures = picturesOf(command, header.mesh, brdf_of_vertex, report);
     const EnvironmentLight light = readLightOf(command);
     const SurfaceColors colors = colorsOf(command, header);
     if (common.dry_run) {
@@ -268,6 +296,8 @@ void runReference(ReferenceCommand& command, const CommonOptions& common, Report
     input.back_of_vertex = blockers.other_side;
     input.albedo = colors.albedo;
     input.transmission = colors.transmission;
+    const PicturePart part{0, pictures ? &*pictures : nullptr};
+    if (pictures) input.pictures = {&part, 1};
     const Image image = renderReference(input, camera, light, command.options, common.threads, common.progress);
     report.phase("write");
     writePicture(command, common, image, report);
@@ -289,6 +319,10 @@ void defineReference(CLI::App& app, ReferenceCommand& command) {
         ->check(within<std::int64_t>(0, UINT32_MAX))
         ->excludes(scene);
     app.add_option("--brdf", command.brdf.analytic, "NAME[:key=value,...] (default: lambert)");
+    app.add_option("--materials-of", command.materials_of,
+                   "the rig of the bake: its materials with their pictures instead of --brdf")
+        ->excludes(scene)
+        ->excludes(app.get_option("--brdf"));
     app.add_option("--merl", command.brdf.merl, "measurements of the MERL database (.binary)");
     app.add_option("--table", command.brdf.table,
                    "scattered measurements (Cornell's .brdf), fits (.csv) or a Penumbra BRDF table");

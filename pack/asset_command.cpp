@@ -3,7 +3,10 @@
 
 #include "formats/common/errors.h"
 #include "formats/common/options.h"
+#include "formats/common/warning.h"
 #include "formats/common/write_file.h"
+#include "formats/rig/rig_surface.h"
+#include "formats/source/source_readers.h"
 #include "formats/stage/blocker_file.h"
 #include "formats/stage/stage_file_kind.h"
 #include "pack/material_section.h"
@@ -11,6 +14,7 @@
 #include "pack/pack_asset.h"
 #include "pack/pack_transfer.h"
 #include "pack/pack_verbs.h"
+#include "pack/surface_materials.h"
 
 namespace penumbra {
 
@@ -21,12 +25,16 @@ namespace fs = std::filesystem;
 constexpr Word<AssetPrecision> kPrecisionWords[] = {
     {"f32", AssetPrecision::kF32}, {"f16", AssetPrecision::kF16}, {"i8", AssetPrecision::kI8}};
 
+constexpr Word<std::optional<TextureStorage>> kTextureWords[] = {
+    {"embed", TextureStorage::kEmbed}, {"link", TextureStorage::kLink}, {"none", {}}};
+
 struct AssetCommand {
-    fs::path model, output, blockers;
+    fs::path model, output, blockers, materials_of;
     std::vector<fs::path> brdfs, lights;
     std::vector<std::string> slots;
     PackOptions options;
     std::string albedo;
+    std::optional<TextureStorage> textures;
     bool no_playback = false;
     const CLI::App* app = nullptr;
 
@@ -41,6 +49,7 @@ struct AssetCommand {
         all.insert(all.end(), brdfs.begin(), brdfs.end());
         all.insert(all.end(), lights.begin(), lights.end());
         all.push_back(blockers);
+        all.push_back(materials_of);
         return namedFiles(all);
     }
 };
@@ -55,6 +64,7 @@ std::string provenanceOf(const AssetCommand& command) {
     if (given.indirect_bytes_per_vertex) options["bounce_bytes"] = *given.indirect_bytes_per_vertex;
     if (command.no_playback) options["playback"] = false;
     if (!command.albedo.empty()) options["albedo"] = command.albedo;
+    if (command.textures) options["textures"] = wordOf(kTextureWords, command.textures);
     return toJson(makeProvenance("penumbra-pack asset", options.dump(), command.inputs()));
 }
 
@@ -146,9 +156,26 @@ SphereBlockers readBlockersOf(const Model& model, const fs::path& path) {
     return std::move(file.blockers);
 }
 
+// Reads the materials of the rig with their pictures.
+SurfaceLook readSurface(const AssetCommand& command, const Model& model, const CommonOptions& common, Report& report) {
+    RigOptions options;
+    if (model.mesh.two_sided) options.sides = RigSides::kFronts;
+    const std::string name = command.materials_of.string();
+    const Rig rig = readRig({command.materials_of}, options);
+    report.willRead(rig.files_read);
+    RigSurface read = surfaceOf(rig, name);
+    fitSurface(rig, model.mesh, name, read.surface);
+    report.willRead(storeTextures(*command.textures, command.output.parent_path(), name, read.surface));
+    for (const std::string& note : read.notes) reportWarning("penumbra-pack asset", note);
+    SurfaceLook look{std::move(read.surface), {}};
+    addSurfaceMaterials(look, common.threads);
+    return look;
+}
+
 // Packs a linear model of transfer. Without a material it gets one of --albedo.
 void runTransfer(const AssetCommand& command, const std::vector<SlotChoice>& slots, const CommonOptions& common,
                  Report& report) {
+    command.refuse({"--materials-of"}, command.model.string() + " has linear transfer, which is diffuse");
     command.refuse({"--max-error", "--max-bytes-per-vertex", "--bounce-bytes", "--no-playback", "--blockers"},
                    command.model.string() + " has linear transfer, whose size is that of its components");
     const TransferModel model = readTransfer(command.model);
@@ -200,12 +227,14 @@ void runAsset(const AssetCommand& command, const CommonOptions& common, Report& 
     if (!model) {
         command.refuse({"--blockers", "--slot", "--precision", "--max-error", "--max-bytes-per-vertex"},
                        "needs a model");
+        command.refuse({"--materials-of"}, "needs a model");
         const std::vector<std::byte> library = packLibrary(brdfs, lights, provenanceOf(command));
         if (!common.quiet)
             std::printf("%s: %zu materials, %zu lights\n", command.output.c_str(), brdfs.size(), lights.size());
         if (!common.dry_run) writeWholeFile(command.output, library);
         return;
     }
+    if (command.textures) options.surface = readSurface(command, *model, common, report);
     report.phase("quantise");
     const Packed packed = naming(command.model, [&] {
         return packAsset(*model, brdfs, lights, options, provenanceOf(command), common.threads);
@@ -241,6 +270,12 @@ void defineAsset(CLI::App& app, AssetCommand& command) {
         ->allow_extra_args(false);
     app.add_option("--blockers", command.blockers,
                    "X.blockers.h5 of penumbra-fit blockers: spheres that cast in the place of the character");
+    CLI::Option* materials = app.add_option("--materials-of", command.materials_of,
+                                            "RIG.glb of the bake: the materials of its parts");
+    addChoice(app, "--textures", command.textures, kTextureWords,
+              "the pictures of --materials-of: inside the asset, by the names of their files, or left out")
+        ->default_str("none")
+        ->needs(materials);
     app.add_option("--albedo", command.albedo,
                    "R/G/B of the one material of transfer that has no --brdf (default 0.8/0.8/0.8)")
         ->check(readableBy(parseAlbedo))

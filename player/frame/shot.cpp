@@ -112,6 +112,7 @@ void resolveShading(const RenderOptions& options, const AssetView& asset, Shot& 
     if (!options.brdf.empty())
         std::fill(shot.material_of_slot.begin(), shot.material_of_slot.end(),
                   findByName(asset.materials, options.brdf, "brdf"));
+    shot.surface = options.brdf.empty() && options.shading.reflectance == Reflectance::kSlices;
     for (const std::string& assignment : options.slots) assignMaterial(asset, assignment, shot);
     for (const std::string& assignment : options.parameters) setParameter(asset, assignment, shot);
     shot.light = findByName(asset.lights, options.light, "light");
@@ -217,6 +218,7 @@ ShadingSet shadingOf(const Shot& shot) {
     set.setLight(shot.light);
     set.setSuns(shot.suns);
     set.setBounces(shot.bounces);
+    set.setSurface(shot.surface);
     set.setLightRotation(shot.light_rotation);
     return set;
 }

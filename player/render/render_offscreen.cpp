@@ -53,7 +53,8 @@ void OffscreenRenderer::drawValues(const Panel& panel, PosedFrame& frame, const 
     if (at == value_painters_.end())
         at = value_painters_
                  .emplace(panel.channel, ValuePainter(asset_->mesh, panel.channel, Sides::kBoth,
-                                                      sunlit ? lobe_table_.models(lobes_) : 0))
+                                                      sunlit ? lobe_table_.models(lobes_) : 0,
+                                                      shading_ ? &*shading_ : nullptr))
                  .first;
     std::vector<Vec3> values = valuesOf(panel, frame, view.eye);
     const FrameVertices& vertices = sunlit ? frame.vertices(panel.source) : frame.skinned();
