@@ -330,7 +330,7 @@ std::vector<std::uint16_t> surfaceSlotMaterials(const Mesh& mesh, std::span<cons
     for (const SlotSurface& slot : options.surface->surface.slots)
         out.push_back(std::uint16_t(materials.size() + slot.materials.diffuse));
     const std::vector<std::string_view> slots(mesh.slots.begin(), mesh.slots.end());
-    const std::vector<std::uint16_t> chosen = slotMaterials(mesh, materials, options.slots);
+    const std::vector<std::uint16_t> chosen = slotMaterials(mesh, materials, options.slot_materials, options.slots);
     for (const SlotChoice& choice : options.slots)
         for (const std::size_t slot : findSlots(slots, choice.slot)) out[slot] = chosen[slot];
     if (mesh.slots.empty()) out.clear();
@@ -345,7 +345,8 @@ Packed packAsset(const Model& given, std::span<const BrdfFile> materials, std::s
     checkModel(given);
     checkLooks(given.mesh, materials);
     Model model = given;
-    Additions additions{materials, lights, slotMaterials(model.mesh, materials, options.slots), options.blockers};
+    Additions additions{materials, lights, slotMaterials(model.mesh, materials, options.slot_materials, options.slots),
+                        options.blockers};
     if (options.surface) {
         additions.surface = &*options.surface;
         additions.slot_material = surfaceSlotMaterials(model.mesh, materials, options);

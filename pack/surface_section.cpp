@@ -32,8 +32,7 @@ DrawnVertices numberVertices(const MeshSurface& surface, std::span<const Triangl
             for (std::size_t s = 0; s < sets; ++s) place[s] = surface.uv[s][3 * t + k];
             if (!known[vertex]) places[vertex] = place, known[vertex] = true;
             if (places[vertex] == place) continue;
-            const auto [at, is_new] =
-                copies.try_emplace({vertex, place}, std::uint32_t(out.seam_vertices.size()));
+            const auto [at, is_new] = copies.try_emplace({vertex, place}, std::uint32_t(out.seam_vertices.size()));
             if (is_new) out.seam_vertices.push_back(vertex), places.push_back(place);
             out.seam_corners.push_back(std::uint32_t(3 * t + k));
             out.seam_of_corner.push_back(at->second);
@@ -80,7 +79,6 @@ std::vector<fs::path> storeTextures(TextureStorage storage, const fs::path& fold
             texture.file.clear();
             continue;
         }
-        texture.bytes.clear();
         texture.file = fs::relative(texture.file, folder.empty() ? fs::path(".") : folder);
     }
     return files;
@@ -102,8 +100,8 @@ Offset<fbs::Surface> writeSurface(FlatBufferBuilder& builder, const SurfaceLook&
     std::vector<Offset<fbs::Texture>> textures;
     for (const SurfaceTexture& texture : surface.textures) textures.push_back(writeTexture(builder, texture));
     const auto texture_vector = builder.CreateVector(textures);
-    return fbs::CreateSurface(builder, seam_vertices, seam_corners, seam_of_corner,
-                              std::uint8_t(surface.uv.size()), uv, slots, texture_vector);
+    return fbs::CreateSurface(builder, seam_vertices, seam_corners, seam_of_corner, std::uint8_t(surface.uv.size()), uv,
+                              slots, texture_vector);
 }
 
 }  // namespace penumbra

@@ -20,8 +20,9 @@ struct SurfaceLook {
 };
 
 // Reads the files of the pictures into the surface (kEmbed), or makes their paths relative to `folder`, where the asset
-// will lie (kLink); pictures inside the rig are embedded in any case. Opens each once, so that none is missing or
-// damaged later. Returns the files. Throws the errors of readTexture(), after `name` of the rig.
+// will lie (kLink); pictures inside the rig are embedded in any case. All have their bytes afterwards. Opens each once,
+// so that none is missing or damaged later. Returns the files. Throws the errors of readTexture(), after `name` of the
+// rig.
 std::vector<std::filesystem::path> storeTextures(TextureStorage storage, const std::filesystem::path& folder,
                                                  const std::string& name, MeshSurface& surface);
 

@@ -66,6 +66,10 @@ Vec3d litFrom(const ReferenceScene& scene, const Corners& corners, const Surface
            toDouble(membrane.tau) * reflectedFrom(scene, behind, other, light, samples, seed + kOther);
 }
 
+Vec3d emissionOf(const ReferenceScene& scene, const Corners& corners, const ReferenceOptions& options) {
+    return options.emissions.empty() ? Vec3d{} : toDouble(options.emissions[materialAt(scene.input, corners)]);
+}
+
 // Returns what one camera ray sees at a point.
 Vec3d shade(const ReferenceScene& scene, const Corners& corners, const SurfacePoint& point,
             const EnvironmentLight& light, const ReferenceOptions& options, std::uint64_t seed) {
@@ -79,7 +83,7 @@ Vec3d shade(const ReferenceScene& scene, const Corners& corners, const SurfacePo
             return {v, v, v};
         }
         default:
-            return litFrom(scene, corners, point, light, samples, seed);
+            return litFrom(scene, corners, point, light, samples, seed) + emissionOf(scene, corners, options);
     }
 }
 

@@ -26,6 +26,8 @@ struct ReferenceOptions {
     // There is one for each BRDF, or none at all. Where one is set, the BRDF is a white Lambertian surface, and both
     // sides of a sheet are mixed.
     std::vector<std::optional<Membrane>> membranes = {};
+    // Radiance that a surface sends out by itself, for each BRDF, or none at all. It is seen, and lights nothing.
+    std::vector<Vec3> emissions = {};
     int width = 512, height = 512;        // pixels, each 1..16384
     int samples = 256;                    // shadow rays a pixel, 4..2^20, shared by its camera rays
     int camera_rays = 4;                  // a pixel, 1..64

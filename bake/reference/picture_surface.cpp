@@ -101,11 +101,9 @@ PointMaterial PictureSurface::materialAt(const SurfacePlace& at) const {
     const double metallic = double(slot.metallic) * metal[2];
     out.roughness = std::max(double(slot.roughness) * metal[1], kLeastRoughness);
     out.diffuse = base * (1 - metallic);
-    if (slot.materials.steps > 0) {
-        out.f0 = toDouble(slot.f0) * (1 - metallic) + base * metallic;
-        const double f90 = double(slot.f90) * (1 - metallic) + metallic;
-        out.f90 = {f90, f90, f90};
-    }
+    out.f0 = toDouble(slot.f0) * (1 - metallic) + base * metallic;
+    const double f90 = double(slot.f90) * (1 - metallic) + metallic;
+    out.f90 = {f90, f90, f90};
     out.emissive = color(slot.emissive, TextureRole::kEmissive);
     const double strength = double(slot.occlusion_strength);
     out.occlusion = 1 - strength + strength * look(at, TextureRole::kOcclusion)[0];

@@ -30,8 +30,8 @@ class PictureSurface {
 public:
     // Opens the pictures; a relative file lies in `folder`. `slot_of_triangle` [T]. `name` starts messages. Throws the
     // errors of decodeTexture() and readTexture().
-    PictureSurface(MeshSurface surface, std::vector<std::uint16_t> slot_of_triangle, const std::filesystem::path& folder,
-                   const std::string& name);
+    PictureSurface(MeshSurface surface, std::vector<std::uint16_t> slot_of_triangle,
+                   const std::filesystem::path& folder, const std::string& name);
 
     std::size_t triangles() const { return slot_of_triangle_.size(); }
     // From now on the slot has another material.

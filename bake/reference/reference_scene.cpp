@@ -39,11 +39,16 @@ ReferenceScene makeReferenceScene(const ReferenceFrame& input, const ReferenceOp
     parallelFor(brdfs.size(), threads, [&](std::size_t i) { materials[i] = sampledBrdf(brdfs[i]); });
     std::optional<PointBrdfs> point_brdfs;
     if (!input.pictures.empty()) point_brdfs.emplace(threads);
-    return {input,           scale,
-            std::move(positions), std::move(scene),
-            std::move(shadows),   std::move(materials),
-            options.bias,         options.bounces,
-            options.membranes,    std::move(point_brdfs)};
+    return {input,
+            scale,
+            std::move(positions),
+            std::move(scene),
+            std::move(shadows),
+            std::move(materials),
+            options.bias,
+            options.bounces,
+            options.membranes,
+            std::move(point_brdfs)};
 }
 
 namespace {

@@ -243,13 +243,15 @@ struct MaterialView {
     float lobe_error = 0;  // of the lobes against the material, fit/reflectance/shading_error.h; 0: exact
     std::optional<Membrane> membrane = {};  // set: slices and lobes are those of a white Lambertian surface
 
-    // Slices at steps of a parameter of the one lobe; asset.fbs has the rule.
+    // Slices at steps of a parameter of some lobes; asset.fbs has the rule.
     std::span<const double> steps = {};                                  // [S] ascending; empty: there are none
     std::span<const float> step_slices = {};                             // [S, channels, J^2, E] for every form
     std::span<const float> stored_step_slices = {};                      // as in the file
     std::shared_ptr<const std::vector<float>> unfolded_steps = nullptr;  // the numbers behind `step_slices`, if compact
     std::size_t step_parameter = 0;
     float step_error = 0;
+    std::uint8_t step_lobes = 1;  // bit i: lobe i has the parameter
+    Vec3 emission = {};           // radiance of the surface itself
     bool hasSteps() const { return !steps.empty(); }
 
     // A live material is one lobe about the mirror direction (sh/brdf/mirror_lobe.h) and has no slices.

@@ -13,6 +13,7 @@
 
 #include "formats/rig/rig_file.h"
 #include "formats/rig/rig_gltf_extensions.h"
+#include "formats/rig/source_look.h"
 
 namespace penumbra {
 
@@ -31,6 +32,7 @@ struct GltfMaterial {
     std::string name;  // "" where it has none
     std::vector<GltfEffect> effects;
     MaterialColor color;
+    SourceLook look;
     GltfUv uv;                          // of the base colour
     std::vector<PartTexture> textures;  // without coordinates
     std::vector<GltfUv> textures_uv;    // one for each

@@ -7,6 +7,7 @@
 #include "formats/common/errors.h"
 #include "formats/rig/rig_build.h"
 #include "formats/rig/rig_gltf.h"
+#include "formats/rig/rig_gltf_look.h"
 
 namespace penumbra {
 
@@ -206,7 +207,8 @@ MaterialColor damagedColor(const MaterialColor& color, std::string problem) {
 
 // Returns the places of a primitive's vertices in a picture. `what` is the picture's name in messages.
 std::vector<std::array<double, 2>> readTextureUv(const GltfFile& file, const tinygltf::Primitive& primitive,
-                                          const GltfUv& from, const std::string& where, const std::string& what) {
+                                                 const GltfUv& from, const std::string& where,
+                                                 const std::string& what) {
     const std::size_t vertices = file.model.accessors[std::size_t(primitive.attributes.at("POSITION"))].count;
     const std::string name = "TEXCOORD_" + std::to_string(from.set);
     const auto uv = primitive.attributes.find(name);
@@ -246,6 +248,7 @@ std::vector<GltfMaterial> readMaterials(const std::filesystem::path& path, const
     std::vector<GltfMaterial> materials;
     for (const Json& from : document.value("materials", Json::array())) {
         GltfMaterial& material = materials.emplace_back();
+        material.look = readGltfLook(from);
         material.name = cleanText(from.value("name", ""));
         const std::string where = path.string() + ": materials[" + std::to_string(materials.size() - 1) + "]" +
                                   (material.name.empty() ? "" : " '" + material.name + "'") + ": ";
@@ -269,6 +272,7 @@ void readPartColor(const GltfFile& file, const tinygltf::Primitive& primitive, c
     const bool has_material = primitive.material >= 0 && std::size_t(primitive.material) < file.materials.size();
     if (has_material) material = file.materials[std::size_t(primitive.material)];
     part.color.material = material.color;
+    part.look = has_material ? material.look : readGltfLook(nlohmann::json::object());
     if (const auto color = primitive.attributes.find("COLOR_0"); color != primitive.attributes.end()) {
         const AccessorValues values = readAccessor(file, color->second, where + " COLOR_0");
         if ((values.components != 3 && values.components != 4) || values.count() != part.positions.size())
@@ -279,8 +283,7 @@ void readPartColor(const GltfFile& file, const tinygltf::Primitive& primitive, c
             part.color.alphas.push_back(float(values.values[at]));
         if (!has_material) part.color.material.base = Vec3{1, 1, 1};
     }
-    if (material.color.texture)
-        part.color.uv = readTextureUv(file, primitive, material.uv, where, "base colour");
+    if (material.color.texture) part.color.uv = readTextureUv(file, primitive, material.uv, where, "base colour");
     readPartTextures(file, primitive, where, material, part.color);
 } catch (const InvalidInput& error) {
     part.color = {damagedColor(part.color.material, error.what()), {}, {}, {}, {}, ""};

@@ -50,14 +50,13 @@ void addSlot(SurfaceBuilder& builder, std::size_t p) {
     slot.alpha_cutoff = material.alpha_mode == AlphaMode::kMask ? std::max(material.alpha_cutoff, 0.0f) : 0;
     if (material.alpha_mode == AlphaMode::kBlend)
         builder.out.notes.push_back(where + ": alphaMode BLEND: it is drawn as if it was opaque");
-    if (!part.color.tints.empty())
-        builder.out.notes.push_back(where + ": COLOR_0: colours of vertices are not drawn");
+    if (!part.color.tints.empty()) builder.out.notes.push_back(where + ": COLOR_0: colours of vertices are not drawn");
     if (material.texture)
         slot.use(TextureRole::kBaseColor) = builder.use(material.texture, wrapByte(material.wrap_u, material.wrap_v),
                                                         builder.setOf(p, part.color.uv, where));
     for (const PartTexture& texture : part.color.textures) {
-        slot.use(texture.role) = builder.use(texture.texture, wrapByte(texture.wrap_u, texture.wrap_v),
-                                             builder.setOf(p, texture.uv, where));
+        slot.use(texture.role) =
+            builder.use(texture.texture, wrapByte(texture.wrap_u, texture.wrap_v), builder.setOf(p, texture.uv, where));
         if (texture.role == TextureRole::kNormal) slot.normal_scale = texture.strength;
         if (texture.role == TextureRole::kOcclusion) slot.occlusion_strength = std::clamp(texture.strength, 0.0f, 1.0f);
     }
@@ -107,11 +106,12 @@ void fitSurface(const Rig& rig, const Mesh& mesh, const std::string& file, MeshS
     bool same = rig.mesh.slots == mesh.slots && rig.mesh.triangles.size() == mesh.frontTriangleCount();
     for (std::size_t t = 0; same && t < rig.mesh.triangles.size(); ++t)
         for (std::size_t k = 0; k < 3; ++k)
-            same = same && rig.mesh.rest_positions[rig.mesh.triangles[t][k]] ==
-                               mesh.rest_positions[mesh.triangles[t][k]];
+            same =
+                same && rig.mesh.rest_positions[rig.mesh.triangles[t][k]] == mesh.rest_positions[mesh.triangles[t][k]];
     if (!same)
-        throw InvalidInput(file + ": its mesh is not that of the model (was the bake made of other files, or with "
-                                  "--nodes, --without or --crease?)");
+        throw InvalidInput(file +
+                           ": its mesh is not that of the model (was the bake made of other files, or with "
+                           "--nodes, --without or --crease?)");
     if (!mesh.two_sided) return;
     for (std::vector<Uv>& uv : surface.uv)
         for (std::size_t t = 0; t < rig.mesh.triangles.size(); ++t)

@@ -14,12 +14,13 @@ struct RigSurface {
 };
 
 // Returns the surface of the rig's mesh with the base colours, pictures and numbers of its materials. Texture files are
-// not opened. `file` names the rig in messages. Throws InvalidInput where a material or its coordinates are damaged, and
-// Unsupported where pictures take more than kMaxUvSets sets of coordinates.
+// not opened. `file` names the rig in messages. Throws InvalidInput where a material or its coordinates are damaged,
+// and Unsupported where pictures take more than kMaxUvSets sets of coordinates.
 RigSurface surfaceOf(const Rig& rig, const std::string& file);
 
-// Lays the surface of a rig on `mesh`, which a bake has of it: by other options it may have other shading points, but it
-// has the same triangles, and with `two_sided` the backs of all of them. Throws InvalidInput where it is another mesh.
+// Lays the surface of a rig on `mesh`, which a bake has of it: by other options it may have other shading points, but
+// it has the same triangles, and with `two_sided` the backs of all of them. Throws InvalidInput where it is another
+// mesh.
 void fitSurface(const Rig& rig, const Mesh& mesh, const std::string& file, MeshSurface& surface);
 
 }  // namespace penumbra

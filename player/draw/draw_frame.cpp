@@ -121,9 +121,9 @@ void ValuePainter::uploadSurface(const SunlitSurface& surface) {
         drawn_lobes_.resize(drawn_.size());
         drawn_sight_.resize(surface.sight.empty() ? 0 : drawn_.size());
         replaceBuffer(GL_ARRAY_BUFFER, surface_[2], withCopies(surface.lobes, seams, drawn_lobes_));
-        replaceBuffer(GL_ARRAY_BUFFER, surface_[3],
-                      surface.sight.empty() ? std::span<const std::byte>()
-                                            : withCopies(surface.sight, seams, drawn_sight_));
+        replaceBuffer(
+            GL_ARRAY_BUFFER, surface_[3],
+            surface.sight.empty() ? std::span<const std::byte>() : withCopies(surface.sight, seams, drawn_sight_));
     } else {
         replaceBuffer(GL_ARRAY_BUFFER, surface_[2], std::as_bytes(surface.lobes));
         replaceBuffer(GL_ARRAY_BUFFER, surface_[3], std::as_bytes(surface.sight));

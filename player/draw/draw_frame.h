@@ -30,8 +30,8 @@ public:
     // surface and draw() with the suns. 0: no suns.
     ValuePainter(std::span<const std::uint32_t> triangles, Channel channel, Sides sides = Sides::kBoth,
                  BrdfModels sunlit = 0);
-    // Draws `sides` of a mesh that is not two-sided. Where `shading` shows a surface, the mesh is that of its asset, the
-    // values of upload() are [terms, V] (shadeFrame()), and both outlive this object.
+    // Draws `sides` of a mesh that is not two-sided. Where `shading` shows a surface, the mesh is that of its asset,
+    // the values of upload() are [terms, V] (shadeFrame()), and both outlive this object.
     ValuePainter(const MeshView& mesh, Channel channel, Sides sides, BrdfModels sunlit = 0,
                  const ShadingSet* shading = nullptr);
     void draw(const FrameView& view, std::span<const Vec3> positions, std::span<const Vec3> values);

@@ -215,8 +215,8 @@ namespace {
 std::string surfaceDefines(const SurfaceShader& surface) {
     if (!surface.on) return "";
     return "#define TEXTURED\n" + define("SLOPES", surface.slopes) + define("STEPS", surface.steps) +
-           define("TERMS", surface.slopes + 2 * surface.steps) +
-           "#define LEAST_ROUGHNESS " + glslFloat(kLeastRoughness) + "\n";
+           define("TERMS", surface.slopes + 2 * surface.steps) + "#define LEAST_ROUGHNESS " +
+           glslFloat(kLeastRoughness) + "\n";
 }
 
 }  // namespace

@@ -41,7 +41,8 @@ std::vector<float> ambientOf(const Shot& shot, const std::vector<float>& numbers
 // first (TransferEvaluator). Negative values are 0. Sizes `radiance`.
 void shadeTransfer(Evaluator& evaluator, const ShadingSet& shading, int threads, std::vector<Vec3>& radiance);
 
-// Computes the radiance of every vertex towards `eye`, with negative values as 0. Sizes `radiance`: [shading.terms(), V].
+// Computes the radiance of every vertex towards `eye`, with negative values as 0. Sizes `radiance`: [shading.terms(),
+// V].
 void shadeFrame(const ShadingSet& shading, const FrameVertices& vertices, Vec3 eye, int threads,
                 std::vector<Vec3>& radiance);
 

@@ -1,4 +1,4 @@
-// Joins the terms of the vertices with the pictures of a surface (docs/formulas.md, section 24). TERMS are those beside
+// Joins the terms of the vertices with the pictures of a surface (docs/formulas.md, section 18). TERMS are those beside
 // D: SLOPES vectors along the surface, one a colour, then A and B at each of STEPS roughnesses.
 in vec4 surface_places;  // texture coordinates of two sets
 #if TERMS > 0

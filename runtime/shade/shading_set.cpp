@@ -37,9 +37,8 @@ void ShadingSet::makeTables() {
     }
     for (const MaterialView& material : asset_->materials) {
         std::vector<MaterialTables>& of_orders = tables_.emplace_back();
-        live_lobes_.push_back(changingParameter(material) ? material.lobes.front()
-                              : material.membrane         ? BrdfLobe{BrdfModel::kLambert, {}, material.membrane->rho}
-                                                          : BrdfLobe{});
+        std::vector<BrdfLobe>& own = own_lobes_.emplace_back(material.lobes.begin(), material.lobes.end());
+        if (material.membrane) own = {BrdfLobe{BrdfModel::kLambert, {}, material.membrane->rho}};
         if (asset_->transfer) continue;  // it reads the lobe alone
         if (!hasReflectance(material, choice_.reflectance)) continue;
         if (material.membrane && !asset_->mesh.two_sided) continue;
@@ -92,21 +91,19 @@ bool ShadingSet::hasLight(std::size_t light) const { return lights_[light].form(
 void ShadingSet::setParameter(std::size_t material, double value) {
     const std::optional<ChangingParameter> parameter = changingParameter(asset_->materials[material]);
     assert(parameter && hasMaterial(material));
-    BrdfLobe& lobe = live_lobes_[material];
-    checkParameter(lobe.model, parameter->index, value, parameter->least, parameter->most);
-    lobe.parameters[parameter->index] = float(value);
+    std::vector<BrdfLobe>& lobes = own_lobes_[material];
+    checkParameter(lobes[parameter->lobe].model, parameter->index, value, parameter->least, parameter->most);
+    for (std::size_t i = 0; i < lobes.size(); ++i)
+        if (parameter->lobes >> i & 1) lobes[i].parameters[parameter->index] = float(value);
     for (MaterialTables& tables : tables_[material])
         if (isLive(material))
-            tables.setLobe(lobe);
+            tables.setLobe(lobes.front());
         else
             tables.setStep(value);
     ++material_version_;
 }
 
-std::span<const BrdfLobe> ShadingSet::lobesOf(std::size_t material) const {
-    return isLive(material) || hasSteps(material) || isMembrane(material) ? std::span(&live_lobes_[material], 1)
-                                                                          : asset_->materials[material].lobes;
-}
+std::span<const BrdfLobe> ShadingSet::lobesOf(std::size_t material) const { return own_lobes_[material]; }
 
 void ShadingSet::setMaterial(std::size_t slot, std::size_t material) {
     assert(slot < slotCount() && hasMaterial(material));
@@ -171,7 +168,8 @@ const MaterialTables* ShadingSet::tablesOf(std::size_t slot, std::size_t pass) c
     const std::size_t step = (pass - kFirstStepPass) / 2;
     if (step >= materials.steps) return nullptr;
     const bool is_f0 = (pass - kFirstStepPass) % 2 == 0;
-    return &tables_[is_f0 ? materials.f0[step] : materials.f90[step]][order];
+    const std::vector<MaterialTables>& tables = tables_[is_f0 ? materials.f0[step] : materials.f90[step]];
+    return tables.empty() ? nullptr : &tables[order];
 }
 
 void ShadingSet::shadeTerms(const VertexFrames& vertices, Vec3 eye, std::span<Vec3> terms) const {
@@ -218,8 +216,15 @@ void ShadingSet::shadePass(std::size_t pass, const VertexFrames& vertices, Vec3 
             shadeMembrane(slot, input, begin, stop);
         else
             path_.shade(tables->view(), light, input, begin, stop);
+        if (pass == 0) addEmission(slot, begin, stop, radiance);
         begin = stop;
     }
+}
+
+void ShadingSet::addEmission(std::size_t slot, std::size_t begin, std::size_t end, std::span<Vec3> radiance) const {
+    const Vec3 emission = asset_->materials[material_of_slot_[slot]].emission;
+    if (emission == Vec3{}) return;
+    for (std::size_t n = begin; n < end; ++n) radiance[order_.empty() ? n : order_[n]] += emission;
 }
 
 // L = rho/pi E + tau/pi E of the other side. The table of a membrane is that of a white surface, so that it gives E/pi.
@@ -268,6 +273,7 @@ void ShadingSet::reflect(std::size_t begin, std::size_t end, std::span<Vec3> lig
         const Vec3 albedo = isLambert(material) ? material.lobes[0].color : Vec3{};
         Vec3& value = light[order_.empty() ? at : order_[at]];
         for (int c = 0; c < 3; ++c) value[c] *= albedo[c] * float(std::numbers::inv_pi);
+        if (material.emission != Vec3{}) value += material.emission;
     }
 }
 

@@ -94,11 +94,9 @@ public:
     // as in VertexShader::shade().
     void shade(const VertexFrames& vertices, Vec3 eye, std::span<Vec3> radiance) const;
     // The asset has pictures on its mesh, and they are shown where the material of a slot is that of its surface. Then
-    // one radiance a vertex is not enough: a fragment joins terms() of them with its pictures (formats/common/surface.h,
-    // docs/formulas.md, section 24). Off at first.
-    void setSurface(bool on) { 
-        surface_on_ = on && asset_->surface && choice_.reflectance == Reflectance::kSlices;
-    }
+    // one radiance a vertex is not enough: a fragment joins terms() of them with its pictures
+    // (formats/common/surface.h, docs/formulas.md, section 18). Off at first.
+    void setSurface(bool on) { surface_on_ = on && asset_->surface && choice_.reflectance == Reflectance::kSlices; }
     bool showsSurface() const { return surface_on_; }
     bool showsSurface(std::size_t slot) const {
         return surface_on_ && material_of_slot_[slot] == asset_->surface->slots[slot].materials.diffuse;
@@ -130,9 +128,9 @@ private:
     ShadingChoice choice_;
     std::vector<int> orders_;                          // orders that lights have, ascending
     std::vector<std::vector<MaterialTables>> tables_;  // [material][orders_]; empty where hasMaterial() is false
-    std::vector<BrdfLobe> live_lobes_;                 // [material] with changed parameters; of others no meaning
-    std::vector<LightTables> lights_;          // a light without the form has the exact rotation and is never on
-    std::vector<std::size_t> order_of_light_;  // index into orders_
+    std::vector<std::vector<BrdfLobe>> own_lobes_;  // [material] with changed parameters; of a membrane its white one
+    std::vector<LightTables> lights_;               // a light without the form has the exact rotation and is never on
+    std::vector<std::size_t> order_of_light_;       // index into orders_
     std::vector<std::uint16_t> material_of_slot_;
     std::vector<std::size_t> first_of_slot_;  // [slots + 1], into the shading order
     std::vector<std::uint32_t> order_;
@@ -159,6 +157,8 @@ private:
     void shadePass(std::size_t pass, const VertexFrames& vertices, Vec3 eye, std::span<Vec3> radiance) const;
     // Returns the tables of a slot in a pass, or null where it shows nothing.
     const MaterialTables* tablesOf(std::size_t slot, std::size_t pass) const;
+    // Adds what a slot sends out by itself.
+    void addEmission(std::size_t slot, std::size_t begin, std::size_t end, std::span<Vec3> radiance) const;
     void shadeMembrane(std::size_t slot, const ShadeInput& input, std::size_t begin, std::size_t end) const;
 };
 

@@ -1,6 +1,6 @@
 #pragma once
 // The terms of a vertex that a fragment joins with its pictures: D, then what normal maps need, then A and B at each
-// roughness (formats/common/surface.h; docs/formulas.md, section 24).
+// roughness (formats/common/surface.h; docs/formulas.md, section 18).
 #include "formats/asset/asset_file.h"
 #include "runtime/shade/material_tables.h"
 
@@ -16,8 +16,8 @@ struct SurfaceTerms {
 SurfaceTerms surfaceTermsOf(const SurfaceView& surface);
 
 // Returns the tables of a material that reflects s_x / pi (axis 0) or s_y / pi (1) of the light from above, s in the
-// local frame. A surface of the normal n then reflects n_x X + n_y Y + n_z D where it is white and nearly level: to first
-// order in its slope.
+// local frame. A surface of the normal n then reflects n_x X + n_y Y + n_z D where it is white and nearly level: to
+// first order in its slope.
 MaterialTables slopeTables(const Convention& convention, int light_order, int axis);
 
 }  // namespace penumbra
