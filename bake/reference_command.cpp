@@ -19,7 +19,9 @@
 #include "formats/common/warning.h"
 #include "formats/image/exposure.h"
 #include "formats/image/light_picture_flags.h"
+#include "formats/rig/rig_surface.h"
 #include "formats/source/source_looks.h"
+#include "formats/source/source_readers.h"
 #include "sh/light/light_rotation.h"
 #include "sh/sh_basis.h"
 
@@ -207,6 +209,29 @@ EnvironmentLight readLightOf(const ReferenceCommand& command, const CommonOption
     return light.turned(scene.light_rotation);
 }
 
+// Reads the pictures of --materials-of, whose slots have no other material by --slot; nothing where it has none.
+std::optional<PictureSurface> picturesOf(const ReferenceCommand& command, const Mesh& mesh, Report& report) {
+    if (command.materials_of.empty()) return {};
+    RigOptions options;
+    if (mesh.two_sided) options.sides = RigSides::kFronts;
+    const std::string name = command.materials_of.string();
+    const Rig rig = readRig({command.materials_of}, options);
+    report.willRead(rig.files_read);
+    RigSurface read = surfaceOf(rig, name);
+    if (read.surface.textures.empty()) return {};
+    fitSurface(rig, mesh, name, read.surface);
+    (void)setLooks(readSourceLooks(command.materials_of), mesh.slots, name, read);
+    for (const std::string& note : read.notes) reportWarning("penumbra-bake", note);
+    std::vector<std::uint16_t> slot_of_triangle;
+    for (const Triangle& triangle : mesh.triangles)
+        slot_of_triangle.push_back(mesh.slot_of_vertex.empty() ? 0 : mesh.slot_of_vertex[triangle[0]]);
+    PictureSurface pictures(std::move(read.surface), std::move(slot_of_triangle), "", name);
+    const std::vector<std::string_view> slots(mesh.slots.begin(), mesh.slots.end());
+    for (const std::string& text : command.slots)
+        for (const std::size_t slot : findSlots(slots, parseSlotChoice(text).slot)) pictures.leaveOut(slot);
+    return pictures;
+}
+
 // Returns what the mesh reflects, as --albedo says or as the bake has it, and what it lets through in the bake.
 SurfaceColors colorsOf(const ReferenceCommand& command, const VisibilityHeader& header) {
     if (command.options.bounces == 0) return {};
@@ -287,6 +312,7 @@ void runReference(ReferenceCommand& command, const CommonOptions& common, Report
     }
     const ReferenceBlockers blockers = blockersOfFrame(header, index, command.input.string(), command.occluders);
     const std::vector<std::uint16_t> brdf_of_vertex = chooseSlots(command, header.mesh, common.threads);
+    const std::optional<PictureSurface> pictures = picturesOf(command, header.mesh, report);
     const EnvironmentLight light = readLightOf(command, common);
     const SurfaceColors colors = colorsOf(command, header);
     if (common.dry_run) {
@@ -306,6 +332,8 @@ void runReference(ReferenceCommand& command, const CommonOptions& common, Report
     input.back_of_vertex = blockers.other_side;
     input.albedo = colors.albedo;
     input.transmission = colors.transmission;
+    const PicturePart part{0, pictures ? &*pictures : nullptr};
+    if (pictures) input.pictures = {&part, 1};
     const Image image = renderReference(input, camera, light, command.options, common.threads, common.progress);
     report.phase("write");
     writePicture(command, common, image, report);
@@ -338,8 +366,8 @@ void defineReference(CLI::App& app, ReferenceCommand& command) {
            "MATERIAL=SPEC, what a material of its assets is")
         ->allow_extra_args(false);
     app.add_option("--materials-of", command.materials_of,
-                   "RIG.glb (.gltf, .vrm, .fbx, .dae, .x): every slot has the material that the file describes, as "
-                   "penumbra-pack asset gives it; --slot goes before it")
+                   "RIG.glb (.gltf, .vrm, .fbx, .dae, .x): every slot has the material that the file describes, "
+                   "with its pictures; --slot goes before it")
         ->excludes(scene);
     app.add_option("--occluder", command.occluders,
                    "of the bake, each as it was given there and in that order; not drawn")

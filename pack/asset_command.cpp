@@ -7,7 +7,9 @@
 #include "formats/common/options.h"
 #include "formats/common/warning.h"
 #include "formats/common/write_file.h"
+#include "formats/rig/rig_surface.h"
 #include "formats/source/source_looks.h"
+#include "formats/source/source_readers.h"
 #include "formats/stage/blocker_file.h"
 #include "formats/stage/stage_file_kind.h"
 #include "pack/material_section.h"
@@ -16,6 +18,7 @@
 #include "pack/pack_transfer.h"
 #include "pack/pack_verbs.h"
 #include "pack/source_materials.h"
+#include "pack/surface_materials.h"
 
 namespace penumbra {
 
@@ -26,12 +29,16 @@ namespace fs = std::filesystem;
 constexpr Word<AssetPrecision> kPrecisionWords[] = {
     {"f32", AssetPrecision::kF32}, {"f16", AssetPrecision::kF16}, {"i8", AssetPrecision::kI8}};
 
+constexpr Word<std::optional<TextureStorage>> kTextureWords[] = {
+    {"embed", TextureStorage::kEmbed}, {"link", TextureStorage::kLink}, {"none", {}}};
+
 struct AssetCommand {
     fs::path model, output, blockers, materials_of;
     std::vector<fs::path> brdfs, lights;
     std::vector<std::string> slots;
     PackOptions options;
     std::string albedo;
+    std::optional<TextureStorage> textures;
     bool no_playback = false;
     const CLI::App* app = nullptr;
 
@@ -62,6 +69,7 @@ std::string provenanceOf(const AssetCommand& command) {
     if (command.no_playback) options["playback"] = false;
     if (!command.albedo.empty()) options["albedo"] = command.albedo;
     if (!command.materials_of.empty()) options["materials_of"] = command.materials_of.filename();
+    if (command.textures) options["textures"] = wordOf(kTextureWords, command.textures);
     return toJson(makeProvenance("penumbra-pack asset", options.dump(), command.inputs()));
 }
 
@@ -192,6 +200,28 @@ SphereBlockers readBlockersOf(const Model& model, const fs::path& path) {
     return std::move(file.blockers);
 }
 
+// Reads the materials of the rig with their pictures, and says them.
+SurfaceLook readSurface(const AssetCommand& command, const Model& model, const CommonOptions& common, Report& report) {
+    RigOptions options;
+    if (model.mesh.two_sided) options.sides = RigSides::kFronts;
+    const std::string name = command.materials_of.string();
+    const SourceLooks looks = readSourceLooks(command.materials_of);
+    const Rig rig = readRig({command.materials_of}, options);
+    report.willRead(rig.files_read);
+    RigSurface read = surfaceOf(rig, name);
+    fitSurface(rig, model.mesh, name, read.surface);
+    const std::vector<std::string> said = setLooks(looks, model.mesh.slots, name, read);
+    report.willRead(storeTextures(*command.textures, command.output.parent_path(), name, read.surface));
+    for (const std::string& note : read.notes) reportWarning("penumbra-pack", note);
+    SurfaceLook look{std::move(read.surface), {}};
+    addSurfaceMaterials(look, common.threads);
+    for (const std::string& line : said)
+        if (!common.quiet) std::printf("  %s\n", line.c_str());
+    report.figures["slots"] = said;
+    report.figures["textures"] = look.surface.textures.size();
+    return look;
+}
+
 // Packs a linear model of transfer. Without a material it gets one of --albedo.
 void runTransfer(const AssetCommand& command, const std::vector<SlotChoice>& slots, const CommonOptions& common,
                  Report& report) {
@@ -245,17 +275,19 @@ void runAsset(const AssetCommand& command, const CommonOptions& common, Report& 
     for (const fs::path& path : command.lights) lights.push_back(readLight(path));
     checkNames(brdfs, command.brdfs, "brdf");
     checkNames(lights, command.lights, "light");
-    if (!command.materials_of.empty())
+    if (!command.materials_of.empty() && !command.textures)
         options.slot_materials = addSourceMaterials(command, model ? &model->mesh : nullptr, common, report, looks);
     if (!model) {
         command.refuse({"--blockers", "--slot", "--precision", "--max-error", "--max-bytes-per-vertex"},
                        "needs a model");
+        command.refuse({"--textures"}, "needs a model");
         const std::vector<std::byte> library = packLibrary(brdfs, lights, provenanceOf(command));
         if (!common.quiet)
             std::printf("%s: %zu materials, %zu lights\n", command.output.c_str(), brdfs.size(), lights.size());
         if (!common.dry_run) writeWholeFile(command.output, library);
         return;
     }
+    if (command.textures) options.surface = readSurface(command, *model, common, report);
     report.phase("quantise");
     const Packed packed = naming(command.model, [&] {
         return packAsset(*model, brdfs, lights, options, provenanceOf(command), common.threads);
@@ -295,6 +327,10 @@ void defineAsset(CLI::App& app, AssetCommand& command) {
         "goes before it");
     app.add_option("--blockers", command.blockers,
                    "X.blockers.h5 of penumbra-fit blockers: spheres that cast in the place of the character");
+    addChoice(app, "--textures", command.textures, kTextureWords,
+              "the pictures of --materials-of: inside the asset, by the names of their files, or left out")
+        ->default_str("none")
+        ->needs(app.get_option("--materials-of"));
     app.add_option("--albedo", command.albedo,
                    "R/G/B of the one material of transfer that has no --brdf (default 0.8/0.8/0.8)")
         ->check(readableBy(parseAlbedo))

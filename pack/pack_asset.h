@@ -11,6 +11,7 @@
 #include "formats/stage/brdf_file.h"
 #include "formats/stage/light_file.h"
 #include "formats/stage/model_file.h"
+#include "pack/surface_section.h"
 
 namespace penumbra {
 
@@ -28,6 +29,8 @@ struct PackOptions {
     SphereBlockers blockers = {};  // none, or those of the model's character (checkCharacter())
     // Bound on the light that bounces, > 0. Unset: kBouncedBytes, or none where the precision alone is given.
     std::optional<double> indirect_bytes_per_vertex = {};
+    // The pictures on the mesh. Slots that `slots` do not name then have the diffuse materials of their surface.
+    std::optional<SurfaceLook> surface = {};
 };
 
 struct Packed {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "bake/reference/environment_light.h"
+#include "bake/reference/picture_surface.h"
 #include "bake/reference/posed_tangents.h"
 #include "bake/trace/ray_start.h"
 #include "formats/common/progress.h"
@@ -59,6 +60,8 @@ struct ReferenceFrame {
     std::span<const Vec3> albedo = {};  // [V] what the mesh reflects; needed with bounces
     // [V] what a two-sided mesh sends to the side of the vertex of the light on its other side; empty: nothing
     std::span<const Vec3> transmission = {};
+    // Pictures on the mesh, which stand in the place of the BRDFs of their triangles.
+    std::span<const PicturePart> pictures = {};
     // The ray tracer's frame, of which floats are finest near its center; unset: that of the box of the mesh.
     std::optional<SceneScale> scale = {};
 };

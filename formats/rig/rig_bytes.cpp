@@ -27,7 +27,12 @@ void visit(auto& archive, Is<MaterialColor> auto& color) {
     archive(color.base, color.texture, color.wrap_u, color.wrap_v, color.problem);
     archive(color.alpha_mode, color.alpha_cutoff, color.alpha, color.double_sided);
 }
-void visit(auto& archive, Is<PartColor> auto& color) { archive(color.material, color.uv); }
+void visit(auto& archive, Is<PartTexture> auto& picture) {
+    archive(picture.role, picture.texture, picture.wrap_u, picture.wrap_v, picture.strength, picture.uv);
+}
+void visit(auto& archive, Is<PartColor> auto& color) {
+    archive(color.material, color.uv, color.textures, color.textures_problem);
+}
 void visit(auto& archive, Is<Principled> auto& look) {
     archive(look.color, look.metallic, look.roughness, look.ior, look.specular, look.specular_color, look.emission);
 }

@@ -37,4 +37,45 @@ const SourceLook* findLook(const SourceLooks& looks, const std::string& slot) {
     return found == looks.slots.end() ? nullptr : &found->look;
 }
 
+namespace {
+
+void setLook(const Principled& look, SlotSurface& slot) {
+    slot.base = toFloat(look.color);
+    slot.emissive = toFloat(look.emission);
+    slot.f0 = toFloat(dielectricF0(look));
+    slot.f90 = float(look.specular);
+    slot.metallic = float(look.metallic);
+    slot.roughness = float(look.roughness);
+}
+
+// Words of SourceLook::textures whose pictures a surface has.
+bool isDrawn(const std::string& texture) {
+    constexpr const char* kDrawn[] = {"base color", "diffuse", "metallic-roughness", "normal", "emissive", "occlusion"};
+    return std::ranges::find(kDrawn, texture) != std::end(kDrawn);
+}
+
+}  // namespace
+
+std::vector<std::string> setLooks(const SourceLooks& looks, const std::vector<std::string>& slots,
+                                  const std::string& name, RigSurface& surface) {
+    std::vector<std::string> said;
+    surface.notes.insert(surface.notes.end(), looks.notes.begin(), looks.notes.end());
+    for (std::size_t s = 0; s < surface.surface.slots.size(); ++s) {
+        const std::string slot = slots.empty() ? "" : slots[s];
+        const SourceLook* look = findLook(looks, slot);
+        if (!look) continue;
+        const std::string where = name + ": slot '" + slot + "': material '" + look->material + "': ";
+        if (!look->problem.empty()) throw InvalidInput(where + look->problem);
+        setLook(look->principled, surface.surface.slots[s]);
+        for (const std::string& note : look->notes) surface.notes.push_back(where + note);
+        std::string drawn;
+        for (const std::string& texture : look->textures) {
+            if (isDrawn(texture)) drawn += (drawn.empty() ? "; textures: " : ", ") + texture;
+            if (!isDrawn(texture)) surface.notes.push_back(where + "its " + texture + " texture is not read");
+        }
+        said.push_back("slot '" + slot + "': " + toString(look->principled) + drawn);
+    }
+    return said;
+}
+
 }  // namespace penumbra

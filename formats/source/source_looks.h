@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "formats/rig/rig_surface.h"
 #include "formats/rig/source_look.h"
 
 namespace penumbra {
@@ -28,5 +29,11 @@ Principled shownLook(const SourceLook& look);
 // Returns the look of a slot, or null where the file has no such slot. A mesh without slots is one part: its look is
 // that of the only slot.
 const SourceLook* findLook(const SourceLooks& looks, const std::string& slot);
+
+// Gives the slots of a surface the numbers of their looks, adds what is not read to its notes, and returns a line for
+// each slot that says its material and its pictures. `slots` are those of the mesh. Throws InvalidInput, after `name`
+// of the file, for a damaged look.
+std::vector<std::string> setLooks(const SourceLooks& looks, const std::vector<std::string>& slots,
+                                  const std::string& name, RigSurface& surface);
 
 }  // namespace penumbra
