@@ -3,14 +3,17 @@
 
 #include "formats/common/errors.h"
 #include "formats/common/options.h"
+#include "formats/common/warning.h"
 #include "formats/common/write_file.h"
 #include "formats/stage/blocker_file.h"
 #include "formats/stage/stage_file_kind.h"
+#include "pack/lod_mesh.h"
 #include "pack/material_section.h"
 #include "pack/named_input.h"
 #include "pack/pack_asset.h"
 #include "pack/pack_transfer.h"
 #include "pack/pack_verbs.h"
+#include "pack/resample_model.h"
 
 namespace penumbra {
 
@@ -27,6 +30,8 @@ struct AssetCommand {
     std::vector<std::string> slots;
     PackOptions options;
     std::string albedo;
+    std::string lod;  // a file, or a node of `rig`
+    fs::path rig;
     bool no_playback = false;
     const CLI::App* app = nullptr;
 
@@ -41,8 +46,11 @@ struct AssetCommand {
         all.insert(all.end(), brdfs.begin(), brdfs.end());
         all.insert(all.end(), lights.begin(), lights.end());
         all.push_back(blockers);
+        std::error_code error;  // what is no file may be a node, which needs --rig: drawLod() says so
+        if (!rig.empty() || fs::exists(lod, error)) all.push_back(lodFile());
         return namedFiles(all);
     }
+    fs::path lodFile() const { return lod.empty() || !rig.empty() ? rig : fs::path(lod); }
 };
 
 std::string provenanceOf(const AssetCommand& command) {
@@ -55,6 +63,8 @@ std::string provenanceOf(const AssetCommand& command) {
     if (given.indirect_bytes_per_vertex) options["bounce_bytes"] = *given.indirect_bytes_per_vertex;
     if (command.no_playback) options["playback"] = false;
     if (!command.albedo.empty()) options["albedo"] = command.albedo;
+    if (!command.lod.empty())
+        options["lod"] = command.rig.empty() ? fs::path(command.lod).filename().string() : command.lod;
     return toJson(makeProvenance("penumbra-pack asset", options.dump(), command.inputs()));
 }
 
@@ -140,6 +150,40 @@ void checkNames(const std::vector<File>& files, const std::vector<fs::path>& pat
                                    "\": penumbra-fit " + verb + " --name gives one another name");
 }
 
+// Draws the model with the mesh of --lod.
+void drawLod(const AssetCommand& command, const CommonOptions& common, Report& report, Model& model) {
+    std::error_code error;
+    if (command.rig.empty() && !fs::exists(command.lod, error))
+        throw BadOption("lod", "'" + command.lod + "' is no file; --rig names the file of which it is a node");
+    report.phase("level of detail");
+    const LodMesh lod = readLod(model, command.lodFile(), command.rig.empty() ? "" : command.lod, common.threads);
+    report.willRead(lod.files_read);
+    for (const std::string& note : lod.notes) reportWarning("penumbra-pack", note);
+    const std::size_t fitted = model.mesh.vertexCount();
+    Resampled resampled = resampledModel(model, lod.drawn, common.threads);
+    model = std::move(resampled.model);
+    report.figures["lod"] = {{"vertices", model.mesh.vertexCount()}, {"fitted_vertices", fitted},
+                             {"rms_distance", lod.rms_distance},     {"max_distance", lod.max_distance},
+                             {"turned_share", lod.turned_share},     {"border_corners", resampled.border_corners}};
+    if (!common.quiet)
+        std::printf(
+            "  %s: %zu vertices take what %zu have; they lie %.2e diagonals from that surface (rms), %.2e at most\n",
+            command.lod.c_str(), model.mesh.vertexCount(), fitted, lod.rms_distance, lod.max_distance);
+}
+
+// Draws the dense mesh of a model whose bake chose points.
+void drawDense(const CommonOptions& common, Report& report, Model& model) {
+    report.phase("interpolate");
+    const std::size_t points = model.mesh.vertexCount();
+    Resampled resampled = resampledModel(model, DrawnMesh(*model.drawn), common.threads);
+    model = std::move(resampled.model);
+    report.figures["points"] = points;
+    report.figures["border_corners"] = resampled.border_corners;
+    if (!common.quiet)
+        std::printf("  %zu vertices are drawn; they interpolate between %zu points\n", model.mesh.vertexCount(),
+                    points);
+}
+
 SphereBlockers readBlockersOf(const Model& model, const fs::path& path) {
     BlockerFile file = readBlockers(path);
     naming(path, [&] { checkCharacter(file, model.mesh, model.skin); });
@@ -149,7 +193,7 @@ SphereBlockers readBlockersOf(const Model& model, const fs::path& path) {
 // Packs a linear model of transfer. Without a material it gets one of --albedo.
 void runTransfer(const AssetCommand& command, const std::vector<SlotChoice>& slots, const CommonOptions& common,
                  Report& report) {
-    command.refuse({"--max-error", "--max-bytes-per-vertex", "--bounce-bytes", "--no-playback", "--blockers"},
+    command.refuse({"--max-error", "--max-bytes-per-vertex", "--bounce-bytes", "--no-playback", "--blockers", "--lod"},
                    command.model.string() + " has linear transfer, whose size is that of its components");
     const TransferModel model = readTransfer(command.model);
     TransferPackOptions options;
@@ -191,6 +235,10 @@ void runAsset(const AssetCommand& command, const CommonOptions& common, Report& 
     if (!(model && model->indirect))
         command.refuse({"--bounce-bytes"}, "needs a model with light that bounces (penumbra-fit indirect)");
     if (model && !command.blockers.empty()) options.blockers = readBlockersOf(*model, command.blockers);
+    if (model && !command.lod.empty())
+        drawLod(command, common, report, *model);
+    else if (model && model->drawn)
+        drawDense(common, report, *model);
     std::vector<BrdfFile> brdfs;
     std::vector<LightFile> lights;
     for (const fs::path& path : command.brdfs) brdfs.push_back(readMaterial(path));
@@ -198,7 +246,7 @@ void runAsset(const AssetCommand& command, const CommonOptions& common, Report& 
     checkNames(brdfs, command.brdfs, "brdf");
     checkNames(lights, command.lights, "light");
     if (!model) {
-        command.refuse({"--blockers", "--slot", "--precision", "--max-error", "--max-bytes-per-vertex"},
+        command.refuse({"--lod", "--blockers", "--slot", "--precision", "--max-error", "--max-bytes-per-vertex"},
                        "needs a model");
         const std::vector<std::byte> library = packLibrary(brdfs, lights, provenanceOf(command));
         if (!common.quiet)
@@ -241,6 +289,11 @@ void defineAsset(CLI::App& app, AssetCommand& command) {
         ->allow_extra_args(false);
     app.add_option("--blockers", command.blockers,
                    "X.blockers.h5 of penumbra-fit blockers: spheres that cast in the place of the character");
+    CLI::Option* lod = app.add_option(
+        "--lod", command.lod,
+        "draw another mesh of the same skeleton, a level of detail, with what the model knows of the surface near it: "
+        "a rig file, or with --rig a node of that file (name or glob)");
+    app.add_option("--rig", command.rig, "the file that has the node of --lod")->needs(lod);
     app.add_option("--albedo", command.albedo,
                    "R/G/B of the one material of transfer that has no --brdf (default 0.8/0.8/0.8)")
         ->check(readableBy(parseAlbedo))

@@ -23,8 +23,12 @@ struct MomentTracer {
     // which vertex a point is.
     const Blockers* blockers = nullptr;
     const Mesh* mesh = nullptr;
-    std::span<const Vec3> vertices = {};    // [V] of the mesh in this frame
+    std::span<const Vec3> vertices = {};  // [V] of the mesh in this frame
+    // The vertex of the mesh that each point is; empty: point p is vertex p.
+    std::span<const std::uint32_t> vertex_of_point = {};
     std::optional<LocalTracer> local = {};  // set for local moments; the scene must have been made with `filters`
+
+    std::size_t vertexOf(std::size_t point) const { return vertex_of_point.empty() ? point : vertex_of_point[point]; }
 };
 
 // Where the moments of some points go.
@@ -44,8 +48,9 @@ struct MomentOutput {
 RayStart startOfVertex(const MomentTracer& tracer, Vec3 position, Vec3 normal, std::size_t vertex);
 
 // Writes the moments of each point and returns the number of rays traced, each counted once. A point whose normal is
-// zero has no horizon and gets zeros. With blockers or local moments the points are the vertices `first_vertex`,
-// `first_vertex` + 1, ... of the mesh. May be called from many threads; a point's result depends on that point alone.
+// zero has no horizon and gets zeros. With blockers or local moments the points are the vertices that
+// vertexOf() gives for `first_vertex`, `first_vertex` + 1, ... May be called from many threads; a point's result
+// depends on that point alone.
 std::size_t traceMoments(const MomentTracer& tracer, std::span<const Vec3> positions, std::span<const Vec3> normals,
                          const MomentOutput& out, std::size_t first_vertex = 0);
 

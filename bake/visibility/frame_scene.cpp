@@ -23,9 +23,16 @@ std::vector<float> inputsOf(const BakePlan& plan, std::size_t f) {
     return inputsAt(plan.inputs, plan.source_clip[frames.clip[f]], frames.time[f]);
 }
 
-}  // namespace
+template <class T>
+std::vector<T> gathered(const std::vector<T>& items, const std::vector<std::uint32_t>& chosen) {
+    std::vector<T> out;
+    out.reserve(chosen.size());
+    for (const std::uint32_t i : chosen) out.push_back(items[i]);
+    return out;
+}
 
-VisibilityFrame poseVertices(const BakePlan& plan, std::size_t f) {
+// Poses the vertices. Where the bake has chosen some of them, `dense` gets the positions of all.
+VisibilityFrame poseAll(const BakePlan& plan, std::size_t f, std::vector<Vec3>& dense) {
     const FrameList& frames = plan.header.frames;
     SourcePose pose = poseSource(plan.source, plan.source_clip[frames.clip[f]], frames.time[f]);
     checkFinite(plan, f, pose);
@@ -35,6 +42,11 @@ VisibilityFrame poseVertices(const BakePlan& plan, std::size_t f) {
     if (plan.header.mesh.two_sided) {
         appendBackPositions(pose.positions);
         appendBackNormals(pose.normals);
+    }
+    if (!plan.chosen.empty()) {
+        dense = std::move(pose.positions);
+        pose.positions = gathered(dense, plan.chosen);
+        pose.normals = gathered(pose.normals, plan.chosen);
     }
     VisibilityFrame frame{
         std::move(pose.positions), std::move(pose.normals), std::move(pose.bones), std::move(pose.pose), {}};
@@ -46,20 +58,29 @@ VisibilityFrame poseVertices(const BakePlan& plan, std::size_t f) {
     return frame;
 }
 
+}  // namespace
+
+VisibilityFrame poseVertices(const BakePlan& plan, std::size_t f) {
+    std::vector<Vec3> dense;
+    return poseAll(plan, f, dense);
+}
+
 FrameScene frameScene(const BakePlan& plan, std::size_t f) {
-    VisibilityFrame frame = poseVertices(plan, f);
+    std::vector<Vec3> dense;
+    VisibilityFrame frame = poseAll(plan, f, dense);
     const FrameList& frames = plan.header.frames;
-    std::vector<Vec3> scaled(frame.positions.begin(),
-                             frame.positions.begin() + std::ptrdiff_t(plan.header.mesh.frontVertexCount()));
+    const Mesh& character = plan.occluder();
+    std::vector<Vec3> scaled = plan.chosen.empty() ? frame.positions : dense;
+    scaled.resize(character.frontVertexCount());
     const SceneScale scale = sceneScale(scaled, plan.rest_diagonal);
     for (const Occluder& occluder : plan.occluders) appendPositions(occluder, frames.clip[f], frames.time[f], scaled);
     for (Vec3& p : scaled) p = scale.apply(p);
     std::vector<BoundingBox> boxes;
-    if (plan.local) boxes = plan.local->boxesOf(plan.header.mesh.frontTriangles(), scaled);
+    if (plan.local) boxes = plan.local->boxesOf(character.frontTriangles(), scaled);
     return {std::move(frame), scale,
             OcclusionScene(scaled, plan.blockers.triangles,
                            plan.sheet_rules || plan.local ? Queries::kFiltered : Queries::kPlain),
-            std::move(boxes)};
+            std::move(boxes), std::move(dense)};
 }
 
 MomentOutput outputOf(VisibilityFrame& frame) { return {frame.coefficients, frame.local_coefficients}; }
@@ -75,8 +96,9 @@ MomentTracer tracerOf(const BakePlan& plan, const FrameScene& posed, const BakeD
     MomentTracer tracer{posed.scene, directions.whole, posed.scale, plan.bias,
                         plan.header.ground_y ? Floor::kSolid : Floor::kNone};
     if (plan.sheet_rules) tracer.blockers = &plan.blockers;
-    tracer.mesh = &plan.header.mesh;
-    tracer.vertices = posed.frame.positions;
+    tracer.mesh = &plan.occluder();
+    tracer.vertices = plan.chosen.empty() ? posed.frame.positions : posed.dense;
+    tracer.vertex_of_point = plan.chosen;
     if (plan.local)
         tracer.local.emplace(
             LocalTracer{*plan.local, directions.local ? *directions.local : directions.whole, posed.part_boxes});
