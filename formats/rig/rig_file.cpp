@@ -100,6 +100,12 @@ Rig buildRig(RigSource&& source) {
     const JointTable table = chooseJoints(source);
     Rig rig;
     SourceVertices vertices = gatherVertices(source, table);
+    for (SourcePart& part : source.parts) {  // gathered, and of a scan the most by far
+        part.positions = {};
+        part.triangles = {};
+        part.joints = {};
+        part.weights = {};
+    }
     const double diagonal = boxDiagonal(vertices.positions);
     if (!std::isfinite(diagonal) || !(diagonal > 0))
         throw InvalidInput(source.file.string() + ": its vertices are all at one place, or not finite");

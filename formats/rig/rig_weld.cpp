@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <unordered_map>
 
 #include "formats/common/errors.h"
@@ -80,16 +81,39 @@ Vec3 placedPosition(const RigSource& source, const SourcePart& part, const Matri
     return p;
 }
 
+// The influences of all vertices, row after row. A list for each vertex would take four times as much.
+class InfluenceRows {
+public:
+    struct Stored {
+        int joint;
+        float weight;
+    };
+    void push_back(const std::vector<Influence>& list) {
+        for (const Influence& i : list) all_.push_back({i.joint, float(i.weight)});
+        end_.push_back(all_.size());
+    }
+    std::size_t size() const { return end_.size(); }
+    std::span<const Stored> operator[](std::size_t v) const {
+        const std::size_t begin = v > 0 ? end_[v - 1] : 0;
+        return std::span(all_).subspan(begin, end_[v] - begin);
+    }
+
+private:
+    std::vector<Stored> all_;
+    std::vector<std::size_t> end_;
+};
+
 // Packs rows of K influences, padded with joint 0 of weight 0.
-void packInfluences(const std::vector<std::vector<Influence>>& influences, SourceVertices& out) {
-    for (const auto& list : influences) out.influences = std::max(out.influences, int(list.size()));
+void packInfluences(const InfluenceRows& influences, SourceVertices& out) {
+    for (std::size_t v = 0; v < influences.size(); ++v)
+        out.influences = std::max(out.influences, int(influences[v].size()));
     const std::size_t k = std::size_t(out.influences);
     out.joints.assign(influences.size() * k, 0);
     out.weights.assign(influences.size() * k, 0);
     for (std::size_t v = 0; v < influences.size(); ++v)
         for (std::size_t i = 0; i < influences[v].size(); ++i) {
             out.joints[v * k + i] = std::uint16_t(influences[v][i].joint);
-            out.weights[v * k + i] = float(influences[v][i].weight);
+            out.weights[v * k + i] = influences[v][i].weight;
         }
 }
 
@@ -107,7 +131,7 @@ std::uint16_t slotOf(const RigSource& source, const SourcePart& part, std::vecto
 SourceVertices gatherVertices(const RigSource& source, const JointTable& table) {
     const std::vector<bool> mirrors = mirroringJoints(source, table);
     SourceVertices out;
-    std::vector<std::vector<Influence>> influences;
+    InfluenceRows influences;
     for (std::size_t p = 0; p < source.parts.size(); ++p) {
         const SourcePart& part = source.parts[p];
         const std::uint32_t first = std::uint32_t(out.positions.size());
@@ -157,7 +181,12 @@ class PointGrid {
 public:
     PointGrid(double radius, double cell) : radius_(radius), cell_(cell) {}
 
-    void add(Vec3d p, std::uint32_t point) { points_of_cell_[keyOf(p)].push_back(point); }
+    // Points are numbered from 0 and come in order.
+    void add(Vec3d p, std::uint32_t point) {
+        std::uint32_t& last = last_of_cell_.try_emplace(keyOf(p), kNone).first->second;
+        before_.push_back(last);
+        last = point;
+    }
 
     template <class Accept>  // the first added point that `accept` takes, or none
     std::uint32_t find(Vec3d p, const Accept& accept) const {
@@ -167,9 +196,9 @@ public:
         for (auto x = low[0]; x <= high[0]; ++x)
             for (auto y = low[1]; y <= high[1]; ++y)
                 for (auto z = low[2]; z <= high[2]; ++z) {
-                    const auto cell = points_of_cell_.find({x, y, z});
-                    if (cell == points_of_cell_.end()) continue;
-                    for (const std::uint32_t point : cell->second)
+                    const auto cell = last_of_cell_.find({x, y, z});
+                    if (cell == last_of_cell_.end()) continue;
+                    for (std::uint32_t point = cell->second; point != kNone; point = before_[point])
                         if (point < best && accept(point)) best = point;
                 }
         return best;
@@ -190,7 +219,8 @@ private:
     }
 
     double radius_, cell_;
-    std::unordered_map<Key, std::vector<std::uint32_t>, Hash> points_of_cell_;
+    std::unordered_map<Key, std::uint32_t, Hash> last_of_cell_;
+    std::vector<std::uint32_t> before_;  // [points] the point before it in its cube, or kNone
 };
 }  // namespace
 
