@@ -23,8 +23,8 @@ double areaOf(const std::vector<Vec3>& positions, const std::vector<Triangle>& t
     return area;
 }
 
-// A sphere of 3,422 vertices at 300: a closed surface of genus 0 has 2 V - 4 triangles, and their area misses that of
-// the sphere by 2.0% (measured; a regular one of 300 points by 1.8%).
+// A closed surface of genus 0 has 2 V - 4 triangles. Those of 300 points lie inside of the sphere, so their area is a
+// little less than its own; 4% leave room for triangles of unequal size.
 TEST(ChoosePoints, LeavesAClosedSurface) {
     const Mesh mesh = meshOf(shapes::sphere({1, 2, 3}, 1, 42));
     const ChosenPoints chosen = choosePoints(mesh, 300);
@@ -38,8 +38,8 @@ TEST(ChoosePoints, LeavesAClosedSurface) {
     EXPECT_EQ(again.triangles, chosen.triangles);
 }
 
-// A flat square bends nowhere: its boundary stays, and points are spread over it, because no vertex is farther than
-// 0.25 from one. 60 points in a regular pattern reach 0.08.
+// A flat square bends nowhere: its boundary stays, and points are spread over it. In a square pattern of 60 points no
+// place is farther than 0.1 from one.
 TEST(ChoosePoints, SpreadsOverFlatPartsAndKeepsTheBoundary) {
     shapes::Shape square;
     constexpr std::uint32_t kSide = 41;
