@@ -13,6 +13,7 @@
 #include "formats/brdf/brdf_source.h"
 #include "formats/common/errors.h"
 #include "formats/common/options.h"
+#include "formats/common/rest_in_scene.h"
 #include "formats/common/slot_choice.h"
 #include "formats/image/exposure.h"
 #include "sh/light/light_rotation.h"
@@ -212,6 +213,17 @@ void runScene(ReferenceCommand& command, const CommonOptions& common, Report& re
     writePicture(command, common, image, report);
 }
 
+// The corners of the character's boxes at rest and in a frame, by which penumbra-player frames pictures, too.
+std::array<std::array<Vec3, 2>, 2> framedBoxes(const VisibilityReader& reader, const VisibilityFrame& frame) {
+    const Mesh& mesh = reader.header().mesh;
+    std::vector<Vec3> rest = mesh.rest_positions;
+    if (const std::optional<Skin>& skin = reader.header().skin)
+        rest = restInScene(rest, {skin->influences, skin->joints, skin->weights}, reader.readPose(0).bones);
+    const BoundingBox at_rest = characterBox(mesh.frontTriangles(), rest);
+    const BoundingBox seen = characterBox(mesh.frontTriangles(), frame.positions);
+    return {{{at_rest.low, at_rest.high}, {seen.low, seen.high}}};
+}
+
 void runReference(ReferenceCommand& command, const CommonOptions& common, Report& report) {
     if (!command.scene.empty()) return runScene(command, common, report);
     finishOptions(command);
@@ -229,8 +241,9 @@ void runReference(ReferenceCommand& command, const CommonOptions& common, Report
     const VisibilityFrame frame = reader.readPose(index);
     Camera camera;
     try {
-        const std::vector<Vec3>& rest = header.mesh.rest_positions;
-        camera = makeCamera(command.camera, frame.positions, boxDiagonal(rest) / 2, defaultPitch(rest));
+        const auto [rest, seen] = framedBoxes(reader, frame);
+        camera =
+            makeCamera(command.camera, seen, length(toDouble(rest[1]) - toDouble(rest[0])) / 2, defaultPitch(rest));
     } catch (const std::invalid_argument& error) {
         throw UsageError(std::string("--camera: ") + error.what());
     }
@@ -252,6 +265,7 @@ void runReference(ReferenceCommand& command, const CommonOptions& common, Report
     input.brdf_of_vertex = brdf_of_vertex;
     if (!blockers.blockers.triangles.empty()) input.blockers = &blockers.blockers;
     input.occluder_positions = blockers.occluder_positions;
+    input.back_of_vertex = blockers.other_side;
     input.albedo = colors.albedo;
     input.transmission = colors.transmission;
     const Image image = renderReference(input, camera, light, command.options, common.threads, common.progress);

@@ -35,6 +35,7 @@ struct VisibilityCommand {
     std::vector<std::filesystem::path> rigs;
     std::vector<std::filesystem::path> files_read;  // the rigs and what they refer to, known after reading
     std::filesystem::path output;
+    std::filesystem::path converted;  // --keep-converted; "": not asked for
     BakeOptions options;
     const CLI::Option* ground = nullptr;
     bool local = false;
@@ -124,6 +125,7 @@ void runVisibility(VisibilityCommand& command, const CommonOptions& common, Repo
     const BakePlan plan = planBake(command.rigs, options);
     command.files_read = plan.files_read;
     reportNotes(plan.notes(), report);
+    if (plan.source.rig) logReaders(plan.source.rig->log, report);
     reportPlan(plan, options, report);
     if (common.dry_run) {
         std::printf("%zu frames x %zu vertices x %d rays = %.1f Mray; %.1f MB before compression\n",
@@ -135,6 +137,8 @@ void runVisibility(VisibilityCommand& command, const CommonOptions& common, Repo
         printEstimate(estimateBake(plan, options, common.threads), common.threads, report);
         return;
     }
+    if (!command.converted.empty()) report.willWrite({command.converted});
+    writeConverted(command.converted, plan.source.rig ? &*plan.source.rig : nullptr, command.rigs.front());
     if (std::string damage; command.resume && isWhole(command.output, plan, damage)) {
         report.figures["already_whole"] = true;
         if (!common.quiet) std::printf("%s: is this bake already, and whole\n", command.output.c_str());
@@ -185,6 +189,7 @@ void defineVisibility(CLI::App& app, VisibilityCommand& command) {
         ->check(within(1, 10000, "blocks of every clip"));
     addCacheFlags(app, options.cache);
     addRigFlags(app, options.rig);
+    addKeepConverted(app, options.rig, command.converted);
     app.add_option("--cache-fps", options.cache.fps,
                    "keys a second of a point cache (default: as its file says, else 24)")
         ->check(within(0.0, 999999.0, "keys a second"));
@@ -231,7 +236,8 @@ void defineVisibility(CLI::App& app, VisibilityCommand& command) {
         addParsed(app, "--transmission", command.transfer.transmission, readColorChoice,
                   "of transfer with bounces and --two-sided: what comes through the sheet, as --albedo")
             ->needs(bounces)};
-    app.add_flag("--two-sided", options.two_sided, "a thin sheet: every vertex has a back with moments of its own");
+    app.add_flag("--two-sided", options.two_sided, "a thin sheet: every vertex has a back with moments of its own")
+        ->excludes(app.get_option("--one-sided"));
     app.add_option("--occluder", command.options.occluders,
                    "mesh that blocks rays and has no moments, still or animated; any number of them; MESH:CACHE where "
                    "what moves it is in a file of its own")

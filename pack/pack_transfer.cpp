@@ -29,6 +29,7 @@ MeshSection meshOf(const TransferModel& model) {
     mesh.slots = model.mesh.slots;
     mesh.slot_of_vertex = model.mesh.slot_of_vertex;
     mesh.two_sided = model.mesh.two_sided;
+    addSurface(model.mesh, model.skin.influences > 0 ? &model.skin : nullptr, mesh.shading_point, mesh);
     return mesh;
 }
 
@@ -100,6 +101,8 @@ std::vector<std::byte> packTransfer(const TransferModel& model, std::span<const 
     };
     if (std::ranges::none_of(materials, lambert))
         throw Unsupported("linear transfer is diffuse, and no material is lambert");
+    if (!model.mesh.morphs.empty())
+        throw Unsupported("the model has morph targets, and an asset of transfer cannot move a mesh by them");
     checkNames(materials, lights);
     checkLooks(model.mesh, materials);
     FlatBufferBuilder builder(std::size_t(1) << 20);

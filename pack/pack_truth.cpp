@@ -45,6 +45,7 @@ MeshSection meshOf(const VisibilityHeader& header) {
     mesh.triangles = header.mesh.triangles;
     mesh.source_vertex = header.mesh.source_vertex;
     mesh.two_sided = header.mesh.two_sided;
+    mesh.morphs = header.mesh.morphs;
     mesh.slots = header.mesh.slots;
     mesh.slot_of_vertex = header.mesh.slot_of_vertex;
     for (std::uint32_t v = 0; v < mesh.positions.size(); ++v) mesh.shading_point.push_back(v);
@@ -53,6 +54,7 @@ MeshSection meshOf(const VisibilityHeader& header) {
         mesh.skin_joints = header.skin->joints;
         mesh.skin_weights = header.skin->weights;
     }
+    addSurface(header.mesh, header.skin ? &*header.skin : nullptr, mesh.shading_point, mesh);
     return mesh;
 }
 

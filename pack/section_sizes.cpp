@@ -38,6 +38,10 @@ std::vector<SizeOf> sectionSizes(const AssetView& asset, std::size_t file_size) 
         {"truth", asset.truth.data.size()},
         {"materials", materials},
         {"lights", lights}};
+    if (!m.morphs.empty())
+        sizes.insert(sizes.begin() + 2,
+                     {"morphs", m.morphs.first.size_bytes() + m.morphs.vertices.size_bytes() +
+                                    m.morphs.positions.size_bytes() + m.morphs.normals.size_bytes()});
     if (asset.model.deforming) sizes.insert(sizes.begin() + 3, {"playback", a.playback.positions.size_bytes()});
     if (composition) {
         const auto local =

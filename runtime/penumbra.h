@@ -104,7 +104,8 @@ typedef struct penumbra_asset_info {
     const uint16_t* slot_of_vertex; /* [V] */
 
     int deforming;    /* 1: vertices are given (penumbra_character_set_positions), not skinned by the caller's bones */
-    int two_sided;    /* 1: a thin sheet; every vertex has a back, every triangle one from behind: cull back faces */
+    int two_sided;    /* 1: a thin sheet; every vertex has a back, every triangle one from behind: cull back faces; */
+                      /* 2: some triangles have one from behind, with vertices like any other: cull back faces */
     int has_playback; /* 1: a deforming mesh with the positions of its frames */
     size_t input_count; /* X: numbers of a pose that the mesh does not know (penumbra_asset_input_name) */
 
@@ -266,6 +267,10 @@ PENUMBRA_API penumbra_status penumbra_character_set_pose(penumbra_character* cha
 PENUMBRA_API penumbra_status penumbra_asset_input_matrices(const penumbra_asset* asset, penumbra_matrix_layout layout,
                                                            const float* inputs, size_t input_count, float* matrices,
                                                            size_t joint_count, penumbra_error* error);
+/* Morph targets shape the rest pose before bones move it. Their weights are the last penumbra_asset_morph_count inputs,
+ * so that penumbra_asset_find_input("smile") is a weight's place; `weights` [count], which may be NULL, receives those
+ * at rest. The library shapes the mesh itself from what penumbra_character_set_pose gets. */
+PENUMBRA_API size_t penumbra_asset_morph_count(const penumbra_asset* asset, float* weights);
 /* Sets a pose by joint rotations alone. `rotations` [J,3] are those of penumbra_character_set_pose, with rotation_count
  * = 3 J. Each joint's global matrix is its parent joint's * its rest transform * its rotation, so that translations and
  * scales stay those of the rest pose (exact for uniform scales). `root` [3,4] has the rows of what moves the whole

@@ -82,7 +82,7 @@ EDGES = {
     r"tbb/|oneapi/": ["formats/common/parallel_for.cpp", "tests/"],
     r"tiny_gltf\.h": ["formats/rig/rig_gltf"],
     r"assimp/": ["formats/rig/rig_assimp"],
-    r"zlib\.h": ["formats/cache/inflate_file.cpp", "formats/cache/zip_archive.cpp", "tests/"],
+    r"zlib\.h": ["formats/cache/inflate_file.cpp", "formats/cache/zip_archive.cpp", "formats/rig/fbx_tree.cpp", "tests/"],
     r"meshoptimizer\.h": ["formats/rig/rig_", "tests/"],
     r"OpenEXR/|Imf\w*\.h|Imath": ["formats/image/image_", "tests/formats/test_height_file.cpp"],
     r"png\.h": ["formats/image/image_", "tests/formats/test_image_file.cpp",

@@ -6,6 +6,7 @@ import numpy as np
 
 from samples.bat import bat
 from samples.capsule_man import capsule_man
+from samples.face import face
 from samples.flapping_sheet import write_sheets
 from samples.gltf import Gltf, primitive
 from samples.shapes import box, compose, rotation, translation_to, tube, turn, two_bone_weights
@@ -210,6 +211,11 @@ def matrix_nodes():
     return g
 
 
+def still_face():
+    """Makes the face without its morph targets: what the error of faces is compared with."""
+    return face(morphs=False)
+
+
 def swing_in_other_formats(folder):
     """Makes weights_u16's tube and clip without the rounding of weights: swing.glb, .x, .dae and .fbx."""
     g, lower, upper = arm_sample()
@@ -230,7 +236,7 @@ def swing_in_other_formats(folder):
 
 
 SAMPLES = [bend, capsule_man, influences8, sparse, quantized, weights_u16, interpolation, props, two_skins]
-SAMPLES += [matrix_nodes]
+SAMPLES += [matrix_nodes, face, still_face]
 
 
 def main():

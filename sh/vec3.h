@@ -89,6 +89,21 @@ constexpr BasicMat3<T> cofactor(const BasicMat3<T>& a) {
     return fromRows(cross(r1, r2), cross(r2, r0), cross(r0, r1));
 }
 
+template <class T>
+constexpr T determinant(const BasicMat3<T>& a) {
+    const BasicVec3<T> r0{a.m[0], a.m[1], a.m[2]}, r1{a.m[3], a.m[4], a.m[5]}, r2{a.m[6], a.m[7], a.m[8]};
+    return dot(r0, cross(r1, r2));
+}
+// Returns what turns normals when points transform with A, up to its length: the cofactor matrix with the sign of the
+// determinant. Where A mirrors, the outside so stays outside.
+template <class T>
+constexpr BasicMat3<T> normalMatrix(const BasicMat3<T>& a) {
+    BasicMat3<T> c = cofactor(a);
+    if (determinant(a) < 0)
+        for (T& m : c.m) m = -m;
+    return c;
+}
+
 // Maps p to linear p + translation. The 12 floats are row-major 3x4, as /frames/bones stores them.
 struct Affine {
     std::array<float, 12> m{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};

@@ -59,7 +59,7 @@ std::string frameText(const BakeSource& source, const Shift& shift) {
 OccluderMotion motionOf(const BakeSource& source, const std::optional<std::filesystem::path>& inputs) {
     OccluderMotion motion;
     if (source.rig) return motion;
-    const float tolerance = kPlaceTolerance * float(boxDiagonal(source.mesh().rest_positions));
+    const float tolerance = kPlaceTolerance * float(characterDiagonal(source.mesh()));
     const std::vector<Shift> shifts = shiftsOf(source, tolerance);
     motion.moves = std::any_of(shifts.begin(), shifts.end(),
                                [&](const Shift& s) { return !s.rigid || length(s.way) > tolerance; });

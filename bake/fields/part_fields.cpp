@@ -23,6 +23,7 @@
 #include "formats/common/errors.h"
 #include "formats/common/parallel_for.h"
 #include "formats/common/part_table.h"
+#include "formats/common/twin_triangles.h"
 #include "formats/common/write_file.h"
 #include "sh/sh_basis.h"
 
@@ -75,14 +76,38 @@ void checkPart(const std::filesystem::path& file, const FieldFile& fields, std::
                            "' is too small, or too far from the origin for its size");
 }
 
-void addParts(const Mesh& mesh, const PartTable& table, const FieldOptions& options, FieldPlan& plan) {
+// The triangles of a source as they face outwards in the space of the rest positions, where the parts are, with the
+// shape that the rest weights of morph targets give (part_table.h tells which parts may have it).
+Mesh meshAtRest(const BakeSource& source) {
+    const Mesh& mesh = source.mesh();
+    Mesh out;
+    out.triangles = mesh.triangles;
+    out.rest_positions =
+        restShape(mesh.morphs, {mesh.rest_positions, std::vector<Vec3>(mesh.vertexCount())}, mesh.morphs.rest_weights)
+            .positions;
+    out.opacity = mesh.opacity;
+    if (!source.rig) return out;
+    const std::vector<bool> mirrored = mirroredAtRest(*source.rig);
+    std::vector<bool> turned;
+    for (Triangle& t : out.triangles) {
+        turned.push_back(mirrored[t[0]]);
+        if (turned.back()) std::swap(t[1], t[2]);
+    }
+    out.opacity = turnedOpacity(mesh.opacity, turned);
+    return out;
+}
+
+void addParts(const BakeSource& source, const PartTable& table, const FieldOptions& options, FieldPlan& plan) {
     const FrameRange range = options.parts.value_or(FrameRange{0, table.partCount(), 1});
     if (range.end > table.partCount())
         throw BadOption("parts", "ends at " + std::to_string(range.end) + ", but there are " +
                                      std::to_string(table.partCount()) + " parts");
+    const Mesh mesh = meshAtRest(source);
     std::vector<PartMesh> meshes;
+    const std::vector<std::uint32_t> twins =
+        source.rig ? twinTriangles(source.mesh(), source.rig->skin) : std::vector<std::uint32_t>{};
     for (std::size_t part = 0; part < table.partCount(); ++part)
-        meshes.push_back(partMesh(mesh.rest_positions, mesh.triangles, table.part_of_triangle, part));
+        meshes.push_back(partMesh(mesh, twins, table.part_of_triangle, part));
     const std::vector<PartField> fields =
         placeFields(meshes, options.cells, std::size_t(options.megabytes * kMegabyte));
     for (std::size_t part = range.begin; part < range.end; ++part) {
@@ -108,7 +133,7 @@ FieldPlan planFields(const std::vector<std::filesystem::path>& paths, const Fiel
         throw BadOption(options.cache.metres != 1 ? "units" : "up",
                         "is for point caches, and " + paths.front().string() + " is a rig");
     const Mesh& mesh = source.mesh();
-    const double diagonal = boxDiagonal(mesh.rest_positions);
+    const double diagonal = characterDiagonal(mesh);
     if (!(diagonal > 0 && std::isfinite(diagonal)))
         throw InvalidInput(paths.front().string() + ": the rest positions have no extent");
     const PartTable table = source.rig ? makePartTable(mesh, source.rig->skin) : wholeAsOnePart(mesh);
@@ -123,7 +148,7 @@ FieldPlan planFields(const std::vector<std::filesystem::path>& paths, const Fiel
     file.mesh_sha256 = meshSha256(mesh);
     file.rays = options.rays;
     file.fields.fade = float(options.fade * diagonal);
-    addParts(mesh, table, options, plan);
+    addParts(source, table, options, plan);
     if (options.inputs) {
         if (source.rig) throw BadOption("inputs", "of a mesh without skin only; a rig's parts move with its bones");
         plan.files_read.push_back(*options.inputs);

@@ -18,7 +18,7 @@ Json describe(const Mesh& mesh) {
               {"source_vertices", mesh.source_vertex.size()},
               {"triangles", mesh.triangles.size()},
               {"slots", mesh.slots},
-              {"rest_diagonal", boxDiagonal(mesh.rest_positions)}};
+              {"rest_diagonal", characterDiagonal(mesh)}};
     addRestBox(json, mesh.rest_positions);
     if (mesh.two_sided) json["two_sided"] = true;
     return json;

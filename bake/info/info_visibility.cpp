@@ -100,6 +100,8 @@ Json describeVisibility(const std::filesystem::path& path, VertexSample sample) 
     json["pose"] = {{"numbers", header.pose_size}, {"parameterisation", header.pose_parameterisation}};
     if (!header.edges.empty()) json["edges"] = header.edges.size();
     if (!header.input_names.empty()) json["inputs"] = header.input_names;
+    if (const MorphTargets& morphs = header.mesh.morphs; !morphs.empty())
+        json["morph_targets"] = {{"count", morphs.count()}, {"changed_vertices", morphs.vertices.size()}};
     json["frames"] = header.frames.frameCount();
     json["clips"] = describe(header.frames);
     if (reader.isVirtual()) json["virtual"] = true;

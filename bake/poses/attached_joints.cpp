@@ -67,7 +67,7 @@ bool isBelow(const Rig& rig, std::size_t joint, std::size_t top) {
 std::vector<std::pair<int, int>> attachedJoints(const Rig& rig, std::span<const RigFrame> frames, int threads) {
     const std::vector<char> carries = carryingJoints(rig);
     const Movement movement = movementOf(rig, frames, threads);
-    const double diagonal = boxDiagonal(rig.mesh.rest_positions);
+    const double diagonal = characterDiagonal(rig.mesh);
     std::vector<std::pair<int, int>> pairs;
     bool is_first_root = true;
     for (std::size_t j = 0; j < movement.joints; ++j) {

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <utility>
 
+#include "bake/poses/limbs.h"
 #include "formats/common/check_readable.h"
 #include "formats/common/errors.h"
 #include "formats/common/parallel_for.h"
@@ -44,6 +45,24 @@ JointLimits limitsOfFrames(const Rig& rig, std::span<const RigFrame> frames, int
         std::sort(column.begin(), column.end());
         limits.low[c] = quantile(column, kTail);
         limits.high[c] = quantile(column, 1 - kTail);
+    }
+    return limits;
+}
+
+JointLimits limitsWithoutClips(const Rig& rig) {
+    const std::size_t width = 3 * rig.skin.jointCount();
+    JointLimits limits{std::vector<double>(width), std::vector<double>(width)};
+    const std::vector<char> carries = carryingJoints(rig);
+    for (std::size_t j = 0; j < rig.skin.jointCount(); ++j) {
+        if (!carries[j] || !turnsItself(rig, j)) continue;
+        int depth = 0;
+        for (int up = rig.skin.parents[j]; up >= 0; up = rig.skin.parents[std::size_t(up)]) ++depth;
+        if (depth == 0) continue;
+        const double limit = std::max(kFreeTurn / std::sqrt(double(depth)), kLeastFreeTurn) * kDegree;
+        for (std::size_t c = 3 * j; c < 3 * j + 3; ++c) {
+            limits.low[c] = -limit;
+            limits.high[c] = limit;
+        }
     }
     return limits;
 }

@@ -17,6 +17,12 @@ struct JointLimits {
 // that share the node of an earlier one.
 JointLimits limitsOfFrames(const Rig& rig, std::span<const RigFrame> frames, int threads);
 
+// Returns limits for a rig without clips: joints below a root that move vertices turn by up to kFreeTurn / sqrt(d)
+// about each axis, but at least kLeastFreeTurn. d is the number of joints on the way from the root (1 for its
+// children).
+constexpr double kFreeTurn = 30, kLeastFreeTurn = 10;  // degrees
+JointLimits limitsWithoutClips(const Rig& rig);
+
 // Replaces limits by those of a CSV file. Its first line is "joint,axis,min,max". Each further line is an axis of a
 // joint (x, y or z; degrees, -180..180, min <= max). Empty lines and lines that start with # are passed over. Throws
 // IoError, and InvalidInput with the number of the line.

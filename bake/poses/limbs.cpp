@@ -88,7 +88,7 @@ Skeleton skeletonOf(const Rig& rig) {
     Skeleton out;
     buildTree(rig, out);
     placeVertices(rig, out);
-    out.diagonal = boxDiagonal(rig.mesh.rest_positions);
+    out.diagonal = characterDiagonal(rig.mesh);
     out.carries.resize(rig.skin.jointCount());
     for (std::size_t i = 0; i < rig.skin.weights.size(); ++i)
         if (rig.skin.weights[i] > 0) out.carries[std::size_t(out.first[rig.skin.joints[i]])] = 1;

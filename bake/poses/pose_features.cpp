@@ -7,6 +7,7 @@
 #include "formats/common/parallel_for.h"
 #include "formats/common/write_file.h"
 #include "formats/rig/rig_matrix.h"
+#include "formats/rig/rig_morphs.h"
 
 namespace penumbra {
 
@@ -24,7 +25,7 @@ MovingBones movingBones(const Rig& rig) {
         bones.share.push_back(weight[j] / double(rig.mesh.vertexCount()));
         bones.center.push_back(toDouble(centers[j]));
     }
-    bones.diagonal = boxDiagonal(rig.mesh.rest_positions);
+    bones.diagonal = characterDiagonal(rig.mesh);
     return bones;
 }
 
@@ -97,19 +98,34 @@ std::vector<Pair> choosePairs(const MovingBones& bones, const std::vector<double
     return pairs;
 }
 
+// Returns for each morph target the rms move of all vertices at weight 1, in units of `diagonal`.
+std::vector<float> morphMoves(const Mesh& mesh, double diagonal) {
+    std::vector<float> moves;
+    for (std::size_t m = 0; m < mesh.morphs.count(); ++m) {
+        double sum = 0;
+        for (const Vec3 move : mesh.morphs.rowsOf(m).positions) sum += dot(toDouble(move), toDouble(move));
+        moves.push_back(float(std::sqrt(sum / double(mesh.vertexCount())) / diagonal));
+    }
+    return moves;
+}
+
 }  // namespace
 
 PoseFeatures poseFeatures(const Rig& rig, std::span<const RigFrame> frames, int threads) {
     const MovingBones bones = movingBones(rig);
     const std::vector<Pair> pairs = choosePairs(bones, meanSquaredDistances(rig, bones, frames, threads));
-    PoseFeatures out{frames.size(), 3 * pairs.size(), {}};
+    const std::vector<float> moves = morphMoves(rig.mesh, bones.diagonal);
+    PoseFeatures out{frames.size(), 3 * pairs.size() + moves.size(), {}};
     if (double(out.frames) * double(out.width) * sizeof(float) > kMaxFeatureBytes)
         throw BadOption("frames", std::to_string(out.frames) +
                                       " are too many to compare (more than 2 GiB of features); use a lower fps");
     out.values.resize(out.frames * out.width);
     parallelFor(frames.size(), threads, [&](std::size_t f) {
         throwIfInterrupted();
-        relativePositions(rig, bones, pairs, frames[f], std::span(out.values).subspan(f * out.width, out.width));
+        const std::span<float> row = std::span(out.values).subspan(f * out.width, out.width);
+        relativePositions(rig, bones, pairs, frames[f], row);
+        const std::vector<float> weights = weightsAt(rig, frames[f].clip, frames[f].time);
+        for (std::size_t m = 0; m < moves.size(); ++m) row[3 * pairs.size() + m] = weights[m] * moves[m];
     });
     return out;
 }

@@ -7,9 +7,11 @@
 
 #include "bake/poses/cover_poses.h"
 #include "bake/poses/mix_poses.h"
+#include "bake/poses/morph_poses.h"
 #include "bake/poses/sample_poses.h"
 #include "bake/source/frame_choice.h"
 #include "formats/common/errors.h"
+#include "formats/rig/rig_morphs.h"
 #include "formats/source/source_readers.h"
 
 namespace penumbra {
@@ -105,7 +107,7 @@ namespace {
 
 void checkCanMix(const PosePlan& plan, std::size_t limbs, std::size_t frames) {
     const std::string rig = plan.rig.files_read.at(0).string();
-    if (limbs < 2)
+    if (limbs < 2 && plan.rig.mesh.morphs.empty())
         throw BadOption("mix", "mixing and covering need limbs, but the skeleton of " + rig +
                                    " has no fork with two long branches; sample poses instead");
     if (frames < 2)
@@ -131,6 +133,7 @@ void addMixed(const PosePlan& plan, const PoseOptions& options, int threads, Pos
         list.open_after = covering.open_after;
     }
     for (const Node& node : plan.rig.nodes) file.node_names.push_back(node.name);
+    file.mixed_weights = mixWeights(plan.rig, frames, file.mixedCount(), options.seed);
 }
 
 }  // namespace
@@ -147,23 +150,36 @@ PoseList makePoses(const PosePlan& plan, const PoseOptions& options, int threads
     listChosen(plan.candidates, list.choice, list.file);
     if (mixes) addMixed(plan, options, threads, list);
     if (options.sample > 0) {
-        list.limits = limitsOfFrames(plan.rig, candidates, threads);
+        list.limits =
+            plan.rig.clips.empty() ? limitsWithoutClips(plan.rig) : limitsOfFrames(plan.rig, candidates, threads);
         if (!options.limits.empty()) applyLimitsFile(options.limits, plan.rig, list.limits);
+        if (plan.rig.clips.empty() && list.limits.low == list.limits.high)
+            throw BadOption("sample", "the rig has no clip and no joint below another that can turn; give --limits");
         list.file.rotations = samplePoses(plan.rig, list.limits, std::size_t(options.sample), options.seed);
+        list.file.sampled_weights = sampleWeights(weightLimits(plan.rig, candidates), std::size_t(options.sample),
+                                                  options.seed, list.limits.low.size());
         listMade(kSampledClip, std::size_t(options.sample), list.file);
     }
     listMade(kMixedClip, std::size_t(options.mix + options.cover), list.file);
+    if (options.sample + options.mix + options.cover > 0) list.file.weight_names = plan.rig.mesh.morphs.names;
     return list;
 }
 
 Rig rigOfPoses(const Rig& rig, const PoseFile& poses) {
     Rig out = rig;
     addPoseClips(poses, out);
-    out.clips = {clipOfFrames(out, rigFrames(out, poses.frames), kPosesClip)};
+    const std::vector<RigFrame> frames = rigFrames(out, poses.frames);
+    std::vector<float> weights = weightsOf(out, frames);
+    out.clips = {clipOfFrames(out, frames, kPosesClip)};
+    out.weight_curves.clear();
+    addWeightKeys(0, std::move(weights), out);
     return out;
 }
 
 BonePoses bonesOfPoses(const Rig& rig, const PoseFile& poses) {
+    if (!rig.mesh.morphs.empty())
+        throw Unsupported(rig.files_read.at(0).string() +
+                          ": has morph targets, whose weights poses of bones do not have; write X.poses.h5 or X.glb");
     Rig posed = rig;
     addPoseClips(poses, posed);
     BonePoses out{rig.skin.joint_names, {}};

@@ -7,7 +7,9 @@
 #include "formats/cache/numbered_files.h"
 #include "formats/common/errors.h"
 #include "formats/common/joined.h"
+#include "formats/common/mesh_places.h"
 #include "formats/common/sha256.h"
+#include "formats/common/twin_triangles.h"
 
 namespace penumbra {
 
@@ -61,6 +63,21 @@ void checkGiven(const VisibilityHeader& header, const std::string& name, const B
         }
 }
 
+// The places of the fronts of a rig; a cache has none.
+std::vector<std::uint32_t> placesOf(const VisibilityHeader& header) {
+    if (!header.skin) return {};
+    const std::size_t fronts = header.mesh.frontVertexCount(), rows = fronts * std::size_t(header.skin->influences);
+    Skin skin;
+    skin.influences = header.skin->influences;
+    skin.joints.assign(header.skin->joints.begin(), header.skin->joints.begin() + std::ptrdiff_t(rows));
+    skin.weights.assign(header.skin->weights.begin(), header.skin->weights.begin() + std::ptrdiff_t(rows));
+    Mesh mesh;
+    mesh.triangles.assign(header.mesh.frontTriangles().begin(), header.mesh.frontTriangles().end());
+    mesh.rest_positions.assign(header.mesh.rest_positions.begin(),
+                               header.mesh.rest_positions.begin() + std::ptrdiff_t(fronts));
+    return firstOfSides(mesh, skin);
+}
+
 }  // namespace
 
 ReferenceBlockers blockersOfFrame(const VisibilityHeader& header, std::size_t frame, const std::string& name,
@@ -68,14 +85,18 @@ ReferenceBlockers blockersOfFrame(const VisibilityHeader& header, std::size_t fr
     const BakeWords words = wordsOf(header.provenance);
     checkGiven(header, name, words, occluders);
     ReferenceBlockers out;
-    if (header.skin && !header.mesh.two_sided && occluders.empty()) return out;
+    out.blockers.addSurface(header.mesh, header.skin ? &*header.skin : nullptr);
+    if (header.skin && !header.mesh.two_sided && occluders.empty() && out.blockers.twins.empty()) return out;
+    if (!out.blockers.twins.empty()) out.other_side = twinVertices(header.mesh, out.blockers.twins);
     const std::span<const Vec3> rest(header.mesh.rest_positions);
-    out.blockers.add(header.mesh.frontTriangles(), rest.first(header.mesh.frontVertexCount()));
+    out.blockers.add(header.mesh.frontTriangles(), rest.first(header.mesh.frontVertexCount()), placesOf(header));
     std::vector<std::string> clips = header.frames.clip_names;
     if (words.blocks)
         for (std::string& clip : clips) clip = clipOfBlock(clip);
     for (const Occluder& occluder : readOccluders(occluders, words.cache, clips)) {
-        out.blockers.add(occluder.source.mesh().triangles, sourcePositions(occluder.source, -1, 0));
+        out.blockers.addSurface(occluder.source.mesh(), occluder.source.rig ? &occluder.source.rig->skin : nullptr);
+        out.blockers.add(occluder.source.mesh().triangles, sourcePositions(occluder.source, -1, 0),
+                         occluder.source.places());
         appendPositions(occluder, header.frames.clip[frame], header.frames.time[frame], out.occluder_positions);
     }
     return out;

@@ -14,7 +14,7 @@
 #include "formats/scene/bone_poses.h"
 #include "formats/scene/scene_origin.h"
 #include "formats/scene/scene_placement.h"
-#include "sh/bounding_box.h"
+#include "sh/character_box.h"
 
 namespace penumbra {
 
@@ -44,9 +44,21 @@ VisibilityFrame deformAsset(const AssetView& asset, std::size_t frame) {
     return posed;
 }
 
-// The vertices of a skinned one in a pose.
-VisibilityFrame skinAsset(const AssetView& asset, std::span<const Affine> bones) {
-    VisibilityFrame posed;
+MorphTargets morphsOf(const MorphsView& view) {
+    MorphTargets morphs;
+    morphs.names.resize(view.count());  // nobody asks for their names
+    morphs.rest_weights.assign(view.rest_weights.begin(), view.rest_weights.end());
+    morphs.first.assign(view.first.begin(), view.first.end());
+    morphs.vertices.assign(view.vertices.begin(), view.vertices.end());
+    morphs.positions.assign(view.positions.begin(), view.positions.end());
+    morphs.normals.assign(view.normals.begin(), view.normals.end());
+    return morphs;
+}
+
+// The vertices of a skinned one in a pose. `inputs` [X] are those of a frame; empty: the bones tell the weights of
+// morph targets.
+VisibilityFrame skinAsset(const AssetView& asset, std::span<const Affine> bones, std::span<const float> inputs) {
+    RestShape posed;
     Mesh mesh;
     mesh.rest_positions.assign(asset.mesh.positions.begin(), asset.mesh.positions.end());
     Skin skin;
@@ -54,9 +66,17 @@ VisibilityFrame skinAsset(const AssetView& asset, std::span<const Affine> bones)
     skin.influences = asset.mesh.influences;
     skin.joints.assign(asset.mesh.skin_joints.begin(), asset.mesh.skin_joints.end());
     skin.weights.assign(asset.mesh.skin_weights.begin(), asset.mesh.skin_weights.end());
-    skinVertices(mesh, skin, {asset.mesh.normals.begin(), asset.mesh.normals.end()}, {bones.begin(), bones.end()},
-                 posed.positions, posed.normals);
-    return posed;
+    const std::size_t morphs = asset.mesh.morphs.count();
+    const std::vector<float> weights =
+        inputs.empty() ? morphWeights(asset.model.input_joints, bones, asset.animation.input_names.size(), morphs)
+                       : std::vector<float>(inputs.end() - std::ptrdiff_t(morphs), inputs.end());
+    mesh.morphs = morphsOf(asset.mesh.morphs);
+    const std::vector<Affine> all(bones.begin(), bones.end());
+    skinMorphed(mesh, skin, {asset.mesh.normals.begin(), asset.mesh.normals.end()}, {all, weights}, posed);
+    VisibilityFrame frame;
+    frame.positions = std::move(posed.positions);
+    frame.normals = std::move(posed.normals);
+    return frame;
 }
 
 // Puts meshes behind one another.
@@ -89,7 +109,8 @@ public:
         for (std::size_t v = 0; v < posed.positions.size(); ++v)
             out_.brdf_of_vertex.push_back(
                 material_of_slot[asset.mesh.slot_of_vertex.empty() ? 0 : asset.mesh.slot_of_vertex[v]]);
-        const BoundingBox box = boundsOf(std::span(out_.frame.positions).subspan(first));
+        const BoundingBox box =
+            characterBox(asset.mesh.frontTriangles(), std::span(out_.frame.positions).subspan(first));
         corners_.insert(corners_.end(), {box.low, box.high});
         if (box.radius() > 0) least_ = std::min(least_, 2 * box.radius());
     }
@@ -179,9 +200,11 @@ private:
     }
 
     VisibilityFrame poseOf(const SceneCharacter& one, const AssetView& asset, std::optional<double> seconds) {
-        if (one.pose) return skinAsset(asset, poses_.poseOf(one, asset).bones);
+        if (one.pose) return skinAsset(asset, poses_.poseOf(one, asset).bones, {});
         const std::size_t frame = frameOf(one, asset.animation, seconds);
-        return asset.model.deforming ? deformAsset(asset, frame) : skinAsset(asset, asset.animation.bonesOf(frame));
+        return asset.model.deforming
+                   ? deformAsset(asset, frame)
+                   : skinAsset(asset, asset.animation.bonesOf(frame), asset.animation.inputsOf(frame));
     }
     std::uint16_t numberOf(const std::string& material) {
         std::vector<std::string>& all = out_.materials;

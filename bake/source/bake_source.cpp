@@ -2,6 +2,10 @@
 
 #include <algorithm>
 
+#include "bake/source/surface_opacity.h"
+#include "formats/common/errors.h"
+#include "formats/common/mesh_places.h"
+#include "formats/rig/rig_build.h"
 #include "formats/source/source_readers.h"
 
 namespace penumbra {
@@ -22,13 +26,28 @@ std::vector<std::string> BakeSource::notes() const {
     return lines;
 }
 
+std::vector<std::uint32_t> BakeSource::places() const {
+    if (!rig) return {};
+    std::vector<std::uint32_t> first = firstOfSides(rig->mesh, rig->skin);
+    for (std::size_t v = 0; v < first.size(); ++v)
+        if (first[v] != v) return first;
+    return {};
+}
+
 BakeSource readSource(const std::vector<std::filesystem::path>& paths, const PointCacheOptions& options,
                       const RigOptions& rig_options) {
     BakeSource source;
-    if (isPointCache(paths.front()))
+    const bool is_cache = isPointCache(paths.front());
+    if (is_cache && !(rig_options.nodes.empty() && rig_options.without.empty()))
+        throw BadOption(rig_options.nodes.empty() ? "without" : "nodes",
+                        "is for rigs, and " + paths.front().string() + " is a point cache");
+    if (is_cache)
         source.cache = readPointCache(paths, options);
     else
         source.rig = readRig(paths, rig_options);
+    if (!source.rig) return source;
+    readOpacity(*source.rig);
+    if (rig_options.strict) refuseNotes(source.rig->notes);
     return source;
 }
 
@@ -55,10 +74,13 @@ SourcePose poseSource(const BakeSource& source, int clip, double time) {
     SourcePose out;
     if (source.rig) {
         RigPose pose = evaluatePose(*source.rig, clip, time);
-        skinVertices(source.rig->mesh, source.rig->skin, source.rig->rest_normals, pose.bones, out.positions,
-                     out.normals);
+        RestShape skinned;
+        skinMorphed(source.rig->mesh, source.rig->skin, source.rig->rest_normals, {pose.bones, pose.weights}, skinned);
+        out.positions = std::move(skinned.positions);
+        out.normals = std::move(skinned.normals);
         out.bones = std::move(pose.bones);
         out.pose = std::move(pose.pose);
+        out.morph_weights = std::move(pose.weights);
     } else {
         out.positions = sourcePositions(source, clip, time);
         out.normals = meshNormals(source.cache->mesh, out.positions);

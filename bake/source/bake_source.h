@@ -17,6 +17,8 @@ struct BakeSource {
     const std::vector<std::filesystem::path>& filesRead() const { return rig ? rig->files_read : cache->files_read; }
     std::vector<std::string> clipNames() const;
     std::vector<std::string> notes() const;  // what its reader has to say, a line each
+    // firstOfSides() of a rig that has hard edges, else empty.
+    std::vector<std::uint32_t> places() const;
 };
 
 // Reads a point cache where the first path is one (isPointCache()), and a rig otherwise. Throws the errors of
@@ -34,6 +36,7 @@ struct SourcePose {
     std::vector<Vec3> positions, normals;  // [V]; those of a rig may be infinite
     std::vector<Affine> bones;             // [J] of a rig, else empty
     std::vector<float> pose;               // [3J] of a rig, RigPose::pose; else empty
+    std::vector<float> morph_weights;      // [M] of a rig with morph targets, else empty
 };
 // Poses the source at a time of a clip, in seconds. `clip` -1 is the rest pose.
 SourcePose poseSource(const BakeSource& source, int clip, double time);

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "formats/common/errors.h"
+#include "formats/rig/rig_morphs.h"
 
 namespace penumbra {
 
@@ -103,14 +104,22 @@ void checkPoses(const std::filesystem::path& path, const PoseFile& poses, const 
     if (poses.mixedCount() > 0 &&
         !std::equal(rig.nodes.begin(), rig.nodes.end(), poses.node_names.begin(), poses.node_names.end(), same_name))
         fail("/mixed/node_names: mixed poses of a rig with other nodes");
+    if (poses.sampledCount() + poses.mixedCount() > 0 && poses.weight_names != rig.mesh.morphs.names)
+        fail("/weights/names: poses of a rig with other morph targets");
 }
 
 }  // namespace
 
 void addPoseClips(const PoseFile& poses, Rig& rig) {
     static_assert(kMixedNumbers == kNodeNumbers);
-    if (poses.sampledCount() > 0) rig.clips.push_back(clipOfRotations(rig, poses.rotations, kSampledClip));
-    if (poses.mixedCount() > 0) rig.clips.push_back(clipOfNodes(rig, poses.mixed, kMixedClip));
+    if (poses.sampledCount() > 0) {
+        rig.clips.push_back(clipOfRotations(rig, poses.rotations, kSampledClip));
+        addWeightKeys(int(rig.clips.size()) - 1, poses.sampled_weights, rig);
+    }
+    if (poses.mixedCount() > 0) {
+        rig.clips.push_back(clipOfNodes(rig, poses.mixed, kMixedClip));
+        addWeightKeys(int(rig.clips.size()) - 1, poses.mixed_weights, rig);
+    }
 }
 
 FrameList readPoseFrames(const std::filesystem::path& path, Rig& rig) {

@@ -8,6 +8,8 @@
 
 #include "formats/cache/numbered_files.h"
 #include "formats/common/errors.h"
+#include "formats/common/mesh_places.h"
+#include "formats/common/twin_triangles.h"
 #include "formats/stage/pose_file.h"
 #include "sh/dihedral_angles.h"
 
@@ -39,7 +41,10 @@ struct Part {
 };
 }  // namespace
 
-void Blockers::add(std::span<const Triangle> more, std::span<const Vec3> rest) {
+void Blockers::add(std::span<const Triangle> more, std::span<const Vec3> rest, std::vector<std::uint32_t> places) {
+    const std::vector<Triangle> joined = places.empty() ? std::vector<Triangle>() : trianglesOfPlaces(more, places);
+    if (!places.empty()) more = joined;  // surfaces hang together across hard edges
+    if (vertices == 0) place_of_vertex = std::move(places);
     // 1. Sum up for every connected part its signed volume, and how many sides of triangles stand alone.
     const std::vector<std::uint32_t> part_of = partsOfVertices(more, rest.size());
     std::map<std::uint32_t, Part> parts;
@@ -63,10 +68,21 @@ void Blockers::add(std::span<const Triangle> more, std::span<const Vec3> rest) {
         triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
     }
     for (std::size_t v = 0; of_mesh && v < rest.size(); ++v) {
-        const auto found = parts.find(part_of[v]);
+        const auto found = parts.find(part_of[placeOf(std::uint32_t(v))]);
         solid_of_vertex.push_back(found == parts.end() ? 0 : found->second.solid);
     }
     vertices += rest.size();
+}
+
+void Blockers::addSurface(const Mesh& mesh, const Skin* skin) {
+    appendOpacity(mesh.opacity, triangles.size(), opacity);
+    const std::vector<std::uint32_t> more =
+        skin && !mesh.two_sided ? twinTriangles(mesh, *skin) : std::vector<std::uint32_t>{};
+    if (more.empty()) return;
+    const auto first = std::uint32_t(triangles.size());
+    if (first == 0) front_of_vertex = tracedVertices(mesh, more);
+    for (auto t = std::uint32_t(twins.size()); t < first; ++t) twins.push_back(t);
+    for (const std::uint32_t twin : more) twins.push_back(first + twin);
 }
 
 namespace {

@@ -5,16 +5,22 @@
 
 namespace penumbra {
 
+float biasOf(const MomentTracer& tracer, std::size_t vertex) {
+    return tracer.far_bias.empty() ? tracer.bias : tracer.far_bias[vertex % tracer.far_bias.size()];
+}
+
 RayStart startOfVertex(const MomentTracer& tracer, Vec3 position, Vec3 normal, std::size_t vertex) {
     const Vec3 scaled = tracer.scale.apply(position);
-    if (!tracer.blockers || dot(normal, normal) == 0) return startOverSolid(scaled, normal, tracer.bias);
-    const std::size_t fronts = tracer.mesh->frontVertexCount();
-    const auto front = std::uint32_t(vertex % fronts);
+    if (!tracer.blockers || dot(normal, normal) == 0)
+        return startOverSolid(scaled, tracer.start_ways.empty() ? normal : tracer.start_ways[vertex],
+                              biasOf(tracer, vertex));
+    const std::uint32_t of_side = tracer.blockers->frontOf(std::uint32_t(vertex));
+    const std::uint32_t front = tracer.blockers->placeOf(of_side);
     const Vec3 direction =
-        directionToSide(tracer.blockers->fans, tracer.vertices, front, normal, vertex < fronts ? 1 : -1);
+        directionToSide(tracer.blockers->fans, tracer.vertices, front, normal, vertex == of_side ? 1 : -1);
     return startOverSheet(
         tracer.scene, *tracer.blockers,
-        {scaled, direction, tracer.bias, {front, front, front}, tracer.blockers->solid_of_vertex[front]});
+        {scaled, direction, biasOf(tracer, vertex), {front, front, front}, tracer.blockers->solid_of_vertex[front]});
 }
 
 namespace {
@@ -37,7 +43,8 @@ std::size_t traceBoth(const MomentTracer& tracer, const RayStart& start, Vec3 no
         std::fill(out.local.begin(), out.local.end(), 0.0f);
         return 0;
     }
-    const Vec3 origin = start.closed ? startOverSolid(start.position, normal, tracer.bias).position : start.position;
+    const float bias = biasOf(tracer, vertex);
+    const Vec3 origin = start.closed ? startOverSolid(start.position, normal, bias).position : start.position;
     // 2. The floor is not local, so the local rays go below it.
     (void)aboveHorizon(directions, normal, Floor::kNone, rays.near);
     std::size_t traced = 0;

@@ -20,17 +20,19 @@ struct BakePlan {
     std::vector<std::filesystem::path> files_read;  // all of them, for provenance and depfiles
     // [V] the vertices of the source that are baked, ascending, where header.mesh is a choice of them; else empty
     std::vector<std::uint32_t> chosen;
-    double rest_diagonal = 0;  // of the rest pose in the model frame: the unit of `bias`
+    double rest_diagonal = 0;  // of the character in its rest pose in the model frame: the unit of `bias`
     VisibilityHeader header;
     std::string albedo_from;                      // surface_colors.h; empty without bounces
     std::vector<std::filesystem::path> pictures;  // that the albedo was read from
     std::vector<int> source_clip;                 // [C] the source's clip of each of header.frames' clips; -1 = at rest
     float bias = 1e-4f;
+    std::vector<float> far_bias;  // far_bias.h; mostly empty
     // With a point cache, a sheet or occluders, rays start by the rules of ray_start.h.
     bool sheet_rules = false;
     Blockers blockers;
-    std::optional<LocalParts> local;  // set with header.local
-    std::vector<Occluder> occluders;  // their clips go with header.frames.clip_names
+    std::vector<std::uint32_t> places;  // BakeSource::places() of a solid: its rays start by start_ways.h
+    std::optional<LocalParts> local;    // set with header.local
+    std::vector<Occluder> occluders;    // their clips go with header.frames.clip_names
     ExtraInputs inputs;
     std::vector<std::vector<EdgeTurns>> turns;  // [F] of a point cache, else empty
 

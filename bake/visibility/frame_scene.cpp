@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "bake/trace/start_ways.h"
 #include "formats/common/errors.h"
 
 namespace penumbra {
@@ -31,22 +32,28 @@ std::vector<T> gathered(const std::vector<T>& items, const std::vector<std::uint
     return out;
 }
 
-// Poses the vertices. Where the bake has chosen some of them, `dense` gets the positions of all.
-VisibilityFrame poseAll(const BakePlan& plan, std::size_t f, std::vector<Vec3>& dense) {
+// All vertices of a source of which some are baked.
+struct DensePose {
+    std::vector<Vec3> positions, normals;
+};
+
+// Poses the vertices. Where the bake has chosen some of them, `dense` gets all.
+VisibilityFrame poseAll(const BakePlan& plan, std::size_t f, DensePose& dense) {
     const FrameList& frames = plan.header.frames;
     SourcePose pose = poseSource(plan.source, plan.source_clip[frames.clip[f]], frames.time[f]);
     checkFinite(plan, f, pose);
     if (plan.source.cache) pose.pose = continuousAngles(plan.header.edges, pose.positions, plan.turns[f]);
     const std::vector<float> inputs = inputsOf(plan, f);
     pose.pose.insert(pose.pose.end(), inputs.begin(), inputs.end());
+    pose.pose.insert(pose.pose.end(), pose.morph_weights.begin(), pose.morph_weights.end());
     if (plan.header.mesh.two_sided) {
         appendBackPositions(pose.positions);
         appendBackNormals(pose.normals);
     }
     if (!plan.chosen.empty()) {
-        dense = std::move(pose.positions);
-        pose.positions = gathered(dense, plan.chosen);
-        pose.normals = gathered(pose.normals, plan.chosen);
+        dense = {std::move(pose.positions), std::move(pose.normals)};
+        pose.positions = gathered(dense.positions, plan.chosen);
+        pose.normals = gathered(dense.normals, plan.chosen);
     }
     VisibilityFrame frame{
         std::move(pose.positions), std::move(pose.normals), std::move(pose.bones), std::move(pose.pose), {}};
@@ -61,26 +68,36 @@ VisibilityFrame poseAll(const BakePlan& plan, std::size_t f, std::vector<Vec3>& 
 }  // namespace
 
 VisibilityFrame poseVertices(const BakePlan& plan, std::size_t f) {
-    std::vector<Vec3> dense;
+    DensePose dense;
     return poseAll(plan, f, dense);
 }
 
 FrameScene frameScene(const BakePlan& plan, std::size_t f) {
-    std::vector<Vec3> dense;
+    DensePose dense;
     VisibilityFrame frame = poseAll(plan, f, dense);
     const FrameList& frames = plan.header.frames;
     const Mesh& character = plan.occluder();
-    std::vector<Vec3> scaled = plan.chosen.empty() ? frame.positions : dense;
+    std::vector<Vec3> scaled = plan.chosen.empty() ? frame.positions : dense.positions;
     scaled.resize(character.frontVertexCount());
-    const SceneScale scale = sceneScale(scaled, plan.rest_diagonal);
+    SceneScale scale = sceneScale(scaled, plan.rest_diagonal);
+    if (!plan.far_bias.empty()) {
+        const BoundingBox box = characterBox(character.frontTriangles(), scaled);
+        scale = sceneScale(std::array{box.low, box.high}, plan.rest_diagonal);
+    }
     for (const Occluder& occluder : plan.occluders) appendPositions(occluder, frames.clip[f], frames.time[f], scaled);
     for (Vec3& p : scaled) p = scale.apply(p);
     std::vector<BoundingBox> boxes;
     if (plan.local) boxes = plan.local->boxesOf(character.frontTriangles(), scaled);
-    return {std::move(frame), scale,
-            OcclusionScene(scaled, plan.blockers.triangles,
-                           plan.sheet_rules || plan.local ? Queries::kFiltered : Queries::kPlain),
-            std::move(boxes), std::move(dense)};
+    std::vector<Vec3> ways;
+    if (!plan.places.empty()) ways = startWays(plan.places, plan.chosen.empty() ? frame.normals : dense.normals);
+    return {
+        std::move(frame),
+        scale,
+        OcclusionScene(scaled, plan.blockers.triangles,
+                       plan.sheet_rules || plan.local ? Queries::kFiltered : Queries::kPlain, plan.blockers.through()),
+        std::move(boxes),
+        std::move(ways),
+        std::move(dense.positions)};
 }
 
 MomentOutput outputOf(VisibilityFrame& frame) { return {frame.coefficients, frame.local_coefficients}; }
@@ -96,9 +113,11 @@ MomentTracer tracerOf(const BakePlan& plan, const FrameScene& posed, const BakeD
     MomentTracer tracer{posed.scene, directions.whole, posed.scale, plan.bias,
                         plan.header.ground_y ? Floor::kSolid : Floor::kNone};
     if (plan.sheet_rules) tracer.blockers = &plan.blockers;
+    tracer.far_bias = plan.far_bias;
     tracer.mesh = &plan.occluder();
     tracer.vertices = plan.chosen.empty() ? posed.frame.positions : posed.dense;
     tracer.vertex_of_point = plan.chosen;
+    tracer.start_ways = posed.start_ways;
     if (plan.local)
         tracer.local.emplace(
             LocalTracer{*plan.local, directions.local ? *directions.local : directions.whole, posed.part_boxes});

@@ -78,9 +78,11 @@ std::vector<std::string> differencesOf(const VisibilityHeader& other, const Visi
     check(other.ground_y == expected.ground_y, "another ground_y");
     check(other.local == expected.local, "other local moments");
     check(a.triangles == b.triangles && a.rest_positions == b.rest_positions && a.source_vertex == b.source_vertex &&
-              a.slots == b.slots && a.slot_of_vertex == b.slot_of_vertex && other.rest_normals == expected.rest_normals,
+              a.morphs == b.morphs && a.slots == b.slots && a.slot_of_vertex == b.slot_of_vertex &&
+              other.rest_normals == expected.rest_normals,
           "another mesh");
     check(a.two_sided == b.two_sided, "another attribute two_sided");
+    check(a.opacity == b.opacity, "another /mesh/opacity_triangles");
     check(sameSkin(other.skin, expected.skin), "another skin");
     check(other.pose_size == expected.pose_size && other.pose_parameterisation == expected.pose_parameterisation &&
               other.edges == expected.edges && other.input_names == expected.input_names,

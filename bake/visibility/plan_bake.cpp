@@ -7,6 +7,7 @@
 #include "bake/source/choose_points.h"
 #include "bake/source/frame_choice.h"
 #include "bake/source/surface_colors.h"
+#include "bake/trace/far_bias.h"
 #include "bake/visibility/bake_visibility.h"
 #include "formats/common/errors.h"
 
@@ -92,6 +93,16 @@ void chooseFrames(BakePlan& plan, const BakeOptions& options) {
     if (options.frames) header.shard->frame_in_clip = slice(numberInClip(all), *options.frames);
 }
 
+// Makes the weights of morph targets inputs, behind those of the table --inputs.
+void addMorphWeights(VisibilityHeader& header, const std::string& table) {
+    const std::vector<std::string>& names = header.mesh.morphs.names;
+    for (const std::string& name : names)
+        if (std::find(header.input_names.begin(), header.input_names.end(), name) != header.input_names.end())
+            throw InvalidInput(table + ": column '" + name + "' has the name of a morph target; rename it");
+    header.input_names.insert(header.input_names.end(), names.begin(), names.end());
+    header.pose_size += int(names.size());
+}
+
 // Reads everything else that the rays of a frame can hit, and the numbers that only other files know.
 void addSurroundings(BakePlan& plan, const BakeOptions& options) {
     VisibilityHeader& header = plan.header;
@@ -99,13 +110,19 @@ void addSurroundings(BakePlan& plan, const BakeOptions& options) {
     if (options.blocks > 1)
         for (std::string& clip : clips) clip = clipOfBlock(clip);
     plan.occluders = readOccluders(options.occluders, options.cache, clips);
-    plan.sheet_rules = plan.source.cache || options.two_sided || !plan.occluders.empty();
+    plan.blockers.addSurface(plan.source.mesh(), plan.source.rig ? &plan.source.rig->skin : nullptr);
+    plan.sheet_rules =
+        plan.source.cache || options.two_sided || !plan.occluders.empty() || !plan.blockers.twins.empty();
     if (plan.sheet_rules)
-        plan.blockers.add(plan.source.mesh().triangles, sourcePositions(plan.source, -1, 0));
+        plan.blockers.add(plan.source.mesh().triangles, sourcePositions(plan.source, -1, 0), plan.source.places());
     else
         plan.blockers.triangles = plan.source.mesh().triangles;  // nothing else will be asked of them
-    for (const Occluder& occluder : plan.occluders)
-        plan.blockers.add(occluder.source.mesh().triangles, sourcePositions(occluder.source, -1, 0));
+    if (!plan.sheet_rules) plan.places = plan.source.places();
+    for (const Occluder& occluder : plan.occluders) {
+        plan.blockers.addSurface(occluder.source.mesh(), occluder.source.rig ? &occluder.source.rig->skin : nullptr);
+        plan.blockers.add(occluder.source.mesh().triangles, sourcePositions(occluder.source, -1, 0),
+                          occluder.source.places());
+    }
     if (options.inputs) {
         plan.inputs = placeInputs(readInputTable(*options.inputs), options.inputs->string(), plan.source);
         header.input_names = plan.inputs.names;
@@ -114,6 +131,7 @@ void addSurroundings(BakePlan& plan, const BakeOptions& options) {
             // This call throws here, before hours of tracing, when a frame has no row in the table.
             (void)inputsAt(plan.inputs, plan.source_clip[header.frames.clip[f]], header.frames.time[f]);
     }
+    addMorphWeights(header, options.inputs ? options.inputs->string() : "");
     if (!options.two_sided) return;
     header.mesh = withBacks(header.mesh);
     appendBackNormals(header.rest_normals);
@@ -187,14 +205,17 @@ void checkCacheOptions(const BakePlan& plan, const PointCacheOptions& options) {
 
 BakePlan planBake(const std::vector<std::filesystem::path>& paths, const BakeOptions& options) {
     BakePlan plan;
-    plan.source = readSource(paths, options.cache, options.rig);
+    RigOptions rig = options.rig;
+    if (options.two_sided) rig.sides = RigSides::kFronts;  // each vertex gets its back below
+    plan.source = readSource(paths, options.cache, rig);
     VisibilityHeader& header = plan.header;
     header.mesh = plan.source.mesh();
     describePose(plan.source, header);
     chooseFrames(plan, options);
 
     const std::vector<Vec3> positions = sourcePositions(plan.source, -1, 0);
-    plan.rest_diagonal = boxDiagonal(positions);
+    const BoundingBox box = characterBox(header.mesh.triangles, positions);
+    plan.rest_diagonal = length(toDouble(box.high) - toDouble(box.low));
     if (!(plan.rest_diagonal > 0 && std::isfinite(plan.rest_diagonal)))
         throw InvalidInput(paths.front().string() + ": the rest pose has no extent");
 
@@ -203,14 +224,12 @@ BakePlan planBake(const std::vector<std::filesystem::path>& paths, const BakeOpt
     if (options.transfer) describeTransfer(plan, *options.transfer);
     plan.files_read = filesRead(plan, options);
     plan.bias = float(options.bias);
+    plan.far_bias = farBiases(plan.source.mesh().triangles, positions, box, plan.bias);
     header.order = options.order;
     header.rays = options.rays;
     header.seed = options.seed;
     if (options.ground_y) header.ground_y = float(*options.ground_y);
-    if (options.ground && !options.ground_y) {
-        const auto by_height = [](Vec3 a, Vec3 b) { return a.y < b.y; };
-        header.ground_y = std::min_element(positions.begin(), positions.end(), by_height)->y;
-    }
+    if (options.ground && !options.ground_y) header.ground_y = box.low.y;
     header.local = options.local;
     if (header.local)
         plan.local = makeLocalParts(header.mesh, header.skin, header.local->steps, plan.blockers.triangles.size());

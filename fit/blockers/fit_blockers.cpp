@@ -124,7 +124,6 @@ SilhouettePoses choosePoses(const Model& model) {
     const std::vector<std::size_t> frames = trainingFrames(model);
     const std::size_t joints = model.skin.jointCount(), count = std::min(kPoses, frames.size());
     SilhouettePoses poses;
-    std::vector<Vec3> normals;
     for (std::size_t i = 0; i < count; ++i) {
         const std::size_t frame = frames[(2 * i + 1) * frames.size() / (2 * count)];
         const auto first = model.bones.begin() + std::ptrdiff_t(frame * joints);
@@ -135,8 +134,11 @@ SilhouettePoses choosePoses(const Model& model) {
             const auto begin = model.positions.begin() + std::ptrdiff_t(frame * points);
             poses.positions.back().assign(begin, begin + std::ptrdiff_t(points));
         } else {
-            skinVertices(model.mesh, model.skin, model.rest_normals, poses.bones.back(), poses.positions.back(),
-                         normals);
+            const std::vector<float> weights = morphWeights(model.input_joints, poses.bones.back(),
+                                                            model.input_names.size(), model.mesh.morphs.count());
+            RestShape vertices;
+            skinMorphed(model.mesh, model.skin, model.rest_normals, {poses.bones.back(), weights}, vertices);
+            poses.positions.back() = std::move(vertices.positions);
         }
     }
     if (count > 0) return poses;
@@ -242,7 +244,7 @@ BlockerFit fitBlockers(const Model& model, const BlockerOptions& options, int th
     BlockerFit fit;
     GroupedBlockers grouped = paper ? boundVertices(samples, options.spheres, options.seed)
                                     : groupByArea(model, samples, poses, options, fit);
-    const float least = kMinRadius * float(boxDiagonal(model.mesh.rest_positions));
+    const float least = kMinRadius * float(characterDiagonal(model.mesh));
     for (CasterSphere& sphere : grouped.blockers.spheres) sphere.radius = std::max(sphere.radius, least);
     fit.rigid_share = rigidShare(samples, grouped);
     fit.blockers = std::move(grouped.blockers);

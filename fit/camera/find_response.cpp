@@ -7,9 +7,11 @@
 // exposures are all two stops apart tells g only up to a function that repeats every two stops, and a penalty in z is
 // weak exactly at the steep, dark end: 10% rms are left.
 //
-// Here: the penalty is that of g as a function of x = ln(z + 4), where every power law is nearly straight; a place
-// weighs by what one code of noise does to its light; and places that disagree lose weight (Huber). 1 to 2% are left.
-// ln E is eliminated: for a sample with weights w and rows a (g's interpolation at each code),
+// Here: the penalty is that of g as a function of x = ln(z + 4), where every power law is nearly straight. Where the
+// places show the shoulder of the curve it is x = ln((z + 4) / (260 - z)), because film goes into its white as slowly
+// as into its black, and the scale of the light hangs on the last codes: code 255 is an exposure of 1. A place weighs
+// by what one code of noise does to its light; and places that disagree lose weight (Huber). 1 to 2% are left. ln E is
+// eliminated: for a sample with weights w and rows a (g's interpolation at each code),
 //   sum w (a g - ln t - ln E)^2 is least at ln E = mean_w(a g - ln t), which leaves a quadratic form in g alone.
 #include "fit/camera/find_response.h"
 
@@ -29,6 +31,8 @@ constexpr int kCodes = 256, kMostSamples = 2000, kRounds = 5;
 constexpr std::size_t kFewestSamples = 30;
 // Weight of the integral of g''(x)^2 against the mean square of ln E's residual.
 constexpr double kSmoothness = 4e-6;
+// Places up to this code show the shoulder of the curve.
+constexpr int kShoulder = 240;
 // A residual beyond so many codes counts less.
 constexpr double kTrustedCodes = 1.5;
 // Slope of g, per code, of a place that has weight 1; steeper ones weigh less.
@@ -83,9 +87,11 @@ void addPlace(const Place& place, NormalEquations& to) {
         }
 }
 
-// Adds kSmoothness times the integral of g''(x)^2, and holds g(128) near 0: the data leave its constant free.
-void addPenalty(NormalEquations& to) {
-    const auto x = [](int code) { return std::log(code + 4.0); };
+// Adds kSmoothness times the integral of g''(x)^2, and holds g(128) near 0: the data leave its constant free. `highest`
+// is the highest code that the places show.
+void addPenalty(int highest, NormalEquations& to) {
+    const bool shoulder = highest >= kShoulder;
+    const auto x = [=](int code) { return std::log(code + 4.0) - (shoulder ? std::log(260.0 - code) : 0); };
     for (int z = 1; z < kCodes - 1; ++z) {
         const double before = x(z) - x(z - 1), after = x(z + 1) - x(z), both = (before + after) / 2;
         const double row[] = {1 / before / both, -(1 / before + 1 / after) / both, 1 / after / both};
@@ -120,12 +126,12 @@ double reweigh(const Eigen::VectorXd& g, std::vector<Place>& places) {
     return weights > 0 ? std::sqrt(squares / weights) : 0;
 }
 
-Eigen::VectorXd findCurve(std::vector<Place>& places, double& rms) {
+Eigen::VectorXd findCurve(std::vector<Place>& places, int highest, double& rms) {
     Eigen::VectorXd g(kCodes);
     for (int round = 0; round < kRounds; ++round) {
         NormalEquations equations;
         for (const Place& place : places) addPlace(place, equations);
-        addPenalty(equations);
+        addPenalty(highest, equations);
         Eigen::MatrixXd solution;
         if (!solvePositive(equations.a, Eigen::MatrixXd(equations.b), solution))
             throw std::runtime_error("the equations of the response have no solution");
@@ -170,7 +176,7 @@ FoundResponse findResponse(const BracketPictures& bracket) {
         if (samples.channels[c].size() < kFewestSamples) failOfTooFew(bracket, samples, c);
         std::vector<Place> places = placesOf(samples.channels[c], bracket.exposures);
         out.channels[c] = qualityOf(places);
-        const Eigen::VectorXd g = findCurve(places, out.channels[c].rms);
+        const Eigen::VectorXd g = findCurve(places, out.channels[c].highest, out.channels[c].rms);
         double highest = g[0];
         for (int code = 0; code < kCodes; ++code) {
             highest = std::max(highest, g[code]);  // the curve never falls

@@ -24,20 +24,22 @@ constexpr float kNone = -1;
 // The window around one pixel of one picture.
 struct Window {
     std::array<float, 3> mean, deviation;
+    std::array<std::uint8_t, 3> highest{};
 };
 
 Window windowAt(const TexturePicture& picture, int x, int y) {
     std::array<long, 3> sum{}, squares{};
+    Window out;
     for (int j = y - kRadius; j <= y + kRadius; ++j) {
         const std::uint8_t* at =
             &picture.rgb[3 * (std::size_t(j) * std::size_t(picture.width) + std::size_t(x - kRadius))];
         for (int i = 0; i < 3 * (2 * kRadius + 1); ++i, ++at) {
             sum[std::size_t(i % 3)] += *at;
             squares[std::size_t(i % 3)] += *at * *at;
+            out.highest[std::size_t(i % 3)] = std::max(out.highest[std::size_t(i % 3)], *at);
         }
     }
     constexpr double kCount = (2 * kRadius + 1) * (2 * kRadius + 1);
-    Window out;
     for (std::size_t c = 0; c < 3; ++c) {
         const double mean = double(sum[c]) / kCount;
         out.mean[c] = float(mean);
@@ -61,7 +63,7 @@ std::vector<Window> windowsOf(const BracketPictures& bracket) {
 // The other channels may vary three times as much: they only blur into this one.
 bool isUsable(const Window& window, std::size_t channel, double flatness) {
     const float most = *std::ranges::max_element(window.deviation);
-    return window.mean[channel] > kMinCode + 1 && window.mean[channel] < kMaxCode - 4 &&
+    return window.mean[channel] > kMinCode + 1 && window.highest[channel] < 255 &&
            window.deviation[channel] < flatness && most < 3 * flatness;
 }
 

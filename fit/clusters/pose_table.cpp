@@ -77,14 +77,35 @@ void scaleNumber(InputJoint& joint, const RawPoses& raw, std::size_t inputs, std
     joint.scale = float(feature_scale / (most > least ? most - least : 1));
 }
 
+// Returns the name, or "NAME#2" and so on where a joint has it: a file's joints have names of their own.
+std::string unusedName(const std::string& name, const std::vector<std::string>& taken) {
+    std::string out = name;
+    for (int n = 2; std::find(taken.begin(), taken.end(), out) != taken.end(); ++n)
+        out = name + "#" + std::to_string(n);
+    return out;
+}
+
+// Returns the mean place at rest of what a target moves, weighted by how far.
+Vec3 centerOfTarget(const Mesh& mesh, std::size_t target) {
+    const MorphRows rows = mesh.morphs.rowsOf(target);
+    Vec3d sum;
+    double weight = 0;
+    for (std::size_t r = 0; r < rows.vertices.size(); ++r) {
+        const double move = length(toDouble(rows.positions[r]));
+        sum += toDouble(mesh.rest_positions[rows.vertices[r]]) * move;
+        weight += move;
+    }
+    return weight > 0 ? toFloat(sum / weight) : Vec3{};
+}
+
 // Adds the joints of the inputs behind the other joints.
 void addInputJoints(const VisibilityHeader& header, const RawPoses& raw, const PoseRequest& request, PoseTable& poses) {
     const std::size_t inputs = header.input_names.size();
     poses.input_joints = inputJoints(header.input_names, poses.skin.jointCount());
-    const double scale = boxDiagonal(header.mesh.rest_positions);
+    const double scale = characterDiagonal(header.mesh);
     // 1. Name the joints.
     for (const std::string& name : inputJointNames(header.input_names, poses.input_joints)) {
-        poses.skin.joint_names.push_back(name);
+        poses.skin.joint_names.push_back(unusedName(name, poses.skin.joint_names));
         poses.skin.parents.push_back(-1);
         if (!poses.skin.rest_transforms.empty()) poses.skin.rest_transforms.push_back({});
         if (!poses.skin.inverse_bind.empty()) poses.skin.inverse_bind.push_back({});
@@ -95,6 +116,10 @@ void addInputJoints(const VisibilityHeader& header, const RawPoses& raw, const P
         const float* x = raw.inputs.data() + request.train.front() * inputs + joint.column;
         poses.joint_centers[joint.joint] = joint.absolute() ? Vec3{} : Vec3{x[0], x[1], x[2]};
         if (joint.absolute()) scaleNumber(joint, raw, inputs, request.train, scale);
+        // A morph target is where it moves the mesh, so that clusters tell near targets from far ones.
+        const std::size_t morphs = header.mesh.morphs.count();
+        if (joint.absolute() && joint.column + morphs >= inputs)
+            poses.joint_centers[joint.joint] = centerOfTarget(header.mesh, joint.column + morphs - inputs);
     }
 }
 

@@ -38,8 +38,9 @@ std::vector<double> squaredDistances(const FeatureRecipe& recipe, const ClusterP
     for (std::size_t j = 0; j < distances.size(); ++j) {
         if (j == std::size_t(place.joint)) continue;
         if (recipe.absolute(j)) {
-            // An input that is not a point has no distance.
-            distances[j] = kNumberDistance;
+            // An input that is not a point has no distance, unless it is the weight of a morph target.
+            const Vec3d way = (toDouble(recipe.joint_centers[j]) - toDouble(place.center)) / recipe.scale;
+            distances[j] = recipe.joint_centers[j] == Vec3{} ? kNumberDistance : dot(way, way);
             at += 12;
             continue;
         }

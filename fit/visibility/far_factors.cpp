@@ -32,6 +32,9 @@ VertexSet vertexSet(const Model& model, std::span<const std::uint32_t> vertices,
     set.skin.parents = skin.parents;
     set.skin.influences = skin.influences;
     set.id.assign(vertices.begin(), vertices.end());
+    set.mesh.morphs = selectVertices(model.mesh.morphs, vertices);
+    set.input_joints = model.input_joints;
+    set.inputs = model.input_names.size();
     for (const std::uint32_t v : vertices) {
         set.mesh.rest_positions.push_back(model.mesh.rest_positions[v]);
         set.rest_normals.push_back(model.rest_normals[v]);
@@ -62,10 +65,11 @@ struct FarBatch {
 }  // namespace
 
 PosedVertices skinned(const VertexSet& set, std::span<const Affine> bones) {
-    PosedVertices vertices;
-    skinVertices(set.mesh, set.skin, set.rest_normals, {bones.begin(), bones.end()}, vertices.positions,
-                 vertices.normals);
-    return vertices;
+    RestShape vertices;
+    const std::vector<Affine> all(bones.begin(), bones.end());
+    const std::vector<float> weights = morphWeights(set.input_joints, bones, set.inputs, set.mesh.morphs.count());
+    skinMorphed(set.mesh, set.skin, set.rest_normals, {all, weights}, vertices);
+    return {std::move(vertices.positions), std::move(vertices.normals)};
 }
 
 PosedVertices deformed(const VertexSet& set, std::span<const Vec3> positions, std::span<const Vec3> normals) {

@@ -14,7 +14,9 @@ FarTables makeFarTables(const Composition& composition, const Convention& conven
 
 // Some vertices of a model, as a mesh of their own that can be skinned.
 struct VertexSet {
-    Mesh mesh;  // without triangles
+    Mesh mesh;                             // without triangles
+    std::vector<InputJoint> input_joints;  // of the model, whose last inputs are the weights of morph targets
+    std::size_t inputs = 0;                // how many the model has
     Skin skin;
     std::vector<Vec3> rest_normals, rest_tangents;
     std::vector<std::uint16_t> part;   // [V of the set]

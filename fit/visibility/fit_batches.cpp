@@ -135,9 +135,20 @@ std::vector<PosedPart> posedParts(const FitJob& job, const FarFields& fields) {
     return posed;
 }
 
-// Returns a recipe that sees the joints whose parts are local to the joint's, and joints that stand for inputs, unless
-// a part is known to move with them. A joint that moves nothing is not seen: it repeats what others say. All parts of a
-// deforming mesh are local.
+// Tells whether an input is the weight of a morph target that moves something of a part which is local to part `own`.
+bool movesNearParts(const Model& model, const PartTable& table, const InputJoint& input, std::size_t own) {
+    const MorphTargets& morphs = model.mesh.morphs;
+    const std::size_t inputs = model.input_names.size();
+    if (input.columns != 1 || input.column + morphs.count() < inputs) return false;
+    const MorphRows rows = morphs.rowsOf(input.column + morphs.count() - inputs);
+    return std::any_of(rows.vertices.begin(), rows.vertices.end(), [&](std::uint32_t v) {
+        return int(table.stepsBetween(own, table.part_of_vertex[v])) <= model.composition->local_steps;
+    });
+}
+
+// Returns a recipe that sees the joints whose parts are local to the joint's, morph targets that move such parts, and
+// joints that stand for inputs of a deforming mesh, unless a part is known to move with them. A joint that moves
+// nothing is not seen: it repeats what others say. All parts of a deforming mesh are local.
 FeatureRecipe localRecipe(const Model& model, const PartTable& table, const FeatureRecipe& recipe, int joint) {
     FeatureRecipe local = recipe;
     const std::vector<bool> composed = composedInputs(model);
@@ -154,6 +165,8 @@ FeatureRecipe localRecipe(const Model& model, const PartTable& table, const Feat
         const bool moves = std::any_of(spread.begin(), spread.end(), [](float x) { return x != 0; });
         local.seen[j] = moves && !composed[j] && int(table.stepsBetween(own, table.part_of_joint[j])) <= steps;
     }
+    for (const InputJoint& input : model.input_joints)
+        if (movesNearParts(model, table, input, own)) local.seen[input.joint] = true;
     return local;
 }
 

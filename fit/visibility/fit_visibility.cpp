@@ -119,7 +119,7 @@ void copyInput(const VisibilityHeader& header, const PoseTable& poses, const Fit
     model.convention = options.convention;
     model.kind = options.model;
     model.features = options.features;
-    model.feature_scale = boxDiagonal(header.mesh.rest_positions);
+    model.feature_scale = characterDiagonal(header.mesh);
     model.joint_centers = poses.joint_centers;
     model.joint_spreads = jointSpreads(header.mesh, poses.skin, model.joint_centers, model.feature_scale);
     model.input_variance = inputVariance(options);

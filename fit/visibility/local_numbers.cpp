@@ -35,6 +35,7 @@ struct Part {
     Mesh mesh;
     Skin skin;
     std::vector<Vec3> rest_normals;
+    std::size_t inputs = 0;  // of a pose
 };
 
 Part makePart(const VisibilityHeader& header, std::span<const Wanted> wanted) {
@@ -44,6 +45,10 @@ Part makePart(const VisibilityHeader& header, std::span<const Wanted> wanted) {
     part.skin.joint_names = header.skin->joint_names;
     part.skin.parents = header.skin->parents;
     part.skin.influences = header.skin->influences;
+    std::vector<std::uint32_t> vertices;
+    for (const Wanted& w : wanted) vertices.push_back(w.vertex);
+    part.mesh.morphs = selectVertices(header.mesh.morphs, vertices);
+    part.inputs = header.input_names.size();
     for (const Wanted& w : wanted) {
         part.mesh.rest_positions.push_back(header.mesh.rest_positions[w.vertex]);
         part.rest_normals.push_back(header.rest_normals[w.vertex]);
@@ -72,12 +77,15 @@ struct VertexRange {
 // Returns the normals of the wanted vertices in one frame, by skinning or from the file. A back has the opposite normal
 // of its front.
 std::vector<Vec3> normalsOf(const PoseTable& poses, const VertexRange& range, std::size_t frame) {
-    std::vector<Vec3> positions, normals;
+    std::vector<Vec3> normals;
     if (!poses.deforming) {
-        const std::span<const Affine> bones = poses.bonesOf(frame);
-        skinVertices(range.part.mesh, range.part.skin, range.part.rest_normals, {bones.begin(), bones.end()}, positions,
-                     normals);
-        return normals;
+        const Part& part = range.part;
+        const std::vector<Affine> bones(poses.bonesOf(frame).begin(), poses.bonesOf(frame).end());
+        const std::vector<float> weights =
+            morphWeights(poses.input_joints, bones, part.inputs, part.mesh.morphs.count());
+        RestShape vertices;
+        skinMorphed(part.mesh, part.skin, part.rest_normals, {bones, weights}, vertices);
+        return std::move(vertices.normals);
     }
     const std::size_t fronts = poses.normals.size() / poses.frameCount();
     for (const Wanted& wanted : range.wanted) {

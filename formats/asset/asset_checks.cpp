@@ -84,6 +84,9 @@ MeshView meshOf(const fbs::Mesh& stored, const Field& at, std::size_t joints, bo
     mesh.slot_of_vertex = spanOf<std::uint16_t>(stored.slot_of_vertex(), at / "slot_of_vertex");
     checkCount(at / "slot_of_vertex", mesh.slot_of_vertex, mesh.slots.empty() ? 0 : count);
     checkIndices(at / "slot_of_vertex", mesh.slot_of_vertex, mesh.slots.size());
+    mesh.casting = spanOf<std::uint32_t>(stored.casting(), at / "casting");
+    (at / "casting").require(mesh.casting.size() % 3 == 0, "has a broken last triangle");
+    checkIndices(at / "casting", mesh.casting, count);
     setTwoSided(stored, at, mesh);
     return mesh;
 }
@@ -333,6 +336,7 @@ AssetView viewOfAsset(const fbs::Asset& stored, const std::string& file) {
     const std::size_t vertices = asset.mesh.positions.size();
     if (asset.has_model) asset.model = modelOf(*stored.model(), at, asset);
     if (stored.transfer()) setTransfer(stored, at, asset);
+    setMorphs(stored, at, asset);
     if (!asset.model.deforming)
         checkCount(at / "animation.bones", asset.animation.bones, asset.animation.frameCount() * std::uint64_t(joints));
     if (stored.animation()) setPlayback(*stored.animation(), at / "animation", asset, asset.animation.playback);

@@ -57,6 +57,8 @@ std::vector<ClusterView> sameClustersOf(const StoredClusters* stored, const Fiel
 void setIndirect(const fbs::Model& stored, const Field& at, const ReadCluster& read_cluster, ModelView& model);
 // The blockers of the file, in asset_checks_compose.cpp. `at` is the file.
 BlockersView blockersOf(const fbs::Asset& stored, const Field& at, std::size_t joints);
+// Morph targets, in asset_checks_morph.cpp. Reads all but the materials of `asset`. `file` is the file.
+void setMorphs(const fbs::Asset& stored, const Field& file, AssetView& asset);
 // Linear models of transfer, in asset_checks_transfer.cpp. Reads the mesh and the animation of `asset`, and
 // sets the transfer and what stands in for the model. `at` is the file.
 void setTransfer(const fbs::Asset& stored, const Field& at, AssetView& asset);

@@ -22,6 +22,7 @@
 #include "sh/far/part_field.h"
 #include "sh/indirect_numbers.h"
 #include "sh/light/dominant_light.h"
+#include "sh/morph_rows.h"
 #include "sh/vec3.h"
 #include "sh/visibility_convention.h"
 
@@ -46,6 +47,21 @@ std::size_t bytesPerNumber(AssetPrecision precision);
 // out.size() == numbers.count
 void decode(const NumbersView& numbers, std::span<float> out);
 
+// Morph targets of a mesh: asset.fbs has the rule. The weights are the last count() inputs of a pose, and in a model
+// each has an input joint of one column.
+struct MorphsView {
+    std::span<const float> rest_weights;             // [M]
+    std::span<const std::uint32_t> first, vertices;  // [M + 1], [R]
+    std::span<const Vec3> positions, normals;        // [R]
+
+    std::size_t count() const { return rest_weights.size(); }
+    bool empty() const { return rest_weights.empty(); }
+    MorphRows rowsOf(std::size_t target) const {
+        const std::size_t begin = first[target], size = first[target + 1] - begin;
+        return {vertices.subspan(begin, size), positions.subspan(begin, size), normals.subspan(begin, size)};
+    }
+};
+
 // In a file with a model, vertices are in cluster order, every joint index is < J, and every row of weights sums to
 // 1.
 struct MeshView {
@@ -59,6 +75,10 @@ struct MeshView {
     std::vector<std::string_view> slots;            // the parts of the mesh that may have a material of their own
     std::span<const std::uint16_t> slot_of_vertex;  // [V], < slots; empty without slots
     bool two_sided = false;                         // asset.fbs has the rule; then V and T are even
+    MorphsView morphs;
+    bool cull_backs = false;                 // two_sided, or some triangles lie on others that face the other way
+    std::span<const std::uint32_t> casting;  // [3S] as asset.fbs has it; empty: all triangles
+    std::span<const std::uint32_t> castingTriangles() const { return casting.empty() ? triangles : casting; }
     // Vs counts the shading points that are no backs. They come first in the bake's order, and their triangles come
     // first here.
     std::size_t pointCount() const { return positions.size() / (two_sided ? 2 : 1); }

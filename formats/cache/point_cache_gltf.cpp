@@ -58,7 +58,7 @@ void checkParts(const RigSource& source) {
     for (const SourcePart& part : source.parts)
         if (part.skin >= 0)
             throw Unsupported(source.file.string() + ": node '" + source.nodes[std::size_t(part.node)].name +
-                              "' has a skin; rigs are read without their morph targets");
+                              "' has a skin; it is a rig, and no point cache");
     for (const MorphChannel& channel : source.morphs)
         for (const SourcePart& part : source.parts)
             if (part.node == channel.node && part.targets.size() * channel.times.size() *
@@ -96,8 +96,9 @@ std::vector<double> keysOf(const RigSource& source, std::size_t clip) {
 }  // namespace
 
 CacheFile readGltfCache(const std::filesystem::path& path, double fps) {
-    const auto source = std::make_shared<RigSource>(readGltf(path, Morphs::kRead));
+    const auto source = std::make_shared<RigSource>(readGltf(path));
     if (fps > 0) throw BadOption("cache_fps", path.string() + " has key times of its own");
+    selectParts(*source, {});
     checkParts(*source);
     CacheFile cache;
     cache.file = path;

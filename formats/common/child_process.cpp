@@ -6,10 +6,11 @@
 // Naive: start a helper program for it. Then every test program, every user of our libraries and every place of
 // installation needs to find that helper, and the two have to agree on a version.
 //
-// Here: fork() without exec. The child works on a copy of this process' memory, writes its result into a pipe and ends
-// with _exit(), which runs no destructor and flushes no stream of the parent. A process with threads may do so, because
-// the child needs no other thread: `work` starts none, takes no lock of ours, and glibc makes its own (those of malloc
-// and of streams) usable in the child.
+// Here, for our own code: fork() without exec. The child works on a copy of this process' memory, writes its result
+// into a pipe and ends with _exit(), which runs no destructor and flushes no stream of the parent. A process with
+// threads may do so, because the child needs no other thread: `work` starts none, takes no lock of ours, and glibc
+// makes its own (those of malloc and of streams) usable in the child. A program of others is started from such a child,
+// once it has confined itself.
 #include "formats/common/child_process.h"
 
 #include <fcntl.h>
@@ -25,12 +26,14 @@
 #include <cerrno>
 #include <chrono>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <new>
 #include <span>
 #include <string>
 #include <type_traits>
+#include <utility>
 
 #include "formats/common/errors.h"
 #include "formats/common/write_file.h"
@@ -142,15 +145,29 @@ public:
     Child(const Child&) = delete;
     Child& operator=(const Child&) = delete;
 
-    // Kills the child where it still runs. Returns its status, as waitpid() has it.
+    // Kills the child, and its group of processes if it leads one, where they still run. Returns the child's status,
+    // as waitpid() has it.
     int end() {
         if (pipe_ < 0) return status_;
         ::close(pipe_);
         pipe_ = -1;
+        ::kill(-process_, SIGKILL);
         ::kill(process_, SIGKILL);  // does nothing to a child that is ending: its status is set before its pipe closes
         while (::waitpid(process_, &status_, 0) < 0 && errno == EINTR) {
         }
         return status_;
+    }
+
+    // As end(), but a child that has closed its pipe may end by itself until the deadline.
+    int endItself(Clock::time_point deadline) {
+        siginfo_t ended{};
+        while (Clock::now() < deadline) {
+            throwIfInterrupted();
+            ended.si_pid = 0;
+            if (::waitid(P_PID, id_t(process_), &ended, WEXITED | WNOHANG | WNOWAIT) != 0 || ended.si_pid != 0) break;
+            ::poll(nullptr, 0, 2);
+        }
+        return end();
     }
 
     // Reads until `out` is full, the child closes the pipe or the deadline passes. Returns how many bytes came.
@@ -175,7 +192,8 @@ private:
     int pipe_, status_ = 0;
 };
 
-Child start(const std::function<std::vector<std::byte>()>& work, const ChildLimits& limits) {
+// `body` runs in the child with the end of the pipe that it writes and the parent's number. It does not return.
+Child start(const std::function<void(int pipe, pid_t parent)>& body) {
     std::array<int, 2> pipe{};
     if (::pipe2(pipe.data(), O_CLOEXEC) != 0) throw std::runtime_error(std::string("pipe: ") + std::strerror(errno));
     const auto fail = [&](const char* what) {
@@ -195,7 +213,8 @@ Child start(const std::function<std::vector<std::byte>()>& work, const ChildLimi
     if (process < 0) fail("fork");
     if (process == 0) {
         ::close(pipe[0]);
-        runChild(pipe[1], parent, work, limits);
+        body(pipe[1], parent);
+        ::_exit(1);
     }
     ::close(pipe[1]);
     return Child(process, pipe[0]);
@@ -233,10 +252,117 @@ Child start(const std::function<std::vector<std::byte>()>& work, const ChildLimi
 
 }  // namespace
 
+// --- Programs of others ---------------------------------------------------------------------------------------------
+
+namespace {
+
+constexpr std::size_t kMostOutput = std::size_t(1) << 20;
+constexpr rlim_t kLargestFile = rlim_t(4) << 30;  // of a .glb
+
+std::vector<std::string> environmentOf(const ProgramCall& call) {
+    std::vector<std::string> lines = {"HOME=" + call.folder.string(), "TMPDIR=" + call.folder.string()};
+    for (const char* name : {"PATH", "LD_LIBRARY_PATH"})
+        if (const char* value = std::getenv(name)) lines.push_back(std::string(name) + "=" + value);
+    return lines;
+}
+
+std::vector<char*> pointersTo(std::vector<std::string>& texts) {
+    std::vector<char*> pointers;
+    for (std::string& text : texts) pointers.push_back(text.data());
+    pointers.push_back(nullptr);
+    return pointers;
+}
+
+// The first bytes that a child writes before it becomes the program. Where it does not, the error number follows.
+struct Start {
+    std::uint8_t network, folders;
+};
+struct Failure {
+    std::int32_t error;
+};
+
+// Becomes the program, whose output goes to `pipe`.
+[[noreturn]] void becomeProgram(int pipe, int failures, pid_t parent, const ProgramCall& call) noexcept {
+    ::setpgid(0, 0);
+    leaveSignalsToParent(parent);
+    std::vector<std::string> command = call.command, environment = environmentOf(call);
+    lower(RLIMIT_AS, call.limits.bytes);
+    lower(RLIMIT_CPU, rlim_t(std::ceil(call.limits.seconds)) + 1);
+    lower(RLIMIT_CORE, 0);
+    lower(RLIMIT_FSIZE, kLargestFile);
+    const Confinement confinement = confineTo(call.folder.string());
+    const Start header{confinement.network, confinement.folders};
+    writeAll(pipe, std::as_bytes(std::span(&header, 1)));
+    const int nothing = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
+    ::dup2(nothing, STDIN_FILENO);
+    for (const int stream : {STDOUT_FILENO, STDERR_FILENO}) ::dup2(pipe, stream);
+    if (::chdir((call.working_folder.empty() ? call.folder : call.working_folder).c_str()) == 0)
+        ::execve(command.front().c_str(), pointersTo(command).data(), pointersTo(environment).data());
+    const Failure failure{errno};
+    writeAll(failures, std::as_bytes(std::span(&failure, 1)));
+    ::_exit(127);
+}
+
+// Reads what the program writes, to the end, and keeps the first MiB of it.
+std::string readOutput(Child& child, Clock::time_point deadline) {
+    std::string output;
+    std::array<std::byte, 4096> block;
+    for (std::size_t count = block.size(); count == block.size();) {
+        count = child.read(block, deadline);
+        const auto* text = reinterpret_cast<const char*>(block.data());
+        output.append(text, std::min(count, kMostOutput - output.size()));
+    }
+    return output;
+}
+
+// A pipe that exec closes.
+struct Pipe {
+    std::array<int, 2> ends{-1, -1};
+
+    Pipe() {
+        if (::pipe2(ends.data(), O_CLOEXEC) != 0)
+            throw std::runtime_error(std::string("pipe: ") + std::strerror(errno));
+    }
+    Pipe(const Pipe&) = delete;
+    Pipe& operator=(const Pipe&) = delete;
+    ~Pipe() {
+        for (const int end : ends) ::close(end);
+    }
+    // Returns the error that the child could not start with, 0 where it could. Call it when the child is gone.
+    int failure() {
+        ::close(std::exchange(ends[1], -1));
+        Failure failure{0};
+        return ::read(ends[0], &failure, sizeof failure) == ssize_t(sizeof failure) ? failure.error : 0;
+    }
+};
+
+}  // namespace
+
+ProgramResult runProgram(const ProgramCall& call) {
+    const Clock::time_point deadline =
+        Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(call.limits.seconds));
+    Pipe failures;
+    Child child = start([&](int pipe, pid_t parent) { becomeProgram(pipe, failures.ends[1], parent, call); });
+    Start header{};
+    if (child.read(std::as_writable_bytes(std::span(&header, 1)), deadline) < sizeof header)
+        failChild(child, call.limits, deadline);
+    ProgramResult result;
+    result.confinement = {header.network != 0, header.folders != 0};
+    result.output = readOutput(child, deadline);
+    if (Clock::now() >= deadline) failChild(child, call.limits, deadline);
+    const int status = child.endItself(deadline);
+    if (Clock::now() >= deadline) failChild(child, call.limits, deadline);
+    if (const int error = failures.failure(); error != 0)
+        throw ChildFailed("cannot be started: " + std::string(std::strerror(error)));
+    if (!WIFEXITED(status)) failChild(child, call.limits, deadline);
+    result.status = WEXITSTATUS(status);
+    return result;
+}
+
 std::vector<std::byte> runInChild(const std::function<std::vector<std::byte>()>& work, const ChildLimits& limits) {
     const Clock::time_point deadline =
         Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(limits.seconds));
-    Child child = start(work, limits);
+    Child child = start([&](int pipe, pid_t parent) { runChild(pipe, parent, work, limits); });
     Header header{};
     if (child.read(std::as_writable_bytes(std::span(&header, 1)), deadline) < sizeof header)
         failChild(child, limits, deadline);

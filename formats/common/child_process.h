@@ -2,9 +2,13 @@
 // Runs work that may crash in a process of its own.
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <stdexcept>
+#include <string>
 #include <vector>
+
+#include "formats/common/confine.h"
 
 namespace penumbra {
 
@@ -24,5 +28,21 @@ struct ChildFailed : std::runtime_error {
 // stops this process (write_file.h). Nothing that the child prints is seen, and nothing that it changes in memory. The
 // bytes come from a process that may have overwritten its own memory: treat them as a hostile file.
 std::vector<std::byte> runInChild(const std::function<std::vector<std::byte>()>& work, const ChildLimits& limits);
+
+struct ProgramCall {
+    std::vector<std::string> command;  // the program's absolute path, then its arguments
+    std::filesystem::path folder;      // absolute: its home and place of temporary files
+    ChildLimits limits;
+    std::filesystem::path working_folder = {};  // "": `folder`
+};
+struct ProgramResult {
+    int status = 0;      // exit status
+    std::string output;  // what it wrote to stdout and stderr, at most the first MiB
+    Confinement confinement;
+};
+// Runs another program, confined to its folder (confine.h), with nothing on stdin and an environment of PATH,
+// LD_LIBRARY_PATH, HOME and TMPDIR alone. It and what it starts end with this call. Throws ChildFailed where a signal
+// ends it, where it cannot be started or where it passes a limit, and Interrupted as above.
+ProgramResult runProgram(const ProgramCall& call);
 
 }  // namespace penumbra

@@ -2,7 +2,7 @@
 
 #include <cassert>
 
-#include "sh/bounding_box.h"
+#include "sh/character_box.h"
 #include "sh/vertex_normals.h"
 
 namespace penumbra {
@@ -12,10 +12,21 @@ double boxDiagonal(const std::vector<Vec3>& positions) {
     return length(toDouble(box.high) - toDouble(box.low));
 }
 
-namespace {
+BoundingBox characterBox(std::span<const Triangle> triangles, std::span<const Vec3> positions) {
+    static_assert(sizeof(Triangle) == 3 * sizeof(std::uint32_t));
+    const std::uint32_t* corners = triangles.empty() ? nullptr : triangles.data()->data();
+    return characterBox(std::span(corners, 3 * triangles.size()), positions);
+}
+
+double characterDiagonal(std::span<const Triangle> triangles, std::span<const Vec3> positions) {
+    const BoundingBox box = characterBox(triangles, positions);
+    return length(toDouble(box.high) - toDouble(box.low));
+}
+
+double characterDiagonal(const Mesh& mesh) { return characterDiagonal(mesh.frontTriangles(), mesh.rest_positions); }
 
 Affine blendBones(std::span<const std::uint16_t> joints, std::span<const float> weights,
-                  const std::vector<Affine>& bones) {
+                  std::span<const Affine> bones) {
     Affine blend{{}};
     for (std::size_t k = 0; k < joints.size(); ++k) {
         if (weights[k] == 0) continue;
@@ -24,11 +35,10 @@ Affine blendBones(std::span<const std::uint16_t> joints, std::span<const float> 
     return blend;
 }
 
-}  // namespace
-
-void skinVertices(const Mesh& mesh, const Skin& skin, const std::vector<Vec3>& rest_normals,
-                  const std::vector<Affine>& bones, std::vector<Vec3>& positions, std::vector<Vec3>& normals) {
-    const std::size_t vertices = mesh.vertexCount(), influences = std::size_t(skin.influences);
+static void skinRest(std::span<const Vec3> rest_positions, std::span<const Vec3> rest_normals, const Skin& skin,
+                     const std::vector<Affine>& bones, RestShape& out) {
+    std::vector<Vec3>&positions = out.positions, &normals = out.normals;
+    const std::size_t vertices = rest_positions.size(), influences = std::size_t(skin.influences);
     assert(rest_normals.size() == vertices && bones.size() == skin.jointCount());
     assert(skin.joints.size() == vertices * influences && skin.weights.size() == skin.joints.size());
     positions.resize(vertices);
@@ -36,9 +46,25 @@ void skinVertices(const Mesh& mesh, const Skin& skin, const std::vector<Vec3>& r
     for (std::size_t v = 0; v < vertices; ++v) {
         const Affine blend = blendBones(std::span(skin.joints).subspan(v * influences, influences),
                                         std::span(skin.weights).subspan(v * influences, influences), bones);
-        positions[v] = blend.point(mesh.rest_positions[v]);
-        normals[v] = normalized(cofactor(blend.linear()) * rest_normals[v]);
+        positions[v] = blend.point(rest_positions[v]);
+        normals[v] = normalized(normalMatrix(blend.linear()) * rest_normals[v]);
     }
+}
+
+void skinVertices(const Mesh& mesh, const Skin& skin, const std::vector<Vec3>& rest_normals,
+                  const std::vector<Affine>& bones, std::vector<Vec3>& positions, std::vector<Vec3>& normals) {
+    assert(mesh.morphs.empty());
+    RestShape out{std::move(positions), std::move(normals)};
+    skinRest(mesh.rest_positions, rest_normals, skin, bones, out);
+    positions = std::move(out.positions);
+    normals = std::move(out.normals);
+}
+
+void skinMorphed(const Mesh& mesh, const Skin& skin, const std::vector<Vec3>& rest_normals, const SkinPose& pose,
+                 RestShape& out) {
+    if (mesh.morphs.empty()) return skinRest(mesh.rest_positions, rest_normals, skin, pose.bones, out);
+    const RestShape rest = restShape(mesh.morphs, {mesh.rest_positions, rest_normals}, pose.morph_weights);
+    skinRest(rest.positions, rest.normals, skin, pose.bones, out);
 }
 
 std::vector<Vec3> vertexNormals(std::span<const Triangle> triangles, std::span<const Vec3> positions) {
@@ -84,6 +110,7 @@ Mesh withBacks(const Mesh& mesh) {
     for (const Triangle& t : mesh.triangles) out.triangles.push_back({t[0] + fronts, t[2] + fronts, t[1] + fronts});
     appendBackPositions(out.rest_positions);
     appendCopy(out.slot_of_vertex);
+    out.morphs = withBacks(mesh.morphs, fronts);
     return out;
 }
 

@@ -6,6 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "formats/common/morph_targets.h"
+#include "formats/common/opacity.h"
+#include "sh/bounding_box.h"
 #include "sh/vec3.h"
 
 namespace penumbra {
@@ -26,6 +29,10 @@ struct Mesh {
     // negated normal, and the same slot and skin row. Triangle Ts + t is triangle t from behind: {a, b, c} becomes
     // {a, c, b}, each + Vs. source_vertex leads to fronts.
     bool two_sided = false;
+    // What weights in the pose add to rest positions and rest normals before bones move them. Mostly empty.
+    MorphTargets morphs;
+    // Of triangles that do not stop all rays. It lists fronts alone.
+    Opacity opacity;
 
     std::size_t vertexCount() const { return rest_positions.size(); }
     // Vs and Ts, the fronts, which come first. For a mesh that is not two-sided these are V and T.
@@ -60,15 +67,31 @@ struct FrameList {
 constexpr const char* kJointRotationVectors = "joint_rotation_vectors";
 constexpr const char* kDihedralAngles = "dihedral_angles";
 
-// Returns the diagonal of the axis-aligned box, the unit of every scale-relative tolerance. 0 for an empty or
+// Returns the diagonal of the axis-aligned box. 0 for an empty or
 // one-point set.
 double boxDiagonal(const std::vector<Vec3>& positions);
+// Returns the box of the character alone (sh/character_box.h), and its diagonal.
+BoundingBox characterBox(std::span<const Triangle> triangles, std::span<const Vec3> positions);
+double characterDiagonal(std::span<const Triangle> triangles, std::span<const Vec3> positions);
+double characterDiagonal(const Mesh& mesh);  // at rest
 
-// Skins positions by linear blending, and normals by the cofactor of the blended linear part, normalised (a zero
+// Blends the bones of one vertex, of which a row of Skin::joints and Skin::weights tells.
+Affine blendBones(std::span<const std::uint16_t> joints, std::span<const float> weights, std::span<const Affine> bones);
+
+// Skins positions by linear blending, and normals by normalMatrix() of the blended linear part, normalised (a zero
 // normal stays zero). `bones` has J skinning matrices (joint global x inverse bind). Bake, fit and the run-time
-// evaluator all follow this very rule. Outputs are resized to V.
+// evaluator all follow this very rule. Outputs are resized to V. The mesh has no morph targets (skinMorphed()).
 void skinVertices(const Mesh& mesh, const Skin& skin, const std::vector<Vec3>& rest_normals,
                   const std::vector<Affine>& bones, std::vector<Vec3>& positions, std::vector<Vec3>& normals);
+
+// Skins as skinVertices() the surface that morph weights [M] have shaped (restShape()). It is skinVertices() where the
+// mesh has no targets. `pose` outlives the call.
+struct SkinPose {
+    const std::vector<Affine>& bones;
+    std::span<const float> morph_weights;
+};
+void skinMorphed(const Mesh& mesh, const Skin& skin, const std::vector<Vec3>& rest_normals, const SkinPose& pose,
+                 RestShape& out);
 
 // Returns the weighted centroid of the rest positions that each joint moves. A joint that moves nothing gets that of
 // its nearest ancestor, or the centroid of the mesh.

@@ -7,16 +7,28 @@
 
 namespace penumbra {
 
-// Gives each name of a list to `take`. We split at commas ourselves: CLI11's own delimiter drops empty elements, so
-// that
-// "--clips ," would mean all clips.
+// Splits "a,b" at its commas. A backslash makes a comma, or another backslash, part of a name: "walk\, slow". CLI11's
+// own delimiter drops empty elements, so that "--clips ," would mean all clips.
+inline std::vector<std::string> splitNames(const std::string& text) {
+    std::vector<std::string> names(1);
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const bool escapes = text[i] == '\\' && i + 1 < text.size() && (text[i + 1] == ',' || text[i + 1] == '\\');
+        if (escapes)
+            names.back() += text[++i];
+        else if (text[i] == ',')
+            names.emplace_back();
+        else
+            names.back() += text[i];
+    }
+    return names;
+}
+
+// Gives each name of a list to `take`.
 template <class Take>
 CLI::Option* addListOption(CLI::App& app, const std::string& option, const Take& take, const std::string& help) {
     const auto store = [option, take](const std::vector<std::string>& words) {
         for (const std::string& word : words)
-            for (std::size_t begin = 0, end = 0; end != std::string::npos; begin = end + 1) {
-                end = word.find(',', begin);
-                const std::string name = word.substr(begin, end == std::string::npos ? end : end - begin);
+            for (const std::string& name : splitNames(word)) {
                 if (name.empty()) throw CLI::ValidationError(option, "an empty name in '" + word + "'");
                 take(name);
             }

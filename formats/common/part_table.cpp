@@ -107,6 +107,31 @@ std::vector<std::uint8_t> stepsOf(const Skin& skin, const std::vector<std::uint1
     return steps;
 }
 
+// Tells which parts morph targets move by more than kMaxMorph of their diagonal. `boxes` are of the parts.
+std::vector<bool> morphingParts(const Mesh& mesh, const std::vector<std::uint16_t>& part_of_vertex, std::size_t parts) {
+    std::vector<Owned> owned(parts);
+    for (std::size_t v = 0; v < part_of_vertex.size(); ++v)
+        owned[part_of_vertex[v]].add({mesh.rest_positions[v], mesh.rest_positions[v]});
+    std::vector<bool> morphing(parts);
+    for (std::size_t r = 0; r < mesh.morphs.vertices.size(); ++r) {
+        const std::size_t part = part_of_vertex[mesh.morphs.vertices[r]];
+        const double diagonal = 2 * owned[part].radius();
+        if (length(toDouble(mesh.morphs.positions[r])) > kMaxMorph * diagonal) morphing[part] = true;
+    }
+    return morphing;
+}
+
+// A field holds one shape. A part that morphs is next to all others, so that models learn what it blocks from its
+// weights.
+void makeMorphingLocal(const Mesh& mesh, PartTable& table) {
+    if (mesh.morphs.empty()) return;
+    const std::size_t parts = table.partCount();
+    const std::vector<bool> morphing = morphingParts(mesh, table.part_of_vertex, parts);
+    for (std::size_t a = 0; a < parts; ++a)
+        for (std::size_t b = 0; b < parts; ++b)
+            if (a != b && (morphing[a] || morphing[b])) table.steps[a * parts + b] = 1;
+}
+
 }  // namespace
 
 PartTable makePartTable(const Mesh& mesh, const Skin& skin) {
@@ -120,8 +145,7 @@ PartTable makePartTable(const Mesh& mesh, const Skin& skin) {
     // A vertex without triangles still needs a part to belong to.
     for (std::size_t v = 0; v < owner.size() && mesh.triangles.empty(); ++v)
         owned[owner[v]].add({mesh.rest_positions[v], mesh.rest_positions[v]});
-    std::vector<std::uint16_t> joint_of_joint =
-        mergeSmall(skin, owned, kMinPartRadius * boxDiagonal(mesh.rest_positions));
+    std::vector<std::uint16_t> joint_of_joint = mergeSmall(skin, owned, kMinPartRadius * characterDiagonal(mesh));
 
     PartTable table;
     std::vector<bool> has_part(skin.jointCount());
@@ -139,6 +163,7 @@ PartTable makePartTable(const Mesh& mesh, const Skin& skin) {
     for (const Triangle& triangle : mesh.triangles)
         table.part_of_triangle.push_back(table.part_of_joint[ownerOfTriangle(triangle, owner)]);
     table.steps = stepsOf(skin, table.joint_of_part, has_part);
+    makeMorphingLocal(mesh, table);
     return table;
 }
 

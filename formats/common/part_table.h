@@ -13,6 +13,9 @@ namespace penumbra {
 constexpr std::size_t kMaxParts = 32;
 // A part whose box at rest has a half diagonal below this share of the whole mesh's diagonal merges into its parent.
 constexpr double kMinPartRadius = 0.02;
+// A part of which one morph target moves a vertex by more than this share of the part's diagonal at rest, at weight 1,
+// is one step from all other parts. Smaller moves change what the part blocks from afar less than its field errs.
+constexpr double kMaxMorph = 0.02;
 
 // A vertex belongs to the joint that moves it most, a triangle to the joint that owns two of its corners (or to that of
 // its first corner). A joint that owns no triangle, or too little, has the part of its nearest ancestor with a part.
@@ -22,7 +25,7 @@ struct PartTable {
     std::vector<std::uint16_t> part_of_vertex;    // [V]
     std::vector<std::uint16_t> part_of_triangle;  // [T]
     // [P, P] the distance in the skeleton: how many bones with a part of their own lie on the way from one to the
-    // other. 255: there is no way, because they hang from different roots.
+    // other. 255: there is no way, because they hang from different roots. 1: one of the two morphs (kMaxMorph).
     std::vector<std::uint8_t> steps;
 
     std::size_t partCount() const { return joint_of_part.size(); }

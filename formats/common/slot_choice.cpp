@@ -6,10 +6,14 @@
 namespace penumbra {
 
 SlotChoice parseSlotChoice(const std::string& text) {
-    const std::size_t equals = text.find('=');
-    if (equals == 0 || equals == std::string::npos || equals + 1 == text.size())
-        throw BadOption("slot", "must be SLOT=MATERIAL, not \"" + text + "\"");
-    return {text.substr(0, equals), text.substr(equals + 1)};
+    std::string slot;
+    std::size_t at = 0;
+    for (; at < text.size() && text[at] != '='; ++at) {
+        if (text[at] == '\\' && at + 1 < text.size() && text[at + 1] == '=') ++at;
+        slot += text[at];
+    }
+    if (slot.empty() || at + 1 >= text.size()) throw BadOption("slot", "must be SLOT=MATERIAL, not \"" + text + "\"");
+    return {slot, text.substr(at + 1)};
 }
 
 std::vector<std::size_t> findSlots(std::span<const std::string_view> slots, std::string_view name) {

@@ -12,7 +12,8 @@ struct SlotChoice {
     std::string slot, material;
 };
 
-// Cuts the text at the first '='. Throws BadOption when a side is empty.
+// Cuts the text at the first '='. A backslash before it makes it part of the slot: "glass\=clear=MATERIAL". Throws
+// BadOption when a side is empty.
 SlotChoice parseSlotChoice(const std::string& text);
 
 // Returns every slot whose whole name, node or material is `name`; where there is none, every slot of which one of

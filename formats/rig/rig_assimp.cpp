@@ -9,11 +9,15 @@
 #include <algorithm>
 #include <assimp/Importer.hpp>
 #include <cmath>
+#include <fstream>
 #include <map>
 
 #include "formats/common/errors.h"
 #include "formats/rig/rig_build.h"
 #include "formats/rig/rig_import.h"
+#include "formats/rig/rig_named_nodes.h"
+#include "formats/rig/rig_normals.h"
+#include "formats/rig/rig_polygon.h"
 
 namespace penumbra {
 
@@ -22,8 +26,7 @@ struct AssimpImport {
     const aiScene* scene = nullptr;
     RigSource source;
     std::vector<const aiNode*> nodes;  // ours to assimp's; null where it has none
-    // of several nodes with one name this has the first, as assimp's own look-up does
-    std::map<std::string, int> node_of_name;
+    NamedNodes named;
     std::map<const aiTexture*, std::shared_ptr<const Texture>> textures;  // those inside the file; meshes share them
 
     [[noreturn]] void fail(const std::string& problem) const { failAtFile(source.file, problem); }
@@ -67,7 +70,7 @@ void convertNodes(AssimpImport& import, const Matrix& to_model) {
         if (node.name.empty()) node.name = "node" + std::to_string(index);
         node.parent = entry.parent;
         setTransform(import, toMatrix(entry.node->mTransformation), node);
-        import.node_of_name.emplace(node.name, index);
+        import.named.emplace(node.name, index);
         import.source.nodes.push_back(std::move(node));
         import.nodes.push_back(entry.node);
         for (unsigned c = entry.node->mNumChildren; c-- > 0;) stack.push_back({entry.node->mChildren[c], index});
@@ -81,15 +84,15 @@ void convertBones(AssimpImport& import, const aiMesh& mesh, SourcePart& part) {
     std::vector<std::vector<std::pair<std::uint32_t, double>>> influences(mesh.mNumVertices);
     for (unsigned b = 0; b < mesh.mNumBones; ++b) {
         const aiBone& bone = *mesh.mBones[b];
-        const auto node = import.node_of_name.find(textOf(bone.mName));
-        if (node == import.node_of_name.end())
-            failAtNode(import.source, part.node, "its bone '" + textOf(bone.mName) + "' has no node");
-        skin.nodes.push_back(node->second);
+        const int node =
+            nodeOfBone(import.source, import.named, {textOf(bone.mName), toMatrix(bone.mOffsetMatrix), part.node});
+        if (node < 0) failAtNode(import.source, part.node, "its bone '" + textOf(bone.mName) + "' has no node");
+        skin.nodes.push_back(node);
         skin.inverse_bind.push_back(toMatrix(bone.mOffsetMatrix));
         for (unsigned w = 0; w < bone.mNumWeights; ++w) {
             const aiVertexWeight& weight = bone.mWeights[w];
             if (weight.mVertexId >= mesh.mNumVertices)
-                failAtNode(import.source, node->second, "weighs a vertex that does not exist");
+                failAtNode(import.source, node, "weighs a vertex that does not exist");
             if (weight.mWeight != 0) influences[weight.mVertexId].push_back({b, weight.mWeight});
         }
     }
@@ -105,14 +108,16 @@ void convertBones(AssimpImport& import, const aiMesh& mesh, SourcePart& part) {
     import.source.skins.push_back(std::move(skin));
 }
 
-// Returns where a picture lies: as the file says, or beside the rig under the same name. Files often hold the path of
-// the machine that wrote them.
+}  // namespace
+
 std::filesystem::path findPicture(const std::filesystem::path& rig, std::string name) {
     std::replace(name.begin(), name.end(), '\\', '/');
     const std::filesystem::path said = rig.parent_path() / name, beside = rig.parent_path() / said.filename();
     std::error_code error;
     return std::filesystem::exists(said, error) ? said : beside;
 }
+
+namespace {
 
 TextureWrap wrapOf(aiTextureMapMode mode) {
     if (mode == aiTextureMapMode_Mirror) return TextureWrap::kMirror;
@@ -175,16 +180,25 @@ PartColor colorOf(AssimpImport& import, const aiMaterial& material, const aiMesh
         if (out.material.texture || material.GetTextureCount(type) == 0) continue;
         readUv(import, mesh, readTexture(import, material, type, out.material), out);
     }
+    int two_sided = 0;
+    out.material.double_sided = material.Get(AI_MATKEY_TWOSIDED, two_sided) == AI_SUCCESS && two_sided != 0;
     return out;
 }
 
 void convertMesh(AssimpImport& import, int node, const aiMesh& mesh) {
     SourcePart part;
     part.node = node;
-    for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
+    for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
+        const aiVector3D& p = mesh.mVertices[v];
+        part.positions.push_back({p.x, p.y, p.z});
+    }
+    std::vector<std::uint32_t> corners;
+    for (unsigned f = 0; f < mesh.mNumFaces; ++f) {  // points and lines cast no shadow
         const aiFace& face = mesh.mFaces[f];
-        if (face.mNumIndices != 3) continue;  // points and lines cast no shadow
-        part.triangles.push_back({face.mIndices[0], face.mIndices[1], face.mIndices[2]});
+        corners.assign(face.mIndices, face.mIndices + face.mNumIndices);
+        for (const std::uint32_t corner : corners)
+            if (corner >= mesh.mNumVertices) failAtNode(import.source, node, "names a vertex that does not exist");
+        cutPolygon(part.positions, corners, part.triangles);
     }
     if (part.triangles.empty()) return;
     if (mesh.mMaterialIndex < import.scene->mNumMaterials) {
@@ -192,9 +206,11 @@ void convertMesh(AssimpImport& import, int node, const aiMesh& mesh) {
         if (!name.empty()) part.material = name;
         part.color = colorOf(import, *import.scene->mMaterials[mesh.mMaterialIndex], mesh);
     }
-    for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
-        const aiVector3D& p = mesh.mVertices[v];
-        part.positions.push_back({p.x, p.y, p.z});
+    if (mesh.mNormals != nullptr) {
+        std::vector<Vec3> normals;
+        for (unsigned v = 0; v < mesh.mNumVertices; ++v)
+            normals.push_back({mesh.mNormals[v].x, mesh.mNormals[v].y, mesh.mNormals[v].z});
+        takeNormals(std::move(normals), import.source, part);
     }
     if (mesh.mNumBones > 0) convertBones(import, mesh, part);
     import.source.parts.push_back(std::move(part));
@@ -237,9 +253,12 @@ double secondsPerTick(const AssimpImport& import, const aiAnimation& animation) 
 }
 
 // Sets the clip's duration, and moves its first key to 0 s where the clip starts before that.
-void setDuration(Clip& clip) {
+void setDuration(RigSource& source, Clip& clip) {
     double first = 0;
     for (const Channel& channel : clip.channels) first = std::min(first, channel.times.front());
+    if (first < 0)
+        source.notes.push_back(
+            {source.file.string(), "", "clip '" + clip.name + "'", "begins before 0 s, its keys are moved there"});
     for (Channel& channel : clip.channels) {
         for (double& t : channel.times) t -= first;
         clip.duration = std::max(clip.duration, channel.times.back());
@@ -254,19 +273,22 @@ void convertClips(AssimpImport& import) {
         const double tick = secondsPerTick(import, animation);
         for (unsigned c = 0; c < animation.mNumChannels; ++c) {
             const aiNodeAnim& from = *animation.mChannels[c];
-            const auto node = import.node_of_name.find(textOf(from.mNodeName));
-            if (node == import.node_of_name.end()) continue;  // a .x file may animate frames that it does not have
-            Node& target = import.source.nodes[std::size_t(node->second)];
+            const int node = nodeOfChannel(import.source, import.named, textOf(from.mNodeName));
+            if (node < 0) continue;  // a .x file may animate frames that it does not have
+            Node& target = import.source.nodes[std::size_t(node)];
             target.matrix.reset();
-            convertKeys(std::span(from.mPositionKeys, from.mNumPositionKeys), tick, node->second,
-                        Channel::Path::kTranslation, clip);
-            convertKeys(std::span(from.mRotationKeys, from.mNumRotationKeys), tick, node->second,
-                        Channel::Path::kRotation, clip);
-            convertKeys(std::span(from.mScalingKeys, from.mNumScalingKeys), tick, node->second, Channel::Path::kScale,
+            convertKeys(std::span(from.mPositionKeys, from.mNumPositionKeys), tick, node, Channel::Path::kTranslation,
                         clip);
+            convertKeys(std::span(from.mRotationKeys, from.mNumRotationKeys), tick, node, Channel::Path::kRotation,
+                        clip);
+            convertKeys(std::span(from.mScalingKeys, from.mNumScalingKeys), tick, node, Channel::Path::kScale, clip);
         }
-        if (clip.channels.empty()) import.fail("clip '" + clip.name + "' has no keys");
-        setDuration(clip);
+        if (clip.channels.empty()) {
+            import.source.notes.push_back(
+                {import.source.file.string(), "", "clip '" + clip.name + "'", "has no keys, left out"});
+            continue;
+        }
+        setDuration(import.source, clip);
         import.source.clips.push_back(std::move(clip));
     }
 }
@@ -295,26 +317,54 @@ Matrix fbxToModel(const aiScene& scene) {
     return m;
 }
 
-}  // namespace
+constexpr unsigned kImportSteps = aiProcess_TransformUVCoords;
 
-RigSource importWithAssimp(const std::filesystem::path& path) {
+const aiScene* readScene(Assimp::Importer& importer, const std::filesystem::path& path) {
+    if (isExtension(path, ".x")) {
+        std::ifstream in(path, std::ios::binary);
+        const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+        const std::string read = withoutEmptyWeights(text);
+        if (read.size() < text.size()) return importer.ReadFileFromMemory(read.data(), read.size(), kImportSteps, "x");
+    }
+    return importer.ReadFile(path.string(), kImportSteps);
+}
+
+RigSource convertScene(Assimp::Importer& importer, const aiScene* scene, const std::filesystem::path& path) {
     AssimpImport import;
     import.source.file = path;
-    Assimp::Importer importer;
-    importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);  // no stand-ins for files without a mesh
-    import.scene = importer.ReadFile(path.string(), aiProcess_Triangulate | aiProcess_TransformUVCoords);
-    if (import.scene == nullptr || import.scene->mRootNode == nullptr)
+    import.scene = scene;
+    if (scene == nullptr || scene->mRootNode == nullptr)
         import.fail("cannot be read: " +
                     std::string(importer.GetErrorString()).substr(0, 160));  // the error may quote the file
     const bool is_fbx = isExtension(path, ".fbx");
-    const Matrix to_model = is_fbx ? fbxToModel(*import.scene) : kIdentityMatrix;
+    const Matrix to_model = is_fbx ? fbxToModel(*scene) : kIdentityMatrix;
     // The root of an FBX file has no transform. Since 5.3 assimp gives it one by the same axes and unit, in
     // centimetres.
-    if (is_fbx) import.scene->mRootNode->mTransformation = aiMatrix4x4();
+    if (is_fbx) scene->mRootNode->mTransformation = aiMatrix4x4();
     convertNodes(import, to_model);
     convertMeshes(import);
     convertClips(import);
     return std::move(import.source);
+}
+
+void setOptions(Assimp::Importer& importer) {
+    importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);  // no stand-ins for files without a mesh
+}
+
+}  // namespace
+
+RigSource importWithAssimp(const std::filesystem::path& path) {
+    Assimp::Importer importer;
+    setOptions(importer);
+    return convertScene(importer, readScene(importer, path), path);
+}
+
+RigSource importTextWithAssimp(const std::filesystem::path& path, const std::string& text) {
+    Assimp::Importer importer;
+    setOptions(importer);
+    const std::string extension = path.extension().string().substr(1);
+    return convertScene(importer,
+                        importer.ReadFileFromMemory(text.data(), text.size(), kImportSteps, extension.c_str()), path);
 }
 
 }  // namespace penumbra

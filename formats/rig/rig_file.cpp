@@ -3,47 +3,15 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <map>
+#include <utility>
 
 #include "formats/common/errors.h"
 #include "formats/rig/frame_sampling.h"
-#include "formats/rig/rig_build.h"
+#include "formats/rig/rig_normals.h"
 
 namespace penumbra {
 
 namespace {
-
-// Maps names to nodes. Skinned nodes win over others of the same name, and of several the first wins.
-std::map<std::string, int> nodesByName(const RigSource& source) {
-    std::map<std::string, int> node_of_name;
-    for (const SourceSkin& skin : source.skins)
-        for (const int n : skin.nodes) node_of_name.emplace(source.nodes[std::size_t(n)].name, n);
-    for (std::size_t n = 0; n < source.nodes.size(); ++n) node_of_name.emplace(source.nodes[n].name, int(n));
-    return node_of_name;
-}
-
-// Moves the clips of `from` to `rig`, and leaves out channels of nodes that `rig` does not have.
-void addClips(RigSource& rig, RigSource&& from) {
-    if (from.clips.empty())
-        throw InvalidInput(from.file.string() + ": brings no clip, and only the first rig brings a mesh");
-    const std::map<std::string, int> node_of_name = nodesByName(rig);
-    for (Clip& clip : from.clips) {
-        std::vector<Channel> channels;
-        for (Channel& channel : clip.channels) {
-            const auto node = node_of_name.find(from.nodes[std::size_t(channel.node)].name);
-            if (node == node_of_name.end()) continue;
-            channel.node = node->second;
-            if (rig.nodes[std::size_t(channel.node)].matrix)
-                failAtNode(rig, channel.node, "has a matrix and cannot be animated by " + from.file.string());
-            channels.push_back(std::move(channel));
-        }
-        if (channels.empty())
-            throw InvalidInput(from.file.string() + ": clip '" + clip.name + "' moves no node of " + rig.file.string());
-        clip.channels = std::move(channels);
-        rig.clips.push_back(std::move(clip));
-    }
-    rig.files_read.insert(rig.files_read.end(), from.files_read.begin(), from.files_read.end());
-}
 
 void makeClipNamesUnique(std::vector<Clip>& clips) {
     std::vector<std::string> names;
@@ -93,10 +61,23 @@ void setRestTransforms(Rig& rig) {
     }
 }
 
-Rig buildRig(RigSource&& source) {
+void turnMirroredNormals(Rig& rig) {
+    const std::vector<bool> mirrored = mirroredAtRest(rig);
+    for (std::size_t v = 0; v < rig.rest_normals.size(); ++v)
+        if (mirrored[v]) rig.rest_normals[v] = -rig.rest_normals[v];
+    MorphTargets& morphs = rig.mesh.morphs;
+    for (std::size_t i = 0; i < morphs.vertices.size(); ++i)
+        if (mirrored[morphs.vertices[i]]) morphs.normals[i] = -morphs.normals[i];
+}
+
+Rig buildRig(RigSource& source, const RigOptions& options) {
     std::size_t triangles = 0;
     for (const SourcePart& part : source.parts) triangles += part.triangles.size();
-    if (triangles == 0) throw InvalidInput(source.file.string() + ": has no triangles");
+    if (triangles == 0) {
+        const char* advice = source.clips.empty() ? "" : " (a file of clips stands behind the rig that has the mesh)";
+        throw InvalidInput(source.file.string() + ": has no triangles" + advice);
+    }
+    sayInfluences(source);
     const JointTable table = chooseJoints(source);
     Rig rig;
     SourceVertices vertices = gatherVertices(source, table);
@@ -106,13 +87,18 @@ Rig buildRig(RigSource&& source) {
         part.joints = {};
         part.weights = {};
     }
-    const double diagonal = boxDiagonal(vertices.positions);
+    const double diagonal = characterDiagonal(vertices.triangles, vertices.positions);
     if (!std::isfinite(diagonal) || !(diagonal > 0))
         throw InvalidInput(source.file.string() + ": its vertices are all at one place, or not finite");
-    weldVertices(vertices, rig.mesh, rig.skin);
+    WeldedPoints welded = weldVertices(vertices, options, rig.mesh, rig.skin);
+    noteAgainstWinding(vertices, welded.against_winding, source);
     rig.part_colors = std::move(vertices.part_colors);
     if (rig.mesh.triangles.empty()) throw InvalidInput(source.file.string() + ": has no triangle with an area");
-    rig.rest_normals = vertexNormals(rig.mesh.triangles, rig.mesh.rest_positions);
+    rig.source_corners = std::move(welded.source_corners);
+    rig.rest_normals = std::move(welded.rest_normals);
+    setMorphs(vertices.morphs, {welded.first_of_place, welded.vertex_of_point}, rig.rest_normals, rig.mesh);
+    rig.weight_curves = weightCurves(source, vertices.morphs);
+    if (options.sides == RigSides::kOfMaterials) addBacks(rig);
     rig.nodes = std::move(source.nodes);
     rig.node_of_joint = table.nodes;
     rig.inverse_bind = table.inverse_bind;
@@ -123,7 +109,11 @@ Rig buildRig(RigSource&& source) {
     setRestTransforms(rig);
     rig.clips = std::move(source.clips);
     rig.files_read = std::move(source.files_read);
-    evaluatePose(rig, -1, 0);  // throws where a transform is not finite
+    const std::vector<Affine> at_rest = evaluatePose(rig, -1, 0).bones;  // throws where a transform is not finite
+    turnMirroredNormals(rig);
+    RestShape shape;
+    skinMorphed(rig.mesh, rig.skin, rig.rest_normals, {at_rest, rig.mesh.morphs.rest_weights}, shape);
+    noteTwins(source, rig, shape.positions);
     return rig;
 }
 
@@ -132,19 +122,44 @@ Rig buildRig(RigSource&& source) {
 Rig joinRig(std::vector<RigSource> sources, const RigOptions& options) {
     assert(!sources.empty());
     RigSource& first = sources.front();
+    bool had_converter = false;  // it stands last, once
+    for (RigSource& source : sources)
+        if (source.converted && std::exchange(had_converter, true)) source.files_read.pop_back();
+    dropIdleClips(first);
+    for (RigSource& source : sources) trimLateClips(source);
     for (std::size_t i = 1; i < sources.size(); ++i) addClips(first, std::move(sources[i]));
+    selectParts(first, options);
     makeClipNamesUnique(first.clips);
     if (first.clips.size() > 65535) throw Unsupported(first.file.string() + ": more than 65535 clips");
-    Rig rig = buildRig(std::move(first));
+    const std::shared_ptr<const std::vector<std::byte>> converted = first.converted;
+    Rig rig = buildRig(first, options);
+    if (options.keep_converted) rig.converted = converted;
     rig.notes = takeNotes(sources);
+    for (const RigSource& source : sources) rig.log.insert(rig.log.end(), source.log.begin(), source.log.end());
     if (options.strict) refuseNotes(rig.notes);
     return rig;
 }
 
+std::vector<bool> mirroredAtRest(const Rig& rig) {
+    const std::vector<Affine> bones = evaluatePose(rig, -1, 0).bones;
+    const std::size_t k = std::size_t(rig.skin.influences);
+    std::vector<bool> mirrored;
+    for (std::size_t v = 0; v < rig.mesh.vertexCount(); ++v) {
+        const Affine blend = blendBones(std::span(rig.skin.joints).subspan(v * k, k),
+                                        std::span(rig.skin.weights).subspan(v * k, k), bones);
+        mirrored.push_back(determinant(blend.linear()) < 0);
+    }
+    return mirrored;
+}
+
 namespace {
 
-ClipTimes timesOf(const Clip& clip) {
+ClipTimes timesOf(const Rig& rig, std::size_t index) {
+    const Clip& clip = rig.clips[index];
     ClipTimes times{clip.name, 0, clip.duration, {}};
+    for (const WeightCurve& curve : rig.weight_curves)
+        if (std::size_t(curve.clip) == index)
+            times.keys.insert(times.keys.end(), curve.times.begin(), curve.times.end());
     for (const Channel& channel : clip.channels)
         times.keys.insert(times.keys.end(), channel.times.begin(), channel.times.end());
     std::sort(times.keys.begin(), times.keys.end());
@@ -155,7 +170,7 @@ ClipTimes timesOf(const Clip& clip) {
 
 FrameList sampleFrames(const Rig& rig, const std::vector<std::string>& clips, double fps) {
     std::vector<ClipTimes> times;
-    for (const Clip& clip : rig.clips) times.push_back(timesOf(clip));
+    for (std::size_t c = 0; c < rig.clips.size(); ++c) times.push_back(timesOf(rig, c));
     const FrameList frames = sampleClips(times, clips, fps, "the rig");
     return frames.frameCount() > 0 ? frames : FrameList{{kRestClip}, {0}, {0.0}};
 }

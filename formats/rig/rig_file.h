@@ -1,9 +1,10 @@
 #pragma once
-// Reads animated characters from glTF 2.0 (.glb, .gltf by tinygltf) and from FBX, Collada and DirectX .x (by assimp).
+// Reads animated characters from glTF 2.0 (.glb, .gltf and .vrm, by tinygltf) and from FBX, Collada and DirectX .x (by
+// assimp).
 //
 // Positions are those of the scene that the file shows, skinned as section 3.7.3 of glTF 2.0 asks: the node of a
-// skinned mesh does not move it. Morph targets and their default weights are ignored. FBX is turned and scaled by the
-// axes and the unit that the file states. A .x file states neither and is only mirrored to right-handed.
+// skinned mesh does not move it. Morph targets shape a mesh before its skin does (rig_morphs.h). FBX is turned and
+// scaled by the axes and the unit that the file states. A .x file states neither and is only mirrored to right-handed.
 //
 // Joints are the nodes of all skins that are drawn. Then comes a joint for each node that moves a mesh without skin
 // (its own node or that of an animated ancestor, under the nearest joint), then "scene" for meshes that stand still.
@@ -29,7 +30,7 @@ struct Channel {
     int node = 0;
     enum class Path : std::uint8_t { kTranslation, kRotation, kScale } path = Path::kTranslation;
     Interpolation interpolation = Interpolation::kLinear;
-    std::vector<double> times;  // seconds, strictly ascending, at least one
+    std::vector<double> times;  // seconds, ascending, at least one; the value jumps where two are equal
     std::vector<float> values;
 };
 
@@ -37,6 +38,15 @@ struct Clip {
     std::string name;  // unique in the rig; unnamed clips become "clip0", ...
     double duration = 0;
     std::vector<Channel> channels;
+};
+
+// Weights of the rig's morph targets over the time of a clip. Keys are as in Channel.
+struct WeightCurve {
+    int clip = 0;                        // indexes Rig::clips
+    std::vector<std::uint32_t> weights;  // [count] which ones
+    Interpolation interpolation = Interpolation::kLinear;
+    std::vector<double> times;
+    std::vector<float> values;  // [keys, count], or [keys, 3, count] with kCubicSpline
 };
 
 struct Node {
@@ -57,12 +67,20 @@ struct Texture {
     std::vector<std::byte> bytes;
 };
 
+// How a material stops light (glTF 2.0, section 3.9.4): all of it, where its alpha is at least the cut-off, or as much
+// as alpha says.
+enum class AlphaMode : std::uint8_t { kOpaque, kMask, kBlend };
+
 // The colour of a material: linear Rec.709, as the file states it.
 struct MaterialColor {
     std::optional<Vec3> base;                // unset: there is no material, or it tells none
     std::shared_ptr<const Texture> texture;  // multiplies `base`; null: none
     TextureWrap wrap_u = TextureWrap::kRepeat, wrap_v = TextureWrap::kRepeat;
     std::string problem;  // a whole message that says why the colour cannot be known; "" when it can
+    AlphaMode alpha_mode = AlphaMode::kOpaque;
+    float alpha_cutoff = 0.5f;  // of kMask
+    float alpha = 1;            // of the base colour; the texture and the vertices have more factors of it
+    bool double_sided = false;
 };
 
 // What the surface of one part of the source looks like: the product of base, texture and tint.
@@ -70,6 +88,7 @@ struct PartColor {
     MaterialColor material;
     std::vector<std::array<double, 2>> uv;  // [vertices] v points down; empty without texture
     std::vector<Vec3> tints;                // [vertices] linear; empty: white
+    std::vector<float> alphas;              // [vertices]; empty: 1
 };
 
 // A part in the rig. Its vertices stand together in Mesh::source_vertex.
@@ -95,6 +114,8 @@ std::string textOf(const RigNote& note);
 struct Rig {
     Mesh mesh;
     std::vector<ColoredPart> part_colors;
+    // [T] the source vertices that the corners of mesh.triangles come from, in the same order
+    std::vector<Triangle> source_corners;
     Skin skin;
     std::vector<Vec3> rest_normals;  // [V], unit
     std::vector<Node> nodes;
@@ -102,10 +123,19 @@ struct Rig {
     // [J]: row-major 3x4 matrices that map from the space of rest_positions to the joint
     std::vector<std::array<double, 12>> inverse_bind;
     std::vector<Clip> clips;
+    std::vector<WeightCurve> weight_curves;
     // The rig and every file that it refers to. Depfiles and provenance list them.
     std::vector<std::filesystem::path> files_read;
-    std::vector<RigNote> notes;  // each once
+    std::vector<RigNote> notes;    // each once
+    std::vector<std::string> log;  // who read the files how, for -v
+    // The .glb that the first file was converted to. Only with RigOptions::keep_converted; null if it was not.
+    std::shared_ptr<const std::vector<std::byte>> converted;
 };
+
+// Tells for each vertex whether its bones mirror it at rest. Triangles are wound so that they face outwards at rest in
+// the scene, and rest_normals point outwards in the space of rest_positions (normalMatrix() in sh/vec3.h turns them by
+// the sign of the determinant). So where bones mirror, the two are opposite.
+std::vector<bool> mirroredAtRest(const Rig& rig);
 
 // The name of the clip that sampleFrames() gives a rig without clips.
 constexpr const char* kRestClip = "rest";
@@ -120,6 +150,7 @@ struct RigPose {
     // [3J] the rotation vector of each joint relative to its parent joint and to rest, log(q_rest^-1 q); q is the
     // node's own rotation, times those of the nodes between the two
     std::vector<float> pose;
+    std::vector<float> weights;  // [M] of Mesh::morphs
 };
 // Poses the rig. `clip` indexes rig.clips; -1 is the rest pose (node transforms as they stand in the file). Times
 // outside of the keys are clamped to these.

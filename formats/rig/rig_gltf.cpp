@@ -1,5 +1,4 @@
-// Converts a glTF scene to a RigSource. Rigs ignore morph targets: positions are those of POSITION, whatever the
-// default weights are.
+// Converts a glTF scene to a RigSource.
 #include "formats/rig/rig_gltf.h"
 
 #include <algorithm>
@@ -15,7 +14,6 @@ struct Importer {
     GltfFile file;
     RigSource source;
     std::vector<int> node_of_file_node;  // glTF's node index to ours
-    Morphs morphs = Morphs::kIgnored;
     std::size_t target_vertices = 0;
 
     [[noreturn]] void fail(const std::string& problem) const { failAtFile(file.path, problem); }
@@ -89,26 +87,6 @@ void convertNodes(Importer& importer) {
     for (std::size_t n = 0; n < nodes.size(); ++n)
         if (importer.node_of_file_node[n] < 0)
             importer.fail("node '" + nodeName(importer.file.model, n) + "' is its own ancestor");
-}
-
-// Returns the nodes of the scene that the file shows: that of "scene", or else the first one, or else all nodes.
-std::vector<bool> drawnNodes(const Importer& importer) {
-    const tinygltf::Model& model = importer.file.model;
-    if (model.scenes.empty()) return std::vector<bool>(model.nodes.size(), true);
-    const std::size_t scene = model.defaultScene < 0 ? 0 : std::size_t(model.defaultScene);
-    if (scene >= model.scenes.size()) importer.fail("its scene " + std::to_string(scene) + " does not exist");
-    std::vector<bool> drawn(model.nodes.size());
-    std::vector<int> stack = model.scenes[scene].nodes;
-    while (!stack.empty()) {
-        const int n = stack.back();
-        stack.pop_back();
-        if (n < 0 || std::size_t(n) >= drawn.size()) importer.fail("its scene names a node that does not exist");
-        if (drawn[std::size_t(n)]) continue;
-        drawn[std::size_t(n)] = true;
-        const std::vector<int>& children = model.nodes[std::size_t(n)].children;
-        stack.insert(stack.end(), children.begin(), children.end());
-    }
-    return drawn;
 }
 
 void convertSkins(Importer& importer) {
@@ -220,6 +198,22 @@ std::string materialName(const GltfFile& file, int material) {
     return name.empty() ? "material" + std::to_string(material) : name;
 }
 
+// Refuses more vertices of targets than memory should hold.
+void countTargets(Importer& importer, const SourcePart& part) {
+    for (const std::vector<Vec3>& target : part.targets) importer.target_vertices += target.size();
+    if (importer.target_vertices > kMaxTargetVertices)
+        throw Unsupported(importer.file.path.string() + ": its morph targets are too large");
+}
+
+// Notes what a material shows that we do not.
+void noteEffects(Importer& importer, const tinygltf::Primitive& primitive, int our_node) {
+    if (primitive.material < 0 || std::size_t(primitive.material) >= importer.file.materials.size()) return;
+    const std::string name = "material '" + materialName(importer.file, primitive.material) + "': ";
+    for (const GltfEffect& effect : importer.file.materials[std::size_t(primitive.material)].effects)
+        importer.source.notes.push_back({importer.file.path.string(), importer.source.nodes[std::size_t(our_node)].name,
+                                         effect.feature, name + effect.effect});
+}
+
 void convertPrimitive(Importer& importer, const tinygltf::Node& node, int our_node,
                       const tinygltf::Primitive& primitive, const std::string& where) {
     const auto position = primitive.attributes.find("POSITION");
@@ -234,36 +228,55 @@ void convertPrimitive(Importer& importer, const tinygltf::Node& node, int our_no
     for (std::size_t v = 0; v < values.count(); ++v)
         part.positions.push_back(toFloat({values.values[3 * v], values.values[3 * v + 1], values.values[3 * v + 2]}));
     values = {};
+    readNormals(importer.file, primitive, where, importer.source, part);
     part.triangles = readTriangles(importer, primitive, part.positions.size(), where);
     readPartColor(importer.file, primitive, where, part);
+    noteEffects(importer, primitive, our_node);
     if (node.skin >= 0) readInfluences(importer, primitive, where, part);
-    if (importer.morphs == Morphs::kRead) {
-        const std::vector<double>& of_mesh = importer.file.model.meshes[std::size_t(node.mesh)].weights;
-        readMorphTargets(importer.file, primitive, node.weights.empty() ? of_mesh : node.weights, where,
-                         importer.target_vertices, part);
-    }
+    readMorphTargets(importer.file, node, primitive, where, part);
+    countTargets(importer, part);
     importer.source.parts.push_back(std::move(part));
+}
+
+// Returns where the node's mesh stands in the node's space. A mesh with a skin stands where its bones are.
+std::vector<Matrix> placesOf(Importer& importer, std::size_t n, const std::string& where) {
+    const std::vector<Matrix> instances = instancesOf(importer.file, n, where);
+    if (importer.file.model.nodes[n].skin < 0 || !importer.file.node_extensions[n].instanced) return instances;
+    importer.source.notes.push_back({importer.file.path.string(), nodeName(importer.file.model, n),
+                                     "EXT_mesh_gpu_instancing",
+                                     "a mesh with a skin is drawn once, where its bones are"});
+    return {kIdentityMatrix};
+}
+
+// Puts the last part where the first instance stands, and copies of it where the others do.
+void copyToInstances(const std::vector<Matrix>& instances, std::vector<SourcePart>& parts) {
+    const SourcePart part = std::move(parts.back());
+    parts.pop_back();
+    for (const Matrix& instance : instances) parts.push_back(movedPart(part, instance));
 }
 
 void convertMeshes(Importer& importer) {
     const tinygltf::Model& model = importer.file.model;
-    const std::vector<bool> drawn = drawnNodes(importer);
+    const std::vector<Drawn> drawn = drawnNodes(importer.file);
     std::size_t vertices = 0;
     for (std::size_t n = 0; n < model.nodes.size(); ++n) {
         const tinygltf::Node& node = model.nodes[n];
-        if (node.mesh < 0 || !drawn[n]) continue;
+        if (node.mesh < 0 || drawn[n] == Drawn::kNo) continue;
         const std::string where = "node '" + nodeName(model, n) + "'";
         if (std::size_t(node.mesh) >= model.meshes.size()) importer.fail(where + ": its mesh does not exist");
         if (node.skin >= 0 && std::size_t(node.skin) >= model.skins.size())
             importer.fail(where + ": its skin does not exist");
+        const std::vector<Matrix> instances = placesOf(importer, n, where);
         for (const tinygltf::Primitive& primitive : model.meshes[std::size_t(node.mesh)].primitives) {
             if (primitive.mode < TINYGLTF_MODE_TRIANGLES) continue;  // points and lines cast no shadow
             if (primitive.mode > TINYGLTF_MODE_TRIANGLE_FAN)
                 importer.fail(where + ": has a primitive of an unknown mode");
             convertPrimitive(importer, node, importer.node_of_file_node[n], primitive, where);
-            vertices += importer.source.parts.back().positions.size();
+            importer.source.parts.back().visible = drawn[n] == Drawn::kYes ? Visible::kShown : Visible::kHidden;
+            vertices += instances.size() * importer.source.parts.back().positions.size();
             if (vertices > kMaxSourceVertices)
                 throw Unsupported(importer.file.path.string() + ": has too many vertices");
+            copyToInstances(instances, importer.source.parts);
         }
     }
 }
@@ -290,9 +303,8 @@ Sampler readSampler(const Importer& importer, const tinygltf::Animation& clip, i
     if (times.components != 1) importer.fail(where + ": times are not scalars");
     sampler.times = times.values;
     sampler.values = readAccessor(importer.file, from.output, where + " values");
-    if (!(sampler.times.front() >= 0)) importer.fail(where + ": has a key before 0 s");
     for (std::size_t i = 1; i < sampler.times.size(); ++i)
-        if (!(sampler.times[i] > sampler.times[i - 1]))
+        if (!(sampler.times[i] >= sampler.times[i - 1]))
             importer.fail(where + ": key times do not ascend at key " + std::to_string(i));
     return sampler;
 }
@@ -312,11 +324,11 @@ void checkRotations(const Importer& importer, const Channel& channel, const std:
             importer.fail(where + ": key " + std::to_string(i / 4) + " is a quaternion of length 0");
 }
 
-Channel convertChannel(const Importer& importer, const tinygltf::Animation& clip,
-                       const tinygltf::AnimationChannel& from, const std::string& where) {
+Channel convertChannel(Importer& importer, const tinygltf::Animation& clip, const tinygltf::AnimationChannel& from,
+                       const std::string& where) {
     Channel channel;
     channel.node = importer.node_of_file_node[std::size_t(from.target_node)];
-    if (importer.source.nodes[std::size_t(channel.node)].matrix) importer.fail(where + ": the node has a matrix");
+    makeAnimatable(importer.source, channel.node, "clip '" + cleanText(clip.name) + "'");
     const bool rotation = from.target_path == "rotation";
     if (from.target_path == "scale")
         channel.path = Channel::Path::kScale;
@@ -338,7 +350,12 @@ void convertWeights(Importer& importer, const tinygltf::Animation& clip, const t
                     const std::string& where, MorphChannel channel) {
     const auto drawn = [&](const SourcePart& part) { return part.node == channel.node && !part.targets.empty(); };
     const auto part = std::find_if(importer.source.parts.begin(), importer.source.parts.end(), drawn);
-    if (part == importer.source.parts.end()) return;
+    if (part == importer.source.parts.end()) {
+        importer.source.notes.push_back({importer.file.path.string(),
+                                         importer.source.nodes[std::size_t(channel.node)].name, "morph weights",
+                                         "a clip drives them, but the node draws no mesh with morph targets"});
+        return;
+    }
     Sampler sampler = readSampler(importer, clip, from.sampler, where);
     checkSize(importer, sampler, 1, part->targets.size(), where);
     channel.interpolation = sampler.interpolation;
@@ -347,15 +364,16 @@ void convertWeights(Importer& importer, const tinygltf::Animation& clip, const t
     importer.source.morphs.push_back(std::move(channel));
 }
 
-// Converts clips. It passes over channels without a node, and over those of morph weights unless these are asked for.
-// A clip without any other channel is left out.
+// Converts clips. It passes over channels without a node. A clip without any other channel is left out.
 void convertClips(Importer& importer) {
     const tinygltf::Model& model = importer.file.model;
     for (std::size_t a = 0; a < model.animations.size(); ++a) {
         const tinygltf::Animation& from = model.animations[a];
         Clip clip;
         clip.name = from.name.empty() ? "clip" + std::to_string(a) : cleanText(from.name);
-        if (from.channels.empty()) importer.fail("clip '" + clip.name + "': has no keys");
+        if (from.channels.empty())
+            importer.source.notes.push_back(
+                {importer.file.path.string(), "", "clip '" + clip.name + "'", "has no channel, left out"});
         const std::size_t morphs = importer.source.morphs.size();
         for (const tinygltf::AnimationChannel& channel : from.channels) {
             if (channel.target_node < 0) continue;
@@ -366,7 +384,7 @@ void convertClips(Importer& importer) {
             if (channel.target_path != "weights") {
                 clip.channels.push_back(convertChannel(importer, from, channel, where));
                 clip.duration = std::max(clip.duration, clip.channels.back().times.back());
-            } else if (importer.morphs == Morphs::kRead) {
+            } else {
                 MorphChannel weights;
                 weights.clip = int(importer.source.clips.size());
                 weights.node = importer.node_of_file_node[std::size_t(channel.target_node)];
@@ -382,14 +400,16 @@ void convertClips(Importer& importer) {
 
 }  // namespace
 
-RigSource readGltf(const std::filesystem::path& path, Morphs morphs) {
-    Importer importer{.file = openGltf(path), .source = {}, .node_of_file_node = {}, .morphs = morphs};
+RigSource readGltf(const std::filesystem::path& path) {
+    Importer importer{.file = openGltf(path), .source = {}, .node_of_file_node = {}};
     importer.source.file = path;
     importer.source.files_read = importer.file.files_read;
+    importer.source.notes = std::move(importer.file.notes);
     convertNodes(importer);
     convertSkins(importer);
     convertMeshes(importer);
     convertClips(importer);
+    tidyClips(importer.source);
     return std::move(importer.source);
 }
 

@@ -6,16 +6,24 @@
 #include <array>
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "formats/rig/rig_file.h"
+#include "formats/rig/rig_gltf_extensions.h"
 
 namespace penumbra {
 
+// RigNote::feature and RigNote::effect of a material.
+struct GltfEffect {
+    std::string feature, effect;
+};
+
 struct GltfMaterial {
     std::string name;  // "" where it has none
+    std::vector<GltfEffect> effects;
     MaterialColor color;
     int uv_set = 0;                                        // the TEXCOORD_n that its texture takes
     std::array<double, 6> uv_transform{1, 0, 0, 0, 1, 0};  // row-major 2x3, from these to the texture's coordinates
@@ -25,6 +33,8 @@ struct GltfFile {
     std::filesystem::path path;  // for messages
     tinygltf::Model model;       // without materials and images; one buffer; no compression left
     std::vector<GltfMaterial> materials;
+    std::vector<GltfNodeExtensions> node_extensions;  // one for each node
+    std::vector<RigNote> notes;
     std::vector<std::filesystem::path> files_read;
 };
 
@@ -36,6 +46,8 @@ GltfFile openGltf(const std::filesystem::path& path);
 std::vector<GltfMaterial> readMaterials(const std::filesystem::path& path, const nlohmann::json& document,
                                         std::span<const unsigned char> buffer);
 std::string percentDecoded(const std::string& uri);
+// Returns the bytes of a data URI of any type or of none, or nothing where it is damaged (rig_data_uri.cpp).
+std::optional<std::vector<unsigned char>> decodeDataUri(const std::string& uri);
 
 struct AccessorValues {
     int components = 0;          // numbers of one element
@@ -45,16 +57,24 @@ struct AccessorValues {
 // Reads an accessor, also a sparse or strided one. Every byte is checked to lie inside its buffer view. `what` names
 // the accessor in messages ("mesh 'Body' POSITION").
 AccessorValues readAccessor(const GltfFile& file, int accessor, const std::string& what);
+// The same, but numbers need not be finite.
+AccessorValues readAnyNumbers(const GltfFile& file, int accessor, const std::string& what);
 
 struct SourcePart;
+struct RigSource;
+// Reads NORMAL of a primitive whose positions are already read, if it has it.
+void readNormals(const GltfFile& file, const tinygltf::Primitive& primitive, const std::string& where,
+                 RigSource& source, SourcePart& part);
+
 // Reads what a primitive whose positions are already read looks like. Damage goes into the part's problem.
 void readPartColor(const GltfFile& file, const tinygltf::Primitive& primitive, const std::string& where,
                    SourcePart& part);
 
-// Reads the morph targets of a primitive whose positions are already read. `default_weights` are those of the node or
-// of its mesh. Adds the targets' vertices to `total`, and throws Unsupported where that becomes too large.
-void readMorphTargets(const GltfFile& file, const tinygltf::Primitive& primitive,
-                      const std::vector<double>& default_weights, const std::string& where, std::size_t& total,
-                      SourcePart& part);
+// Reads the morph targets of a primitive of the node's mesh, whose positions are already read, with the weights at rest
+// that the node or its mesh gives and the names that the mesh gives (extras.targetNames). A file may have up to
+// kMaxTargetVertices vertices of targets.
+constexpr std::size_t kMaxTargetVertices = std::size_t(1) << 26;  // 800 MB
+void readMorphTargets(const GltfFile& file, const tinygltf::Node& node, const tinygltf::Primitive& primitive,
+                      const std::string& where, SourcePart& part);
 
 }  // namespace penumbra

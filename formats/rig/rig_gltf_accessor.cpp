@@ -121,7 +121,7 @@ void applySparse(const Reader& reader, const tinygltf::Accessor& accessor, Acces
 
 }  // namespace
 
-AccessorValues readAccessor(const GltfFile& file, int index, const std::string& what) {
+AccessorValues readAnyNumbers(const GltfFile& file, int index, const std::string& what) {
     const Reader reader{file, what};
     if (index < 0 || std::size_t(index) >= file.model.accessors.size()) reader.fail("has no such accessor");
     const tinygltf::Accessor& accessor = file.model.accessors[std::size_t(index)];
@@ -142,8 +142,13 @@ AccessorValues readAccessor(const GltfFile& file, int index, const std::string& 
                         std::span(out.values).subspan(i * std::size_t(components), std::size_t(components)));
     }
     if (accessor.sparse.isSparse) applySparse(reader, accessor, out);
+    return out;
+}
+
+AccessorValues readAccessor(const GltfFile& file, int index, const std::string& what) {
+    AccessorValues out = readAnyNumbers(file, index, what);
     for (const double v : out.values)
-        if (!std::isfinite(v)) reader.fail("holds a number that is not finite");
+        if (!std::isfinite(v)) failAtFile(file.path, what + ": holds a number that is not finite");
     return out;
 }
 

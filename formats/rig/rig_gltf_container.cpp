@@ -96,11 +96,15 @@ Container readContainer(const Loader& loader) {
 
 bool startsWith(const std::string& text, const char* prefix) { return text.rfind(prefix, 0) == 0; }
 
-// Accepts extensions that only tell how things look, and the two that tell how numbers are stored.
+// Accepts extensions that only tell how things look, the two that tell how numbers are stored, and those of
+// rig_gltf_extensions.h.
 bool isSupported(const std::string& extension) {
     for (const char* prefix : {"KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_", "EXT_lights_"})
         if (startsWith(extension, prefix)) return true;
-    return extension == "KHR_mesh_quantization" || extension == "EXT_meshopt_compression";
+    for (const char* known : {"KHR_mesh_quantization", "EXT_meshopt_compression", "KHR_node_visibility", "MSFT_lod",
+                              "EXT_mesh_gpu_instancing", "KHR_animation_pointer"})
+        if (extension == known) return true;
+    return false;
 }
 
 void checkVersionAndExtensions(const Loader& loader, const Json& document) {
@@ -117,11 +121,9 @@ void checkVersionAndExtensions(const Loader& loader, const Json& document) {
 
 Bytes readUri(Loader& loader, const std::string& uri, const std::string& where) {
     if (startsWith(uri, "data:")) {
-        Bytes bytes;
-        std::string mime_type;
-        if (!tinygltf::DecodeDataURI(&bytes, mime_type, uri, 0, false))
-            loader.fail(where + " has a data URI that cannot be decoded");
-        return bytes;
+        std::optional<Bytes> bytes = decodeDataUri(uri);
+        if (!bytes) loader.fail(where + " has a data URI that cannot be decoded");
+        return std::move(*bytes);
     }
     if (uri.find("://") != std::string::npos)
         throw Unsupported(loader.path.string() + ": " + where + " is at " + cleanText(uri));
@@ -240,10 +242,21 @@ Bytes mergeBuffers(Loader& loader, Container& container) {
     return merged;
 }
 
+// Takes the names of morph targets, which exporters put into extras, where they are texts.
+Json targetNames(Json& object) {
+    if (!object.contains("extras") || !object["extras"].is_object()) return {};
+    Json names = object["extras"].value("targetNames", Json());
+    const bool texts =
+        names.is_array() && std::all_of(names.begin(), names.end(), [](const Json& name) { return name.is_string(); });
+    return texts ? names : Json();
+}
+
 void dropExtensions(Json& objects) {
     for (Json& object : objects) {
         if (!object.is_object()) continue;
+        Json names = targetNames(object);
         for (const char* key : {"extensions", "extras", "camera"}) object.erase(key);
+        if (!names.empty()) object["extras"]["targetNames"] = std::move(names);
         if (object.contains("primitives")) dropExtensions(object["primitives"]);
     }
 }
@@ -270,6 +283,15 @@ void parseModel(const Loader& loader, const std::string& text, Bytes&& buffer, t
     model.buffers[0].data = std::move(buffer);
 }
 
+// Two materials may have one name. The second "skin" becomes "skin#2".
+void makeNamesUnique(std::vector<GltfMaterial>& materials) {
+    std::vector<std::string> names;
+    for (std::size_t m = 0; m < materials.size(); ++m)
+        names.push_back(materials[m].name.empty() ? "material" + std::to_string(m) : materials[m].name);
+    names = uniqueNames(std::move(names));
+    for (std::size_t m = 0; m < materials.size(); ++m) materials[m].name = names[m];
+}
+
 }  // namespace
 
 std::string percentDecoded(const std::string& uri) {
@@ -285,13 +307,17 @@ std::string percentDecoded(const std::string& uri) {
 }
 
 bool hasOnlyMorphClips(const std::filesystem::path& path) try {
-    const Json document = readContainer(Loader{path, {path}}).document;
+    Json document = readContainer(Loader{path, {path}}).document;
+    (void)resolvePointers(path, document);
     for (const Json& node : document.value("nodes", Json::array()))
         if (node.contains("skin")) return false;
+    bool any = false;
     for (const Json& clip : document.value("animations", Json::array()))
-        for (const Json& channel : clip.value("channels", Json::array()))
-            if (channel.value("target", Json::object()).value("path", "") == "weights") return true;
-    return false;
+        for (const Json& channel : clip.value("channels", Json::array())) {
+            any = channel.value("target", Json::object()).value("path", "") == "weights";
+            if (!any) return false;
+        }
+    return any;
 } catch (const Json::exception&) {
     return false;
 } catch (const InvalidInput&) {
@@ -308,6 +334,9 @@ GltfFile openGltf(const std::filesystem::path& path) {
         checkVersionAndExtensions(loader, container.document);
         Bytes buffer = mergeBuffers(loader, container);
         file.materials = readMaterials(path, container.document, buffer);
+        file.node_extensions = readNodeExtensions(path, container.document);
+        file.notes = resolvePointers(path, container.document);
+        makeNamesUnique(file.materials);
         parseModel(loader, geometryOnly(container.document), std::move(buffer), file.model);
     } catch (const Json::exception& error) {
         loader.fail(std::string("is not valid glTF: ") + error.what());

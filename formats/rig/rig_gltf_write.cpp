@@ -4,11 +4,13 @@
 #include <array>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "formats/common/errors.h"
 #include "formats/common/provenance.h"
 #include "formats/common/write_file.h"
 #include "formats/rig/rig_matrix.h"
+#include "formats/rig/rig_morphs.h"
 #include "formats/rig/rig_poses.h"
 
 namespace penumbra {
@@ -51,6 +53,24 @@ public:
         json["accessors"][index]["min"] = low;
         json["accessors"][index]["max"] = high;
         return index;
+    }
+
+    // Adds an accessor of `count` zeros, except for rows of `values` at the ascending `indices`.
+    std::size_t addSparse(const std::vector<std::uint32_t>& indices, const std::vector<float>& values,
+                          std::size_t count) {
+        OrderedJson accessor{{"componentType", int(kFloat)}, {"count", count}, {"type", "VEC3"}};
+        if (!indices.empty()) {
+            add(indices, kUnsignedInt, "SCALAR", 1);  // the accessors of the two views are not needed
+            add(values, kFloat, "VEC3", 3);
+            json["accessors"].erase(json["accessors"].size() - 1);
+            json["accessors"].erase(json["accessors"].size() - 1);
+            const std::size_t views = json["bufferViews"].size();
+            accessor["sparse"] = {{"count", indices.size()},
+                                  {"indices", {{"bufferView", views - 2}, {"componentType", int(kUnsignedInt)}}},
+                                  {"values", {{"bufferView", views - 1}}}};
+        }
+        json["accessors"].push_back(std::move(accessor));
+        return json["accessors"].size() - 1;
     }
 
     std::string bytes(const std::filesystem::path& path) {
@@ -130,11 +150,21 @@ std::vector<bool> mirroringJoints(const Rig& rig) {
     return mirrors;
 }
 
-std::vector<std::uint32_t> cornersOf(const Rig& rig) {
-    // Any source vertex of a shading point will do, as reading welds it again.
+// Returns the shading point of each vertex that is written: those of the source, then the points that have none (of a
+// vertex that became several).
+std::vector<std::uint32_t> writtenPoints(const Mesh& mesh) {
+    std::vector<std::uint32_t> points = mesh.source_vertex;
+    std::vector<bool> seen(mesh.vertexCount());
+    for (const std::uint32_t p : points) seen[p] = true;
+    for (std::uint32_t p = 0; p < seen.size(); ++p)
+        if (!seen[p]) points.push_back(p);
+    return points;
+}
+
+std::vector<std::uint32_t> cornersOf(const Rig& rig, const std::vector<std::uint32_t>& written) {
+    // Any written vertex of a shading point will do, as reading welds it again.
     std::vector<std::uint32_t> source_of_point(rig.mesh.vertexCount());
-    for (std::size_t r = rig.mesh.source_vertex.size(); r-- > 0;)
-        source_of_point[rig.mesh.source_vertex[r]] = std::uint32_t(r);
+    for (std::size_t r = written.size(); r-- > 0;) source_of_point[written[r]] = std::uint32_t(r);
     const std::vector<bool> mirrors = mirroringJoints(rig);
     std::vector<std::uint32_t> corners;
     for (const Triangle& t : rig.mesh.triangles) {
@@ -146,12 +176,13 @@ std::vector<std::uint32_t> cornersOf(const Rig& rig) {
 }
 
 // Writes JOINTS_n and WEIGHTS_n for n = 0, 1, ..., which have four influences each.
-void writeInfluences(const Rig& rig, OrderedJson& attributes, GlbWriter& out) {
+void writeInfluences(const Rig& rig, const std::vector<std::uint32_t>& written, OrderedJson& attributes,
+                     GlbWriter& out) {
     const std::size_t influences = std::size_t(rig.skin.influences);
     for (std::size_t first = 0; first < influences; first += 4) {
         std::vector<std::uint16_t> joints;
         std::vector<float> weights;
-        for (const std::uint32_t v : rig.mesh.source_vertex)
+        for (const std::uint32_t v : written)
             for (std::size_t k = first; k < first + 4; ++k) {
                 joints.push_back(k < influences ? rig.skin.joints[v * influences + k] : std::uint16_t(0));
                 weights.push_back(k < influences ? rig.skin.weights[v * influences + k] : 0.0f);
@@ -162,20 +193,49 @@ void writeInfluences(const Rig& rig, OrderedJson& attributes, GlbWriter& out) {
     }
 }
 
-std::vector<float> bySourceVertex(const Rig& rig, const std::vector<Vec3>& of_point) {
+std::vector<float> ofWritten(const std::vector<std::uint32_t>& written, const std::vector<Vec3>& of_point) {
     std::vector<float> out;
-    for (const std::uint32_t v : rig.mesh.source_vertex)
-        out.insert(out.end(), {of_point[v].x, of_point[v].y, of_point[v].z});
+    for (const std::uint32_t v : written) out.insert(out.end(), {of_point[v].x, of_point[v].y, of_point[v].z});
     return out;
 }
 
+// Writes the targets by source vertices, each with the names and weights that reading finds again.
+void writeTargets(const Rig& rig, GlbWriter& out) {
+    const MorphTargets morphs = selectVertices(rig.mesh.morphs, rig.mesh.source_vertex);
+    if (morphs.empty()) return;
+    const std::size_t count = rig.mesh.source_vertex.size();
+    OrderedJson targets = OrderedJson::array();
+    for (std::size_t m = 0; m < morphs.count(); ++m) {
+        const MorphRows rows = morphs.rowsOf(m);
+        const std::vector<std::uint32_t> vertices(rows.vertices.begin(), rows.vertices.end());
+        std::vector<float> positions, normals;
+        for (std::size_t r = 0; r < vertices.size(); ++r) {
+            positions.insert(positions.end(), {rows.positions[r].x, rows.positions[r].y, rows.positions[r].z});
+            normals.insert(normals.end(), {rows.normals[r].x, rows.normals[r].y, rows.normals[r].z});
+        }
+        targets.push_back({{"POSITION", out.addSparse(vertices, positions, count)},
+                           {"NORMAL", out.addSparse(vertices, normals, count)}});
+    }
+    OrderedJson& mesh = out.json["meshes"][0];
+    mesh["primitives"][0]["targets"] = std::move(targets);
+    mesh["weights"] = morphs.rest_weights;
+    mesh["extras"]["targetNames"] = morphs.names;
+}
+
 void writeMesh(const Rig& rig, const WrittenNodes& nodes, GlbWriter& out) {
+    // Normals turn as triangles do.
+    const std::vector<bool> mirrors = mirroringJoints(rig);
+    std::vector<Vec3> normals = rig.rest_normals;
+    for (std::size_t p = 0; p < normals.size(); ++p)
+        if (mirrors[rig.skin.joints[p * std::size_t(rig.skin.influences)]]) normals[p] = -normals[p];
+    const std::vector<std::uint32_t> written = writtenPoints(rig.mesh);
     OrderedJson attributes;
-    attributes["POSITION"] = out.addWithRange(bySourceVertex(rig, rig.mesh.rest_positions), "VEC3", 3);
-    attributes["NORMAL"] = out.add(bySourceVertex(rig, rig.rest_normals), kFloat, "VEC3", 3);
-    writeInfluences(rig, attributes, out);
-    const std::size_t corners = out.add(cornersOf(rig), kUnsignedInt, "SCALAR", 1);
+    attributes["POSITION"] = out.addWithRange(ofWritten(written, rig.mesh.rest_positions), "VEC3", 3);
+    attributes["NORMAL"] = out.add(ofWritten(written, normals), kFloat, "VEC3", 3);
+    writeInfluences(rig, written, attributes, out);
+    const std::size_t corners = out.add(cornersOf(rig, written), kUnsignedInt, "SCALAR", 1);
     out.json["meshes"] = {{{"primitives", {{{"attributes", attributes}, {"indices", corners}}}}}};
+    writeTargets(rig, out);
     std::vector<float> inverse_bind;  // column by column
     for (const Matrix& m : rig.inverse_bind)
         for (std::size_t c = 0; c < 4; ++c)
@@ -195,7 +255,35 @@ OrderedJson writeChannel(const Channel& channel, OrderedJson& samplers, GlbWrite
     return {{"sampler", samplers.size() - 1}, {"target", {{"path", kPaths[std::size_t(channel.path)]}}}};
 }
 
-void writeClip(const Clip& clip, const WrittenNodes& nodes, GlbWriter& out) {
+// Writes the weights of a clip as one channel, as glTF has one for a node. Curves of several meshes are brought to the
+// keys of all, which changes nothing where all step or all are linear.
+void writeWeights(const Rig& rig, int clip, OrderedJson& samplers, OrderedJson& channels, GlbWriter& out) {
+    std::set<double> times;
+    std::set<Interpolation> modes;
+    for (const WeightCurve& curve : rig.weight_curves) {
+        if (curve.clip != clip) continue;
+        times.insert(curve.times.begin(), curve.times.end());
+        modes.insert(curve.interpolation);
+    }
+    if (times.empty()) return;
+    if (modes.size() > 1 || modes.contains(Interpolation::kCubicSpline))
+        throw Unsupported("clip '" + rig.clips[std::size_t(clip)].name +
+                          "': writes morph weights that all step or are all linear");
+    std::vector<float> values;
+    for (const double time : times) {
+        const std::vector<float> weights = weightsAt(rig, clip, time);
+        values.insert(values.end(), weights.begin(), weights.end());
+    }
+    const std::size_t input = out.addWithRange({times.begin(), times.end()}, "SCALAR", 1);
+    samplers.push_back({{"input", input},
+                        {"output", out.add(values, kFloat, "SCALAR", 1)},
+                        {"interpolation", modes.contains(Interpolation::kStep) ? "STEP" : "LINEAR"}});
+    channels.push_back(
+        {{"sampler", samplers.size() - 1}, {"target", {{"node", out.json["nodes"].size() - 1}, {"path", "weights"}}}});
+}
+
+void writeClip(const Rig& rig, std::size_t index, const WrittenNodes& nodes, GlbWriter& out) {
+    const Clip& clip = rig.clips[index];
     std::multimap<int, int> written_of_node;
     for (std::size_t n = 0; n < nodes.original.size(); ++n) written_of_node.emplace(nodes.original[n], int(n));
     OrderedJson samplers = OrderedJson::array(), channels = OrderedJson::array();
@@ -207,6 +295,7 @@ void writeClip(const Clip& clip, const WrittenNodes& nodes, GlbWriter& out) {
             channels.push_back(entry);
         }
     }
+    writeWeights(rig, int(index), samplers, channels, out);
     out.json["animations"].push_back({{"name", clip.name}, {"samplers", samplers}, {"channels", channels}});
 }
 
@@ -219,7 +308,7 @@ void writeGlb(const std::filesystem::path& path, const Rig& rig, const std::stri
     const WrittenNodes nodes = nodesToWrite(rig);
     writeNodes(nodes, out);
     writeMesh(rig, nodes, out);
-    for (const Clip& clip : rig.clips) writeClip(clip, nodes, out);
+    for (std::size_t c = 0; c < rig.clips.size(); ++c) writeClip(rig, c, nodes, out);
     writeWholeFile(path, out.bytes(path));
 }
 

@@ -8,6 +8,7 @@
 #include "formats/common/errors.h"
 #include "formats/rig/rig_keys.h"
 #include "formats/rig/rig_matrix.h"
+#include "formats/rig/rig_morphs.h"
 #include "formats/rig/rig_poses.h"
 
 namespace penumbra {
@@ -132,6 +133,7 @@ RigPose evaluatePose(const Rig& rig, int clip, double time) {
         pose.bones.push_back(affine);
     }
     pose.pose = rotationVectors(rig, poses, nodePoses(rig, {}));
+    pose.weights = weightsAt(rig, clip, time);
     return pose;
 }
 

@@ -16,9 +16,11 @@ RigSource readGltfRig(const std::filesystem::path& path) { return readGltf(path)
 constexpr SourceReader kReaders[] = {
     {.extension = ".glb", .rig = readGltfRig, .cache = readGltfCache, .is_cache = hasOnlyMorphClips},
     {.extension = ".gltf", .rig = readGltfRig, .cache = readGltfCache, .is_cache = hasOnlyMorphClips},
-    {.extension = ".fbx", .rig = readWithAssimp},
-    {.extension = ".dae", .rig = readWithAssimp},
+    {.extension = ".vrm", .rig = readGltfRig, .cache = readGltfCache, .is_cache = hasOnlyMorphClips},
+    {.extension = ".fbx", .rig = readFbx},
+    {.extension = ".dae", .rig = readCollada},
     {.extension = ".x", .rig = readWithAssimp},
+    {.extension = ".bvh", .rig = readBvh},
     {.extension = ".npz", .cache = readNpzCache},
     {.extension = ".npy", .cache = readNpyCache, .positions_alone = true},
     {.extension = ".mdd", .cache = readMddCache, .positions_alone = true},

@@ -6,6 +6,7 @@
 #include "formats/common/errors.h"
 #include "formats/common/write_file.h"
 #include "formats/stage/clip_errors.h"
+#include "formats/stage/morphs_stored.h"
 #include "formats/stage/stage_parts.h"
 
 namespace penumbra {
@@ -93,6 +94,7 @@ LobeModel readLobes(const std::filesystem::path& path) {
     model.rest_tangents = readVectors(in, "/mesh/rest_tangents", vertices);
     model.skin = readSkin(in, vertices);
     if (exists(in, "/inputs")) model.input_names = readStrings(in, "/inputs/names");
+    checkMorphInputs(in, model.mesh.morphs, model.input_names);
     model.holdout_clips = readStrings(in, "/clips/holdout");
     readPose(in, model);
     readAxes(in, model);

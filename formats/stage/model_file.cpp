@@ -11,6 +11,7 @@
 #include "formats/stage/clip_errors.h"
 #include "formats/stage/drawn_mesh_stored.h"
 #include "formats/stage/model_deforming.h"
+#include "formats/stage/morphs_stored.h"
 #include "formats/stage/part_fields_stored.h"
 #include "formats/stage/stage_parts.h"
 #include "formats/stage/visibility_file.h"
@@ -359,6 +360,7 @@ Model readModel(const std::filesystem::path& path) {
     model.drawn = readDrawnMesh(in, model.mesh, model.skin);
     readFrames(in, model);
     readModelInputs(in, model);
+    checkMorphInputs(in, model.mesh.morphs, model.input_names);
     readDeforming(in, model);
     model.joint_centers = readVectors(in, "/model/joint_centers", model.skin.jointCount());
     model.joint_spreads.resize(model.skin.jointCount());

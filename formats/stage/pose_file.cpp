@@ -12,6 +12,17 @@ namespace penumbra {
 
 constexpr const char* kNodeTransforms = "node_transforms";
 
+static void writeWeights(hid_t file, const PoseFile& poses) {
+    if (poses.weight_names.empty()) return;
+    const std::size_t width = poses.weight_names.size();
+    assert(poses.sampled_weights.size() == poses.sampledCount() * width);
+    assert(poses.mixed_weights.size() == poses.mixedCount() * width);
+    writeStrings(file, "/weights/names", poses.weight_names);
+    if (poses.sampledCount() > 0)
+        writeFloats(file, "/weights/sampled", poses.sampled_weights, {poses.sampledCount(), width});
+    if (poses.mixedCount() > 0) writeFloats(file, "/weights/mixed", poses.mixed_weights, {poses.mixedCount(), width});
+}
+
 void writePoseFile(const std::filesystem::path& path, const PoseFile& poses) {
     const std::size_t frames = poses.frames.frameCount(), joints = poses.joint_names.size();
     assert(poses.rank.size() == frames && poses.distance.size() == frames);
@@ -33,6 +44,7 @@ void writePoseFile(const std::filesystem::path& path, const PoseFile& poses) {
         writeFloats(file, "/mixed/nodes", poses.mixed, {poses.mixedCount(), poses.node_names.size(), kMixedNumbers});
         writeTextAttribute(file, "/mixed/nodes", "parameterisation", kNodeTransforms);
     }
+    writeWeights(file, poses);
     closeHdf5(file);
     partial.commit();
 }
@@ -103,6 +115,17 @@ void readMixed(const Hdf5Reader& in, PoseFile& poses) {
     }
 }
 
+void readWeights(const Hdf5Reader& in, PoseFile& poses) {
+    if (!exists(in, "/weights/names")) return;
+    poses.weight_names = readStrings(in, "/weights/names");
+    if (poses.weight_names.empty() || poses.weight_names.size() > 65535)
+        throw InvalidInput(in.name + ": /weights/names: " + std::to_string(poses.weight_names.size()) + " names");
+    const hsize_t width = poses.weight_names.size();
+    if (poses.sampledCount() > 0)
+        poses.sampled_weights = readExactly(in, "/weights/sampled", {poses.sampledCount(), width});
+    if (poses.mixedCount() > 0) poses.mixed_weights = readExactly(in, "/weights/mixed", {poses.mixedCount(), width});
+}
+
 }  // namespace
 
 PoseFile readPoseFile(const std::filesystem::path& path) {
@@ -120,6 +143,7 @@ PoseFile readPoseFile(const std::filesystem::path& path) {
     checkUnique(in, "/skin/joint_names", poses.joint_names);
     readSampled(in, poses);
     readMixed(in, poses);
+    readWeights(in, poses);
     checkFrames(in, poses);
     checkMadePoses(in, poses, kSampledClip, "/sampled/pose", poses.sampledCount());
     checkMadePoses(in, poses, kMixedClip, "/mixed/nodes", poses.mixedCount());

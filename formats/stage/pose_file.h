@@ -30,6 +30,9 @@ struct PoseFile {
     std::vector<float> rotations;          // [M,3J] joint rotation vectors (rig_file.h), radians
     std::vector<std::string> node_names;   // [N] of all nodes of the rig; empty without mixed poses
     std::vector<float> mixed;              // [X,N,kMixedNumbers]
+    // Of a rig with morph targets that has sampled or mixed poses: their names [W], and the weights of these poses.
+    std::vector<std::string> weight_names;
+    std::vector<float> sampled_weights, mixed_weights;  // [M,W], [X,W]
     Provenance provenance;
 
     std::size_t sampledCount() const { return joint_names.empty() ? 0 : rotations.size() / (3 * joint_names.size()); }

@@ -6,6 +6,7 @@
 
 #include "formats/common/errors.h"
 #include "formats/common/write_file.h"
+#include "formats/stage/morphs_stored.h"
 #include "formats/stage/stage_parts.h"
 
 namespace penumbra {
@@ -99,6 +100,7 @@ TransferModel readTransfer(const std::filesystem::path& path) {
     model.rest_normals = readVectors(in, "/mesh/rest_normals", model.mesh.vertexCount());
     model.skin = readSkin(in, model.mesh.vertexCount());
     if (exists(in, "/inputs")) model.input_names = readStrings(in, "/inputs/names");
+    checkMorphInputs(in, model.mesh.morphs, model.input_names);
     if (exists(in, "/fit")) model.holdout_clips = readStrings(in, "/fit/holdout");
     readAngles(in, model);
     readFrames(in, model);

@@ -2,6 +2,7 @@
 
 #include "formats/common/errors.h"
 #include "formats/stage/drawn_mesh_stored.h"
+#include "formats/stage/morphs_stored.h"
 
 namespace penumbra {
 
@@ -173,6 +174,7 @@ VisibilityHeader readVisibilityHeader(const Hdf5Reader& in) {
                                                            : meshNormals(header.mesh, header.mesh.rest_positions);
     if (exists(in, "/mesh/edges")) header.edges = readEdges(in, header.mesh);
     if (exists(in, "/inputs")) header.input_names = readInputNames(in);
+    checkMorphInputs(in, header.mesh.morphs, header.input_names);
     if (exists(in, "/skin")) header.skin = readSkin(in, vertices);
     if (header.skin) header.drawn = readDrawnMesh(in, header.mesh, *header.skin);
     header.frames = readFrameList(in);

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <cstdio>
 
-#include "formats/common/mesh.h"
 #include "formats/common/parallel_for.h"
 #include "player/draw/draw_frame.h"
+#include "player/frame/framed_rest.h"
 #include "player/gl/offscreen_target.h"
 #include "sh/camera.h"
 
@@ -41,7 +41,7 @@ class Crowd {
 public:
     Crowd(const Shot& shot, ShadingSet* shading, const Evaluator& first, int count, int threads)
         : asset_(shot.asset), shading_(shading), threads_(threads) {
-        radius_ = 0.5 * boxDiagonal({asset_->mesh.positions.begin(), asset_->mesh.positions.end()});
+        radius_ = restBox(*asset_).radius();
         characters_.reserve(std::size_t(count));
         for (int i = 0; i < count; ++i) {
             Character& c = characters_.emplace_back(Character{first, {}, {}, placeOf(i, count, radius_)});

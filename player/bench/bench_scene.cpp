@@ -213,7 +213,8 @@ SunCost timeSuns(PosedScene& scene, SceneFrames& frames, SceneDrawing& drawing, 
     return cost;
 }
 
-SceneCost costOf(const RenderOptions& options, const SceneDescription& description, bool drawn, int runs, int threads) {
+SceneCost costOf(const RenderOptions& options, const SceneDescription& description, const GlContext* context, int runs,
+                 int threads) {
     PosedScene scene(description);
     SceneFrames frames(scene, options, threads);
     frames.evaluateMembers();
@@ -243,9 +244,10 @@ SceneCost costOf(const RenderOptions& options, const SceneDescription& descripti
         timeThreads(runs, threads, cost.ground_cast, [&](int some) { groundVertices(scene, some); });
     }
     std::optional<SceneDrawing> drawing;
-    if (drawn) drawing.emplace(scene, frames, options);
+    if (context) drawing.emplace(scene, frames, options);
     timeFrame(scene, frames, drawing ? &*drawing : nullptr, runs, cost);
-    if (drawn && !frames.suns().empty()) cost.suns = timeSuns(scene, frames, *drawing, options, runs, threads);
+    if (context && !frames.suns().empty()) cost.suns = timeSuns(scene, frames, *drawing, options, runs, threads);
+    if (context && !context->software) cost.gpu = measureSceneGpuCost(scene, options, threads, runs);
     return cost;
 }
 
@@ -319,6 +321,22 @@ void printSuns(const SceneBench& bench) {
     if (header) std::printf("without suns all of the light is SH; draw is upload and drawing, without the maps\n");
 }
 
+void printGpuRow(const char* name, const char* what, const SceneGpuSteps& steps) {
+    std::printf("%-10s %-11s %9.3f %9.3f %9.3f %9.3f %8.1f\n", name, what, steps.evaluate, steps.maps, steps.draw,
+                steps.all(), 1000 / steps.all());
+}
+
+void printGpu(const SceneBench& bench) {
+    if (!bench.scene.gpu) return;
+    std::printf("%-10s %-11s %9s %9s %9s %9s %8s\n", "GLSL path", "ms", "evaluate", "maps", "draw", "all", "Hz");
+    for (const SceneCost* cost : allOf(bench)) {
+        if (!cost->gpu) continue;
+        const std::string name = nameOf(bench, *cost);
+        printGpuRow(name.c_str(), "until done", cost->gpu->until_done);
+        printGpuRow(name.c_str(), "GPU itself", cost->gpu->gpu);
+    }
+}
+
 nlohmann::ordered_json figuresOf(const WithSuns& time) {
     return {{"with_ms", time.with}, {"without_ms", time.without}, {"ratio", time.ratio()}};
 }
@@ -363,7 +381,8 @@ nlohmann::ordered_json figuresOf(const SceneCost& cost) {
             {"frame_ms", cost.frame.median},
             {"frame_best_ms", cost.frame.best},
             {"hz", 1000 / cost.frame.median},
-            {"suns", cost.suns ? figuresOf(*cost.suns) : nlohmann::ordered_json()}};
+            {"suns", cost.suns ? figuresOf(*cost.suns) : nlohmann::ordered_json()},
+            {"glsl_path", cost.gpu ? figuresOf(*cost.gpu) : nlohmann::ordered_json()}};
 }
 
 }  // namespace
@@ -384,9 +403,9 @@ SceneBench benchScene(const RenderOptions& asked, const SceneDescription& scene,
         bench.context = error.what();
     }
     std::sort(counts.begin(), counts.end());
-    bench.scene = costOf(options, scene, context != nullptr, runs, bench.threads);
+    bench.scene = costOf(options, scene, context.get(), runs, bench.threads);
     for (const int count : counts)
-        bench.copies.push_back(costOf(options, copiesOf(scene, count), context != nullptr, runs, bench.threads));
+        bench.copies.push_back(costOf(options, copiesOf(scene, count), context.get(), runs, bench.threads));
     return bench;
 }
 
@@ -403,6 +422,7 @@ void printScene(const SceneBench& bench) {
             bench.threads, field->frame);
     printFrames(bench);
     printSuns(bench);
+    printGpu(bench);
 }
 
 nlohmann::ordered_json figuresOf(const SceneBench& bench) {

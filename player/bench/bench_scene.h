@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "player/bench/scene_gpu_cost.h"
 #include "player/bench/stage_time.h"
 #include "player/frame/render_options.h"
 #include "player/scene/posed_scene.h"
@@ -60,6 +61,7 @@ struct SceneCost {
     std::optional<double> draw;       // upload, drawing and an 8-bit picture read back; unset without GL
     StageTime frame;                  // all of it, as far as it can be done here
     std::optional<SunCost> suns;      // unset where none shine, and without GL
+    std::optional<SceneGpuCost> gpu;  // where the GPU evaluates; unset in software
 };
 
 struct SceneBench {

@@ -1,16 +1,13 @@
 #include "player/bench/scene_drawing.h"
 
-#include "player/frame/sky_picture.h"
+#include "player/render/sunlight_of_scene.h"
 
 namespace penumbra {
 
 SceneDrawing::SceneDrawing(const PosedScene& scene, const SceneFrames& frames, const RenderOptions& options)
-    : frames_(&frames), target_(options.width, options.height, options.samples, GL_RGBA8) {
-    if (!frames.suns().empty()) {
-        suns_.emplace(frames.lobes(), options.sun_map);
-        suns_->reflect(skyPicture(*scene.light()));
-        suns_->turnSky(frames.lightRotation());
-    }
+    : frames_(&frames),
+      target_(options.width, options.height, options.samples, GL_RGBA8),
+      suns_(sunlightOf(scene, frames, options.sun_map)) {
     for (const SceneMesh& mesh : frames.meshes())
         painters_.emplace_back(mesh.triangles, options.channel,
                                mesh.sides == Sides::kBoth && !mesh.is_ground ? Sides::kSeen : mesh.sides,

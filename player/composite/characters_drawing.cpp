@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "player/render/sunlight_of_scene.h"
+
 namespace penumbra {
 
 CharactersDrawing::CharactersDrawing(const PosedScene& scene, const SceneFrames& frames, const RenderOptions& options,
@@ -11,11 +13,7 @@ CharactersDrawing::CharactersDrawing(const PosedScene& scene, const SceneFrames&
       camera_(camera),
       samples_(options.samples),
       context_(createGlContext(options.backend)) {
-    if (!frames.suns().empty() && !sunsAtVertices()) {
-        suns_.emplace(frames.lobes(), options.sun_map);
-        suns_->reflect(skyPicture(*scene.light()));
-        suns_->turnSky(frames.lightRotation());
-    }
+    if (!sunsAtVertices()) suns_ = sunlightOf(scene, frames, options.sun_map);
     for (const SceneMesh& mesh : frames.meshes())
         painters_.emplace_back(mesh.triangles, mesh.channel, mesh.sides,
                                suns_ ? frames.lobes().models(mesh.surface.lobes) : 0);

@@ -134,7 +134,7 @@ void PhotographFrames::shineSuns() {
     SunCasters real;
     for (std::size_t m = 0; m < scene_.members().size(); ++m)
         if (const SceneMember& member = *scene_.members()[m]; member.file->real && castsInSuns(*member.file))
-            real.members.push_back({frames_.members()[m].positions, member.asset->view.mesh.triangles});
+            real.members.push_back({frames_.members()[m].positions, member.asset->view.mesh.castingTriangles()});
     addRealMeshes(scene_, real);
     for (std::size_t s = 0; s < maps_.size(); ++s) {
         drawSunMaps(frames_.suns()[s], frames_.sunCasters(), options_.sun_map, threads_, maps_[s]);

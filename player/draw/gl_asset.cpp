@@ -128,7 +128,7 @@ GlAsset::GlAsset(const AssetView& asset, const ShadingSet* shading, const Evalua
     recipe_.convention = asset.model.convention;
     recipe_.stride = asset.model.stride;
     recipe_.influences = asset.mesh.influences;
-    recipe_.deforming = asset.model.deforming;
+    recipe_.deforming = asset.model.deforming || !asset.mesh.morphs.empty();
     recipe_.slots = !asset.mesh.slot_of_vertex.empty();
     recipe_.clusters = asset.model.clusters.size();
     uploadArrays(evaluator, shading);

@@ -104,14 +104,30 @@ void ModelPainter::uploadArrays(std::optional<UploadRing>& ring, std::span<const
     }
 }
 
-// Uploads position and normal of every vertex of a deforming mesh. Skinned meshes need none.
+// Writes position and normal of every skinned vertex, and returns what follows.
+static float* writeSkinned(const Evaluator& evaluator, float* at) {
+    std::vector<Vec3> positions(evaluator.vertexCount()), normals(positions), tangents(positions);
+    evaluator.skin(0, positions.size(), positions, normals, tangents);
+    for (std::size_t v = 0; v < positions.size(); ++v) {
+        const Vec3 p = positions[v], n = normals[v];
+        for (const float number : {p.x, p.y, p.z, n.x, n.y, n.z}) *at++ = number;
+    }
+    return at;
+}
+
+// Uploads position and normal of every vertex of a mesh that deforms or has morph targets. Other meshes need none, as
+// the GPU skins them.
 void ModelPainter::uploadVertices(std::span<const PosedCharacter> characters) {
     const AssetView& asset = asset_->view();
-    if (!asset.model.deforming) return;
+    if (!asset.model.deforming && asset.mesh.morphs.empty()) return;
     if (!vertices_) vertices_.emplace(capacity_ * asset_->vertexCount() * 6);
     float* at = vertices_->next().data();
     for (const PosedCharacter& character : characters) {
         const Evaluator& evaluator = *character.evaluator;
+        if (!asset.model.deforming) {
+            at = writeSkinned(evaluator, at);
+            continue;
+        }
         for (std::size_t v = 0; v < asset_->vertexCount(); ++v) {
             const std::size_t point = asset.mesh.pointOf(v);
             const Vec3 p = evaluator.points()[point], front = evaluator.pointNormals()[point],
@@ -222,10 +238,10 @@ void ModelPainter::draw(const FrameView& view, const Sunlight* suns) const {
     gl::ActiveTexture(GL_TEXTURE0);
     gl::BindTexture(GL_TEXTURE_BUFFER, evaluated_.texture.id());
     asset_->bindTriangles();
-    const bool two_sided = asset_->view().mesh.two_sided;  // a back has triangles of its own
-    if (two_sided) gl::Enable(GL_CULL_FACE);
+    const bool cull_backs = asset_->view().mesh.cull_backs;  // a back has triangles of its own
+    if (cull_backs) gl::Enable(GL_CULL_FACE);
     gl::DrawElementsInstanced(GL_TRIANGLES, asset_->indexCount(), GL_UNSIGNED_INT, nullptr, GLsizei(count_));
-    if (two_sided) gl::Disable(GL_CULL_FACE);
+    if (cull_backs) gl::Disable(GL_CULL_FACE);
     checkGl("drawing");
 }
 

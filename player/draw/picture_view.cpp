@@ -4,24 +4,23 @@
 #include <stdexcept>
 
 #include "formats/common/errors.h"
-#include "formats/common/mesh.h"
 #include "formats/common/write_file.h"
+#include "player/frame/framed_rest.h"
 #include "sh/camera.h"
 
 namespace penumbra {
 
 namespace {
 
-double restRadius(const AssetView& asset) {
-    return 0.5 * boxDiagonal({asset.mesh.positions.begin(), asset.mesh.positions.end()});
-}
+double restRadius(const BoundingBox& rest) { return 0.5 * length(toDouble(rest.high) - toDouble(rest.low)); }
 
-FrameView makeView(const RenderOptions& options, const AssetView& asset, std::span<const Vec3> positions,
-                   double radius) {
+std::array<Vec3, 2> cornersOf(const BoundingBox& box) { return {box.low, box.high}; }
+
+FrameView makeView(const RenderOptions& options, const BoundingBox& rest, const BoundingBox& seen, double radius) {
     FrameView view;
     view.error_max = options.error_max;
     try {
-        const Camera camera = makeCamera(options.camera, positions, radius, defaultPitch(asset.mesh.positions));
+        const Camera camera = makeCamera(options.camera, cornersOf(seen), radius, defaultPitch(cornersOf(rest)));
         clipFromModel(camera, double(options.width) / options.height, radius, view.clip_from_model);
         view.eye = toFloat(cameraPosition(camera));
     } catch (const std::invalid_argument& problem) {
@@ -33,12 +32,13 @@ FrameView makeView(const RenderOptions& options, const AssetView& asset, std::sp
 }  // namespace
 
 FrameView makePictureView(const RenderOptions& options, const AssetView& asset, std::span<const Vec3> positions) {
-    return makeView(options, asset, positions, restRadius(asset));
+    const BoundingBox rest = restBox(asset);
+    return makeView(options, rest, framedBox(asset, positions), restRadius(rest));
 }
 
 FrameView makeSequenceView(const RenderOptions& options, const AssetView& asset, const BoundingBox& box) {
-    const std::array<Vec3, 2> corners = {box.low, box.high};
-    return makeView(options, asset, corners, std::max(restRadius(asset), box.radius()));
+    const BoundingBox rest = restBox(asset);
+    return makeView(options, rest, box, std::max(restRadius(rest), box.radius()));
 }
 
 BoundingBox boundsOfClips(PosedFrame& frame, std::span<const std::size_t> clips) {
@@ -49,7 +49,7 @@ BoundingBox boundsOfClips(PosedFrame& frame, std::span<const std::size_t> clips)
         for (std::size_t number = 0; number < clip.frame_count; ++number) {
             throwIfInterrupted();
             frame.pose(clip.first_frame + number, std::nullopt);
-            const BoundingBox box = boundsOf(frame.positions());
+            const BoundingBox box = framedBox(*frame.shot().asset, frame.positions());
             all = first ? box : merged(all, box);
             first = false;
         }

@@ -17,7 +17,7 @@ struct ShaderRecipe {
     Convention convention;
     int stride = 0, influences = 0;
     bool slots = false;      // the mesh has them
-    bool deforming = false;  // positions and normals are given instead of skinned
+    bool deforming = false;  // positions and normals are given instead of skinned: also with morph targets
     // The precision that all clusters share; unset: each cluster has its own.
     std::optional<AssetPrecision> mean = {}, basis = {};
     const ShadingLayout* shading = nullptr;  // only for kShaded

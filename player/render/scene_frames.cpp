@@ -6,6 +6,7 @@
 
 #include "formats/common/errors.h"
 #include "formats/scene/scene_placement.h"
+#include "player/frame/framed_rest.h"
 #include "player/frame/mirror_sight.h"
 #include "player/frame/truth_frames.h"
 #include "player/papers/sphere_cast.h"
@@ -58,7 +59,7 @@ SunCasters SceneFrames::sunCasters() const {
     SunCasters casters;
     for (std::size_t m = 0; m < members_.size(); ++m)
         if (castsInSuns(*scene_.members()[m]->file))
-            casters.members.push_back({members_[m].positions, looks_[m]->view.mesh.triangles});
+            casters.members.push_back({members_[m].positions, looks_[m]->view.mesh.castingTriangles()});
     addRealMeshes(scene_, casters);
     if (scene_.field()) {
         casters.ground = {field_casting_, field_casting_triangles_};
@@ -152,8 +153,8 @@ void clipFromPhotograph(const SceneView& view, std::span<const BoundingBox> boxe
 FrameView sceneView(const PosedScene& scene, const RenderOptions& options, std::span<const FrameVertices> members) {
     std::vector<Vec3> corners;
     std::vector<BoundingBox> boxes;
-    for (const FrameVertices& vertices : members) {
-        const BoundingBox box = boxes.emplace_back(boundsOf(vertices.positions));
+    for (std::size_t m = 0; m < members.size(); ++m) {
+        const BoundingBox box = boxes.emplace_back(framedBox(scene.members()[m]->asset->view, members[m].positions));
         corners.insert(corners.end(), {box.low, box.high});
     }
     const double radius = std::max<double>(boundsOf(corners).radius(), 1e-3);
@@ -257,7 +258,7 @@ std::vector<SceneMesh> SceneFrames::meshes() const {
         out.push_back({looks_[m]->view.mesh.triangles,
                        members_[m].positions,
                        values_[m],
-                       looks_[m]->view.mesh.two_sided ? Sides::kFront : Sides::kBoth,
+                       looks_[m]->view.mesh.cull_backs ? Sides::kFront : Sides::kBoth,
                        channelOf(m),
                        {members_[m].normals, members_[m].tangents, looks_[m]->lobes, sight_[m]}});
     }

@@ -27,6 +27,13 @@ std::vector<Vec3> shownWeights(const PosedScene& scene, const LightView& light, 
 
 }  // namespace
 
+bool fitsGpu(const PosedScene& scene, const RenderOptions& options) {
+    const SceneDescription& file = scene.file();
+    const bool plain = std::ranges::none_of(file.props, &SceneCharacter::real) && !scene.members().empty() &&
+                       !(file.ground && file.ground->catcher);
+    return plain && options.channel != Channel::kError && scene.castWay().mode == CastMode::kProduct;
+}
+
 SceneOnGpu::SceneOnGpu(const PosedScene& scene, const RenderOptions& options, int threads)
     : scene_(scene), options_(options), threads_(threads), members_(scene.members().size()) {
     requireLight(scene, options.channel);
@@ -125,7 +132,7 @@ SunCasters SceneOnGpu::sunCasters() const {
     SunCasters casters;
     for (std::size_t m = 0; m < members_.size(); ++m)
         if (castsInSuns(*scene_.members()[m]->file))
-            casters.members.push_back({members_[m].positions, looks_[m]->view.mesh.triangles});
+            casters.members.push_back({members_[m].positions, looks_[m]->view.mesh.castingTriangles()});
     if (heights_) {
         casters.ground = {field_points_, field_triangles_};
         casters.ground_version = scene_.field()->version();

@@ -13,6 +13,9 @@
 
 namespace penumbra {
 
+// Tells whether the GPU can evaluate the picture. It has the default way of casting, and draws everyone.
+bool fitsGpu(const PosedScene& scene, const RenderOptions& options);
+
 class SceneOnGpu {
 public:
     // Takes what SceneFrames takes, and throws what it throws. Throws Unsupported where the scene is too large for this

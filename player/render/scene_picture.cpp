@@ -1,26 +1,20 @@
 #include "player/render/scene_picture.h"
 
-#include <algorithm>
-
 #include "player/draw/sky_painter.h"
-#include "player/draw/sunlight.h"
 #include "player/gl/gl_context.h"
 #include "player/gl/offscreen_target.h"
 #include "player/render/scene_frames.h"
 #include "player/render/scene_on_gpu.h"
+#include "player/render/sunlight_of_scene.h"
 
 namespace penumbra {
 
 namespace {
 
-// Draws the maps of the suns of frames; nothing where there are none. `frames` outlives the result.
-std::optional<Sunlight> sunlightOf(const PosedScene& scene, const RenderOptions& options, const auto& frames) {
-    std::optional<Sunlight> suns;
-    if (frames.suns().empty()) return suns;
-    suns.emplace(frames.lobes(), options.sun_map);
-    suns->reflect(skyPicture(*scene.light()));
-    suns->turnSky(frames.lightRotation());
-    suns->shine(frames.suns(), frames.sunCasters());
+// Returns the suns of frames with their maps.
+std::optional<Sunlight> shiningSuns(const PosedScene& scene, const RenderOptions& options, const auto& frames) {
+    std::optional<Sunlight> suns = sunlightOf(scene, frames, options.sun_map);
+    if (suns) suns->shine(frames.suns(), frames.sunCasters());
     return suns;
 }
 
@@ -30,7 +24,7 @@ FrameView drawValues(const PosedScene& scene, const RenderOptions& options, int 
     frames.evaluateMembers();
     frames.evaluateGround();
     frames.shade();
-    const std::optional<Sunlight> suns = sunlightOf(scene, options, frames);
+    const std::optional<Sunlight> suns = shiningSuns(scene, options, frames);
     target.begin();
     for (const SceneMesh& mesh : frames.meshes()) {
         ValuePainter painter(mesh.triangles, mesh.channel, mesh.sides,
@@ -44,7 +38,7 @@ FrameView drawValues(const PosedScene& scene, const RenderOptions& options, int 
 FrameView drawOnGpu(const PosedScene& scene, const RenderOptions& options, int threads, const OffscreenTarget& target) {
     SceneOnGpu gpu(scene, options, threads);
     gpu.evaluate();
-    const std::optional<Sunlight> suns = sunlightOf(scene, options, gpu);
+    const std::optional<Sunlight> suns = shiningSuns(scene, options, gpu);
     target.begin();
     gpu.draw(gpu.view(), suns ? &*suns : nullptr);
     return gpu.view();
@@ -58,14 +52,6 @@ Image drawSky(const PosedScene& scene, const FrameView& view, const OffscreenTar
     target.begin();
     sky.draw(view, rotation);
     return target.read();
-}
-
-// Tells whether the GPU can evaluate the picture. It has the default way of casting, and draws everyone.
-bool fitsGpu(const PosedScene& scene, const RenderOptions& options) {
-    const SceneDescription& file = scene.file();
-    const bool plain = std::ranges::none_of(file.props, &SceneCharacter::real) && !scene.members().empty() &&
-                       !(file.ground && file.ground->catcher);
-    return plain && options.channel != Channel::kError && scene.castWay().mode == CastMode::kProduct;
 }
 
 }  // namespace

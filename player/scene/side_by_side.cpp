@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "formats/common/errors.h"
+#include "player/frame/framed_rest.h"
 #include "player/frame/open_asset.h"
 #include "runtime/papers/refuse_transfer.h"
 
@@ -34,7 +35,7 @@ SceneDescription sceneSideBySide(std::span<const std::filesystem::path> assets) 
         const OpenAsset asset(path);
         refuseTransfer<InvalidInput>(asset.view, "has linear transfer, on which nothing casts");
         if (!asset.view.has_model) throw InvalidInput(path.string() + ": has no model");
-        boxes.push_back(boundsOf(asset.view.mesh.positions));
+        boxes.push_back(restBox(asset.view));
         SceneCharacter& one = scene.characters.emplace_back();
         one.at = path.string() + ": ";
         one.asset = path;

@@ -23,10 +23,10 @@ struct SunReceiver {
 // loops here end at their foot.
 
 // The share of a box that blockers cover, and their mean distance. Lengths are in texels.
-vec2 sunBlockers(int map, SunReceiver receiver, float side, int cells) {
+vec2 sunBlockers(int map, SunReceiver receiver, float side, bool searches) {
     int size = int(sun_frames[5 * map + 3].w);
     float range = sun_frames[5 * map + 3].x;
-    int stride = max(1, int(ceil(side / float(cells))));
+    int stride = max(1, int(ceil(side / float(searches ? SUN_SEARCH_CELLS : SUN_CELLS))));
     vec3 place = receiver.place;
     vec2 low = place.xy - side / 2.0, high = place.xy + side / 2.0;
     ivec2 first = ivec2(floor(low / float(stride))), last = ivec2(floor(high / float(stride)));
@@ -39,10 +39,15 @@ vec2 sunBlockers(int map, SunReceiver receiver, float side, int cells) {
             ivec2 texel = ivec2(i * stride + texel_x, j * stride + sunCellTexel(i, stride));
             bool inside = all(greaterThanEqual(texel, ivec2(0))) && all(lessThan(texel, ivec2(size)));
             float stored = texelFetch(sun_depths, ivec3(clamp(texel, ivec2(0), ivec2(size - 1)), map), 0).x;
-            float above = place.z + dot(receiver.slope, vec2(texel) + 0.5 - place.xy) - stored * range;
+            vec2 away = vec2(texel) + 0.5 - place.xy;
+            float ahead = place.z - stored * range, above = ahead + dot(receiver.slope, away);
             float weight = height * (min(high.x, float((i + 1) * stride)) - max(low.x, float(i * stride)));
             total += weight;
             if (inside && stored < 1.0 && above > 0.0) {
+                // In a search only what stands before the sun's disc counts: beforeSun() of sun_map.cpp.
+                float reach = 0.5 * SUN_BOX * sun_frames[5 * map + 3].y * ahead;
+                float before = clamp((reach - max(abs(away.x), abs(away.y))) / float(stride) + 2.0, 0.0, 1.0);
+                weight *= searches ? before : 1.0;
                 blocked += weight;
                 sum += weight * above;
             }
@@ -113,7 +118,7 @@ float sunFromTexels(int map, SunReceiver receiver) {
     vec2 blockers;
     int pass = 1;
     do {
-        blockers = sunBlockers(map, receiver, side, pass < SUN_PASSES ? SUN_SEARCH_CELLS : SUN_CELLS);
+        blockers = sunBlockers(map, receiver, side, pass < SUN_PASSES);
         float next = clamp(SUN_BOX * blockers.y * tan_radius, 1.0, receiver.widest);
         if (blockers.x == 0.0 || blockers.x == 1.0 || max(side, next) == 1.0) break;
         side = next;

@@ -14,6 +14,8 @@ PoseKey poseKey(const Scene& scene, const ViewState& state, std::size_t index) {
     key.next = first + (position.part > 0 ? position.next : position.frame);
     key.part = position.part;
     if (state.inspect.score_edit && state.inspect.score_edit->character == index) key.edited = state.inspect.score_edit;
+    if (state.inspect.weight_edit && state.inspect.weight_edit->character == index)
+        key.weights = state.inspect.weight_edit;
     return key;
 }
 

@@ -14,6 +14,7 @@ struct PoseKey {
     std::size_t frame = 0, next = 0;      // in the animation; the pose is `part` of the way from one to the other
     double part = 0;
     std::optional<ScoreEdit> edited;
+    std::optional<WeightEdit> weights;
     bool operator==(const PoseKey&) const = default;
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "player/frame/framed_rest.h"
 #include "player/view/vertex_figures.h"
 #include "player/view/view_controls.h"
 #include "player/view/view_look.h"
@@ -149,8 +150,8 @@ BoundingBox boundsOf(const Scene& scene, bool rest) {
     for (std::size_t i = 0; i < scene.characters.size(); ++i) {
         const Character& character = *scene.characters[i];
         const bool posed = character.posed.truth_frame.key() && !rest;
-        const BoundingBox box = boundsOf(posed ? std::span<const Vec3>(character.posed.vertices.positions)
-                                               : character.asset.mesh.positions);
+        const BoundingBox box =
+            posed ? framedBox(character.asset, character.posed.vertices.positions) : restBox(character.asset);
         std::array<Vec3, 8> corners;
         for (std::size_t c = 0; c < corners.size(); ++c)
             corners[c] = (posed ? character.posed.to_scene : character.placement)

@@ -7,6 +7,7 @@
 #include "formats/image/project_map.h"
 #include "formats/scene/scene_origin.h"
 #include "formats/scene/scene_placement.h"
+#include "player/frame/framed_rest.h"
 #include "player/frame/truth_frames.h"
 #include "player/scene/side_by_side.h"
 #include "player/view/view_cast.h"
@@ -66,7 +67,7 @@ void attachTruth(Scene& scene, const AssetView& truth) {
 
 void placeCharacters(Scene& scene) {
     std::vector<BoundingBox> boxes;
-    for (const auto& character : scene.characters) boxes.push_back(boundsOf(character->asset.mesh.positions));
+    for (const auto& character : scene.characters) boxes.push_back(restBox(character->asset));
     const std::vector<float> places = placesSideBySide(boxes);
     for (std::size_t i = 0; i < places.size(); ++i) scene.characters[i]->placement.m[3] = places[i];
 }

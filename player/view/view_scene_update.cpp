@@ -5,6 +5,7 @@
 
 #include "player/frame/truth_frames.h"
 #include "player/view/playback/clip_figures.h"
+#include "player/view/playback/morph_weights.h"
 #include "player/view/vertex_figures.h"
 #include "player/view/view_cast.h"
 #include "player/view/view_look.h"
@@ -33,6 +34,14 @@ void editScores(Evaluator& evaluator, const ScoreEdit& edit) {
     evaluator.setScores(edit.cluster, sum);
 }
 
+// Gives the pose that was set last other weights of morph targets. `pose` are its numbers where the model reads them.
+void setWeights(Evaluator& evaluator, const WeightEdit& edit, std::span<const float> pose) {
+    const std::span<const Affine> bones = evaluator.bones();
+    const WeightedPose weighted =
+        withWeights(evaluator.asset(), {{bones.begin(), bones.end()}, {pose.begin(), pose.end()}}, edit.weights);
+    evaluator.setPose(weighted.bones, weighted.pose);
+}
+
 // Poses a character, by a pose of a file or else where it is in its clip. Returns whether the pose is another one.
 bool poseCharacter(Character& character, const PoseKey& key, int threads) {
     CharacterPose& posed = character.posed;
@@ -46,10 +55,13 @@ bool poseCharacter(Character& character, const PoseKey& key, int threads) {
             posed.interpolation->evaluate(key.frame, key.next, key.part);
             posed.evaluator->setPose(posed.interpolation->bones(), posed.interpolation->pose());
         }
+        if (key.weights)
+            setWeights(*posed.evaluator, *key.weights,
+                       key.file_pose ? std::span<const float>(key.file_pose->rotations) : posed.interpolation->pose());
         if (key.edited) editScores(*posed.evaluator, *key.edited);
         skinFrame(*posed.evaluator, threads, posed.vertices);
         truth_frame.reset();
-        if (character.truth && key.part == 0 && !key.file_pose)
+        if (character.truth && key.part == 0 && !key.file_pose && !key.weights)
             truth_frame = findTruthFrame(character.asset, *character.truth, key.frame);
     });
 }

@@ -78,6 +78,13 @@ struct ScoreEdit {
     bool operator==(const ScoreEdit&) const = default;
 };
 
+// Weights of a character's morph targets that the user has set, all of them.
+struct WeightEdit {
+    std::size_t character = 0;
+    std::vector<float> weights;
+    bool operator==(const WeightEdit&) const = default;
+};
+
 enum class Worst { kError, kOutOfRange };  // which figure the worst frame of a clip has the largest of
 
 // The user asked for the worst frame before every frame's figure was known. It is shown again when all are known, if
@@ -121,6 +128,7 @@ struct Inspection {
     std::optional<PickedVertex> picked;  // its visibility is drawn
     FactorChoice factor;                 // what of it; the whole where the vertex has no such factor
     std::optional<ScoreEdit> score_edit;
+    std::optional<WeightEdit> weight_edit;
     bool operator==(const Inspection&) const = default;
 };
 

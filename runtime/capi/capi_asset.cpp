@@ -7,6 +7,7 @@
 
 #include "formats/asset/other_sides.h"
 #include "runtime/capi/capi_handles.h"
+#include "runtime/evaluate/deformation.h"
 
 namespace penumbra {
 
@@ -50,6 +51,18 @@ void requireFinite(const char* name, std::span<const float> numbers) {
             throw UsageError(std::string(name) + "[" + std::to_string(i) + "] is not finite");
 }
 
+// Nothing moves, and morph targets have their weights at rest.
+static std::vector<Affine> restBones(const AssetView& view) {
+    std::vector<Affine> bones(view.animation.jointCount());
+    const MorphsView& morphs = view.mesh.morphs;
+    std::vector<float> inputs(view.animation.input_names.size());
+    std::copy(morphs.rest_weights.begin(), morphs.rest_weights.end(), inputs.end() - std::ptrdiff_t(morphs.count()));
+    for (const InputJointView& input : view.model.input_joints)
+        if (input.column + morphs.count() >= inputs.size())
+            bones[std::size_t(input.joint)] = inputBone(view, input, inputs);
+    return bones;
+}
+
 Evaluator AssetData::restPose() const {
     // The first caller makes the pose. Callers on other threads wait for it and then copy it.
     const std::lock_guard lock(mutex_);
@@ -60,7 +73,7 @@ Evaluator AssetData::restPose() const {
         if (const Deformation* deformation = evaluator.deformation())
             evaluator.setPositions(deformation->rest(), deformation->restInputs());
         else
-            evaluator.setPose(std::vector<Affine>(view.animation.jointCount()), no_rotation);
+            evaluator.setPose(restBones(view), no_rotation);
         rest_ = std::move(evaluator);
         transfer_.emplace(view.model.convention);
     }
@@ -225,7 +238,7 @@ penumbra_status penumbra_asset_get_info(const penumbra_asset* asset, penumbra_as
     *info = {};
     info->has_model = view.hasCharacter();
     info->deforming = view.model.deforming;
-    info->two_sided = view.mesh.two_sided;
+    info->two_sided = view.mesh.two_sided ? 1 : view.mesh.cull_backs ? 2 : 0;
     info->has_playback = view.model.deforming && !view.animation.playback.positions.empty();
     info->input_count = view.animation.input_names.size();
     info->provenance = view.provenance.data();
@@ -255,6 +268,13 @@ const char* penumbra_asset_slot_name(const penumbra_asset* asset, size_t slot) {
 const char* penumbra_asset_input_name(const penumbra_asset* asset, size_t input) {
     const AssetView* view = viewOf(asset);
     return view && input < view->animation.input_names.size() ? view->animation.input_names[input].data() : nullptr;
+}
+
+size_t penumbra_asset_morph_count(const penumbra_asset* asset, float* weights) {
+    if (!asset) return 0;
+    const std::span<const float> rest = viewOf(asset)->mesh.morphs.rest_weights;
+    if (weights) std::copy(rest.begin(), rest.end(), weights);
+    return rest.size();
 }
 
 size_t penumbra_asset_find_input(const penumbra_asset* asset, const char* name) {

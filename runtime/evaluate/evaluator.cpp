@@ -52,6 +52,7 @@ Evaluator::Evaluator(const AssetView& asset)
       shared_(std::make_shared<const Shared>(asset)),
       path_(evaluatorPaths().back()),
       features_(asset),
+      rest_(asset),
       model_(asset.model, asset.model.clusters),
       residual_(asset.model, residualOf(asset)),
       indirect_(asset.model, indirectOf(asset)) {
@@ -77,6 +78,7 @@ const FarLayout& Evaluator::castLayout() const {
 
 void Evaluator::setPose(std::span<const Affine> bones, std::span<const float> pose) {
     features_.set(bones, pose);
+    rest_.setPose(bones);
     double out_of_range = 0;
     for (std::size_t c = 0; c < clusterCount(); ++c) {
         const ClusterView& cluster = asset_->model.clusters[c];

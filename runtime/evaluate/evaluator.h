@@ -12,6 +12,7 @@
 #include "runtime/evaluate/cluster_scores.h"
 #include "runtime/evaluate/deformation.h"
 #include "runtime/evaluate/far_evaluator.h"
+#include "runtime/evaluate/morphed_rest.h"
 #include "runtime/evaluate/pose_features.h"
 #include "runtime/papers/transfer_evaluator.h"
 
@@ -46,6 +47,7 @@ public:
     std::span<const Vec3> points() const { return deformed_.points; }         // [Vs] of a deforming asset, else empty
     std::span<const Vec3> pointNormals() const { return deformed_.normals; }  // [Vs]
     std::span<const Affine> bones() const { return features_.bones(); }       // [J] of the pose
+    const MorphedRest& rest() const { return rest_; }                         // the weights of morph targets
 
     // Returns how far the clusters' inputs of this pose are from where training frames had them, in about radians; 0
     // where all of them are inside. The evaluator clamps inputs to the training range. formats/stage/model_file.h has
@@ -116,6 +118,7 @@ private:
     EvaluatorPath path_;
     // A pose becomes features, features become scores, and scores become coefficients.
     PoseFeatures features_;
+    MorphedRest rest_;
     ClusterScores model_, residual_, indirect_;
     double out_of_range_ = 0;
     std::optional<FarEvaluator> far_;            // only for a composed asset
@@ -124,7 +127,9 @@ private:
     std::shared_ptr<const Deformation> deformation_;  // only for a deforming asset
     DeformedPose deformed_;
 
-    PosedMesh mesh() const { return {asset_, &features_, deformed_.points, deformed_.normals}; }
+    PosedMesh mesh() const {
+        return {asset_, &features_, rest_.positions(), rest_.normals(), deformed_.points, deformed_.normals};
+    }
     AmbientClamp clamp() const;
     static std::span<const float> scoresOf(const ClusterScores& scores, std::size_t cluster) {
         return scores.empty() ? std::span<const float>() : scores.of(cluster);

@@ -16,7 +16,7 @@
 #include <tuple>
 #include <utility>
 
-#include "sh/bounding_box.h"
+#include "sh/character_box.h"
 #include "sh/far/far_kernel.h"
 
 namespace penumbra {
@@ -59,7 +59,7 @@ std::uint32_t placeOnCurve(Vec3 point, const BoundingBox& box) {
 }
 
 std::vector<std::uint32_t> sortedReceivers(const AssetView& asset, std::span<const std::uint16_t> part_of) {
-    const BoundingBox box = boundsOf(asset.mesh.positions);
+    const BoundingBox box = characterBox(asset.mesh.frontTriangles(), asset.mesh.positions);
     using Key = std::tuple<std::uint16_t, std::uint32_t, std::uint32_t>;
     std::vector<std::uint32_t> receivers;
     for (const ClusterView& cluster : asset.model.clusters) {

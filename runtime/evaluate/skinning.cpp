@@ -34,8 +34,8 @@ Receiver PosedMesh::vertex(std::size_t vertex, std::size_t cluster) const {
         out.normal = mesh.isBack(vertex) ? -point_normals[point] : point_normals[point];
     } else {
         const Affine blend = blendBones(mesh, vertex, pose->bones());
-        out.position = blend.point(mesh.positions[vertex]);
-        out.normal = normalized(cofactor(blend.linear()) * mesh.normals[vertex]);
+        out.position = blend.point(rest_positions[vertex]);
+        out.normal = normalized(normalMatrix(blend.linear()) * rest_normals[vertex]);
     }
     const Mat3& turn = pose->rotation(asset->model.clusters[cluster].joint);
     out.tangent = tangentOf(out.normal, mesh.tangents.empty() ? Vec3{} : turn * mesh.tangents[vertex]);

@@ -11,7 +11,8 @@ namespace penumbra {
 struct PosedMesh {
     const AssetView* asset;
     const PoseFeatures* pose;
-    std::span<const Vec3> points, point_normals;  // [Vs] of a deforming asset, else empty
+    std::span<const Vec3> rest_positions, rest_normals;  // [V], as morph targets shape them
+    std::span<const Vec3> points, point_normals;         // [Vs] of a deforming asset, else empty
 
     // Returns a vertex, whose cluster the caller knows. The rule is that of skinVertices() (formats/common/mesh.h) in
     // single precision: tangent = normalised(R_c t0 - N (N . R_c t0)), or any unit vector orthogonal to N where that

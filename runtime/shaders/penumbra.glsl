@@ -32,6 +32,7 @@ PenumbraSurface penumbra_surface(vec4 row0, vec4 row1, vec4 row2, vec3 rest_posi
     s.position = vec3(dot(row0, p), dot(row1, p), dot(row2, p));
     vec3 normal = vec3(dot(cross(row1.xyz, row2.xyz), rest_normal), dot(cross(row2.xyz, row0.xyz), rest_normal),
                        dot(cross(row0.xyz, row1.xyz), rest_normal));
+    if (dot(row0.xyz, cross(row1.xyz, row2.xyz)) < 0.0) normal = -normal;  // the outside stays outside
     float size = length(normal);
     s.normal = size > 0.0 ? normal / size : normal;
     vec3 carried = vec3(dot(rotation0, rest_tangent), dot(rotation1, rest_tangent), dot(rotation2, rest_tangent));

@@ -106,8 +106,19 @@ float overlap(int i, int stride, float low, float high) {
     return std::min(high, float((i + 1) * stride)) - std::max(low, float(i * stride));
 }
 
+enum class SunPass { kSearch, kFilter };
+
+// How much of a texel counts in a search that blocks at the distance `ahead`, `away` from the receiver along the longer
+// axis. Only what stands before the sun's disc hides any of it: the slopes of a valley rise above the plane of its
+// floor and hide nothing. The slack of two cells keeps the count continuous.
+float beforeSun(const SunFrame& frame, float ahead, float away, int stride) {
+    const float reach = kSunBox / 2 * frame.tan_radius * ahead;
+    return std::clamp((reach - away) / float(stride) + 2, 0.0f, 1.0f);
+}
+
 BoxBlockers lookThroughBox(const SunFrame& frame, std::span<const float> depths, const SunReceiver& receiver,
-                           float side, int cells) {
+                           float side, SunPass pass) {
+    const int cells = pass == SunPass::kSearch ? kSunSearchCells : kSunCells;
     const int stride = std::max(1, int(std::ceil(side / float(cells))));
     const float x_low = receiver.place.x - side / 2, x_high = receiver.place.x + side / 2;
     const float y_low = receiver.place.y - side / 2, y_high = receiver.place.y + side / 2;
@@ -120,12 +131,14 @@ BoxBlockers lookThroughBox(const SunFrame& frame, std::span<const float> depths,
             total += weight;
             if (x < 0 || y < 0 || x >= frame.size || y >= frame.size) continue;
             const float stored = depths[std::size_t(y) * std::size_t(frame.size) + std::size_t(x)];
-            const float plane = receiver.place.z + receiver.slope_x * (float(x) + 0.5f - receiver.place.x) +
-                                receiver.slope_y * (float(y) + 0.5f - receiver.place.y);
-            const float above = plane - stored * frame.range;
+            const float away_x = float(x) + 0.5f - receiver.place.x, away_y = float(y) + 0.5f - receiver.place.y;
+            const float ahead = receiver.place.z - stored * frame.range;
+            const float above = ahead + receiver.slope_x * away_x + receiver.slope_y * away_y;
             if (stored >= 1 || above <= 0) continue;
-            blocked += weight;
-            distance += weight * above;
+            const float away = std::max(std::abs(away_x), std::abs(away_y));
+            const float counted = weight * (pass == SunPass::kSearch ? beforeSun(frame, ahead, away, stride) : 1);
+            blocked += counted;
+            distance += counted * above;
         }
     if (!(blocked > 0)) return {};
     return {blocked / total, distance / blocked};
@@ -166,7 +179,8 @@ float SunMap::visibility(Vec3 position, Vec3 normal) const {
     float side = widest;
     BoxBlockers blockers;
     for (int pass = 0; pass < kSunPasses; ++pass) {
-        blockers = lookThroughBox(frame_, depths_, receiver, side, pass + 1 < kSunPasses ? kSunSearchCells : kSunCells);
+        blockers = lookThroughBox(frame_, depths_, receiver, side,
+                                  pass + 1 < kSunPasses ? SunPass::kSearch : SunPass::kFilter);
         const float next = std::clamp(kSunBox * blockers.distance * frame_.tan_radius, 1.0f, widest);
         if (blockers.share == 0 || blockers.share == 1 || std::max(side, next) == 1) break;
         if (pass + 1 < kSunPasses) side = next;

@@ -21,7 +21,10 @@ Affine inverseOf(const Affine& bone) {
     const Mat3 a = bone.linear(), c = cofactor(a);
     const float det = a.m[0] * c.m[0] + a.m[1] * c.m[1] + a.m[2] * c.m[2];
     Mat3 inverse = transposed(c);
-    if (std::abs(det) < kSingular)
+    // A mesh that is bound in millimetres has bones of scale 0.001, which are not singular.
+    const float size = length(Vec3{a.m[0], a.m[1], a.m[2]}) * length(Vec3{a.m[3], a.m[4], a.m[5]}) *
+                       length(Vec3{a.m[6], a.m[7], a.m[8]});
+    if (std::abs(det) <= kSingular * std::min(1.0f, size))
         inverse = transposed(nearestRotation(a));
     else
         for (float& x : inverse.m) x /= det;

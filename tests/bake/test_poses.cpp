@@ -97,6 +97,24 @@ TEST(JointLimits, ArePercentilesSoThatOneBadKeyDoesNotWidenThem) {
         EXPECT_NEAR(std::abs(limits.low[c]) + std::abs(limits.high[c]), 0, 1e-6);
 }
 
+// Without clips the joints below the root turn by 30 degrees / sqrt(depth), and never by less than 10.
+TEST(JointLimits, WithoutClipsFallWithTheDepth) {
+    Rig rig = readRig({sample("capsule_man.glb")});
+    rig.clips.clear();
+    const JointLimits limits = limitsWithoutClips(rig);
+    int turning = 0;
+    for (std::size_t c = 0; c < limits.high.size(); ++c) {
+        int depth = 0;
+        for (int up = rig.skin.parents[c / 3]; up >= 0; up = rig.skin.parents[std::size_t(up)]) ++depth;
+        EXPECT_EQ(limits.low[c], -limits.high[c]);
+        if (limits.high[c] == 0) continue;
+        ++turning;
+        EXPECT_NEAR(limits.high[c], std::max(30 / std::sqrt(depth), 10.0) * 3.14159265358979 / 180, 1e-9);
+    }
+    EXPECT_GT(turning, 3 * 5);
+    EXPECT_EQ(limits.high[0], 0);
+}
+
 TEST(SamplePoses, FillTheLimitsAndKeepTheRoot) {
     const Rig rig = readRig({sample("capsule_man.glb")});
     const JointLimits limits = limitsOfFrames(rig, rigFrames(rig, sampleFrames(rig, {}, 5)), 2);

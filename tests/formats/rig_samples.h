@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "formats/rig/rig_build.h"
 #include "formats/source/source_readers.h"
 
 namespace penumbra::samples {
@@ -17,6 +18,16 @@ inline std::filesystem::path samplePath(const std::string& name) {
 
 inline Rig readSample(const std::string& name) { return readRig({samplePath(name)}); }
 
+// Reads a file of any format, an FBX file as assimp has it, be that right or not: swing_pivot.fbx is refused where the
+// converter is not there, because assimp is right about it at its keys alone.
+inline Rig readAny(const std::string& file_name) {
+    const std::filesystem::path path = samplePath("bend").replace_filename(file_name);
+    std::vector<RigSource> sources;
+    if (path.extension() != ".fbx") return readRig({path});
+    sources.push_back(readWithAssimp(path));
+    return joinRig(std::move(sources), {});
+}
+
 inline std::string readText(const std::filesystem::path& path) {
     std::ifstream in(path, std::ios::binary);
     return {std::istreambuf_iterator<char>(in), {}};
@@ -26,6 +37,28 @@ inline std::string readText(const std::filesystem::path& path) {
 inline void writeText(const std::filesystem::path& path, const std::string& text) {
     std::filesystem::remove(path);
     std::ofstream(path, std::ios::binary) << text;
+}
+
+// A triangle of node 0, with as many joints as influences, all of equal weight.
+inline RigSource skinnedTriangle(int influences) {
+    RigSource source;
+    source.file = "f.glb";
+    SourceSkin& skin = source.skins.emplace_back();
+    SourcePart& part = source.parts.emplace_back();
+    part.skin = 0;
+    part.influences = influences;
+    part.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    part.triangles = {{0, 1, 2}};
+    for (int j = 0; j < influences; ++j) {
+        source.nodes.emplace_back().name = "n" + std::to_string(j);
+        skin.nodes.push_back(j);
+        skin.inverse_bind.push_back(kIdentityMatrix);
+    }
+    for (int i = 0; i < 3 * influences; ++i) {
+        part.joints.push_back(std::uint32_t(i % influences));
+        part.weights.push_back(1);
+    }
+    return source;
 }
 
 struct EditableGlb {

@@ -1,7 +1,9 @@
 // Tests the options that verbs share: what they take, and that a refusal names the option, the range and the value.
 #include <gtest/gtest.h>
 
+#include "formats/common/errors.h"
 #include "formats/common/options.h"
+#include "formats/common/slot_choice.h"
 
 namespace penumbra {
 namespace {
@@ -61,6 +63,24 @@ TEST(Options, AreReadAsTheirTypes) {
     EXPECT_EQ(values.width * 1000 + values.height, 640480);
     EXPECT_EQ(parse("--background transparent", values), "");
     EXPECT_EQ(values.background, std::nullopt);
+}
+
+TEST(Options, ABackslashMakesACommaPartOfAName) {
+    using Names = std::vector<std::string>;
+    EXPECT_EQ(splitNames("walk,run"), (Names{"walk", "run"}));
+    EXPECT_EQ(splitNames("walk\\, slow,run"), (Names{"walk, slow", "run"}));
+    EXPECT_EQ(splitNames("a\\\\,b\\c"), (Names{"a\\", "b\\c"}));
+    EXPECT_EQ(splitNames(",a"), (Names{"", "a"}));
+}
+
+TEST(Options, ABackslashMakesAnEqualsSignPartOfASlot) {
+    const SlotChoice plain = parseSlotChoice("body/skin=lambert:color=1/1/1");
+    EXPECT_EQ(plain.slot, "body/skin");
+    EXPECT_EQ(plain.material, "lambert:color=1/1/1");
+    const SlotChoice escaped = parseSlotChoice("a\\=b\\c=m.h5");
+    EXPECT_EQ(escaped.slot, "a=b\\c");
+    EXPECT_EQ(escaped.material, "m.h5");
+    for (const char* wrong : {"", "=m", "a=", "a\\=m", "a"}) EXPECT_THROW(parseSlotChoice(wrong), BadOption) << wrong;
 }
 
 TEST(Options, ARefusalNamesOptionRangeAndValue) {

@@ -19,6 +19,7 @@
 #include "formats/common/write_file.h"
 #include "formats/rig/rig_bytes.h"
 #include "formats/rig/rig_import.h"
+#include "formats/rig/rig_named_nodes.h"
 #include "formats/source/source_readers.h"
 #include "tests/formats/rig_samples.h"
 #include "tests/formats/stage_samples.h"
@@ -270,8 +271,43 @@ Frame Root {
     EXPECT_THAT(refusal([&] { readRig({x}); }), testing::StartsWith("invalid: " + x.string() + ": "));
 }
 
+// A bone without vertices, on which assimp's reader of text fails.
+TEST(RigImport, BonesOfNoVertexAreRead) {
+    const std::filesystem::path x = std::filesystem::path(testing::TempDir()) / "zero.x";
+    const std::string matrix = "1.0,0.0,0.0,0.0,0.0,1.0,0.0,0.0,0.0,0.0,1.0,0.0,0.0,0.0,0.0,1.0;; }";
+    samples::writeText(x, "xof 0303txt 0032\nFrame Root {\n Frame Tip { FrameTransformMatrix { " + matrix +
+                              " }\n Mesh M {\n 3; 0.0;0.0;0.0;, 1.0;0.0;0.0;, 0.0;1.0;0.0;;\n 1; 3;0,1,2;;\n" +
+                              " XSkinMeshHeader { 1; 1; 2; }\n SkinWeights { \"Tip\"; 0; ; ; " + matrix +
+                              "\n SkinWeights { \"Root\"; 3; 0, 1, 2; 1.0, 1.0, 1.0; " + matrix + "\n }\n}\n");
+    EXPECT_THAT(readRig({x}).skin.joint_names, testing::ElementsAre("Root"));
+}
+
+// Two nodes have the name of a bone. The bone is the one at which the mesh was bound.
+TEST(RigImport, BonesAreFoundByTheirPlaceWhereNamesAreEqual) {
+    RigSource source;
+    source.file = "two.fbx";
+    NamedNodes named;
+    for (const double x : {0.0, 1.0, 2.0}) {
+        Node& node = source.nodes.emplace_back();
+        node.name = x == 2 ? "body" : "head";
+        node.translation = {x, 0, 0};
+        named.emplace(node.name, int(x));
+    }
+    Matrix inverse_bind = kIdentityMatrix;
+    inverse_bind[3] = 1;  // at bind the mesh stands at 2, and the bone at 1
+    EXPECT_EQ(nodeOfBone(source, named, {"head", inverse_bind, 2}), 1);
+    EXPECT_EQ(nodeOfBone(source, named, {"tail", inverse_bind, 2}), -1);
+    inverse_bind[3] = 5;
+    EXPECT_THROW(nodeOfBone(source, named, {"head", inverse_bind, 2}), Unsupported);
+    EXPECT_THROW(nodeOfChannel(source, named, "head"), Unsupported);
+    source.skins.push_back({{1}, {kIdentityMatrix}});
+    EXPECT_EQ(nodeOfChannel(source, named, "head"), 1);
+    EXPECT_EQ(source.notes.size(), 1u);
+    EXPECT_EQ(nodeOfChannel(source, named, "body"), 2);
+}
+
 TEST(RigImport, WordsOfAssimpStayAsTheyAre) {
-    for (const char* name : {"nonsense.x", "nonsense.dae", "nonsense.fbx"}) {
+    for (const char* name : {"nonsense.x", "nonsense.dae"}) {
         const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / name;
         samples::writeText(path, "nonsense");
         const std::string here = refusal([&] { importWithAssimp(path); });

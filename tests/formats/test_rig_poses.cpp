@@ -20,8 +20,6 @@ const std::vector<std::string> kRigs = {"bend.glb",         "capsule_man.glb", "
                                         "matrix_nodes.glb", "swing.x",         "swing.dae",         "swing.fbx",
                                         "swing_pivot.fbx",  "weights_u16.glb"};
 
-Rig readAny(const std::string& name) { return readRig({samples::samplePath("bend").parent_path() / name}); }
-
 std::vector<Vec3> positionsOf(const Rig& rig, int clip, double time) {
     std::vector<Vec3> positions, normals;
     skinVertices(rig.mesh, rig.skin, rig.rest_normals, evaluatePose(rig, clip, time).bones, positions, normals);
@@ -42,7 +40,7 @@ std::vector<RigFrame> someFrames(const Rig& rig) {
 
 TEST(RigPoses, ClipOfFramesHasTheFramesAtWholeSeconds) {
     for (const std::string& name : kRigs) {
-        Rig rig = readAny(name);
+        Rig rig = samples::readAny(name);
         const std::vector<RigFrame> frames = someFrames(rig);
         const int poses = int(rig.clips.size());
         rig.clips.push_back(clipOfFrames(rig, frames, "poses"));
@@ -64,7 +62,7 @@ TEST(RigPoses, ClipOfRotationsTurnsTheJointsByTheseVectors) {
     std::mt19937 random(5);
     std::uniform_real_distribution<float> angle(-1.5f, 1.5f);
     for (const std::string& name : kRigs) {
-        Rig rig = readAny(name);
+        Rig rig = samples::readAny(name);
         for (Node& node : rig.nodes)  // a rest pose that is not the identity
             node.rotation = multiply(node.rotation, rotationOf({angle(random), angle(random), angle(random)}));
         const std::size_t width = 3 * rig.skin.jointCount();
@@ -100,7 +98,7 @@ void expectSameRig(const Rig& a, const Rig& b, const std::string& name) {
 TEST(RigPoses, GlbIsReadBackAsTheSameRig) {
     const samples::Folder folder("glb");
     for (const std::string& name : kRigs) {
-        Rig rig = readAny(name);
+        Rig rig = samples::readAny(name);
         rig.clips = {clipOfFrames(rig, someFrames(rig), "poses")};
         const auto path = folder.path / (name + ".glb");
         writeGlb(path, rig, R"({"who":"test"})");
@@ -122,7 +120,7 @@ TEST(RigPoses, GlbIsReadBackAsTheSameRig) {
 // A node that two joints share is written twice, since glTF allows a node only once in a skin.
 TEST(RigPoses, JointsOfOneNodeStayTwoJoints) {
     const samples::Folder folder("shared");
-    Rig rig = readAny("bend.glb");
+    Rig rig = samples::readAny("bend.glb");
     const std::size_t second = rig.skin.jointCount();
     rig.skin.joint_names.push_back(rig.skin.joint_names[1] + "#2");
     rig.skin.parents.push_back(rig.skin.parents[1]);
@@ -144,7 +142,7 @@ TEST(RigPoses, JointsOfOneNodeStayTwoJoints) {
 // Reading turns triangles on joints that mirror at rest, so the writer must turn them first.
 TEST(RigPoses, MirroredJointsKeepTheOutside) {
     const samples::Folder folder("mirror");
-    Rig rig = readAny("bend.glb");
+    Rig rig = samples::readAny("bend.glb");
     rig.nodes[std::size_t(rig.node_of_joint[0])].scale = {-1, 1, 1};
     rig.clips.clear();
     writeGlb(folder.path / "mirror.glb", rig, "");
@@ -153,7 +151,7 @@ TEST(RigPoses, MirroredJointsKeepTheOutside) {
 
 TEST(RigPoses, SameGlbTwice) {
     const samples::Folder folder("bytes");
-    const Rig rig = readAny("capsule_man.glb");
+    const Rig rig = samples::readAny("capsule_man.glb");
     writeGlb(folder.path / "a.glb", rig, "{}");
     writeGlb(folder.path / "b.glb", rig, "{}");
     EXPECT_EQ(samples::bytesOf(folder.path / "a.glb"), samples::bytesOf(folder.path / "b.glb"));

@@ -29,7 +29,7 @@ SourceVertices vertices(const std::vector<Vec3>& positions, std::vector<float> w
 TEST(RigWeld, SamePlaceAndWeightsIsOnePoint) {
     Mesh mesh;
     Skin skin;
-    weldVertices(vertices({{0, 0, 0}, {1, 0, 0}, {0, 0, 0}, {1, 0, 0}, {-0.f, 0, 0}}, {1, .5f, 1, .75f, 1}), mesh,
+    weldVertices(vertices({{0, 0, 0}, {1, 0, 0}, {0, 0, 0}, {1, 0, 0}, {-0.f, 0, 0}}, {1, .5f, 1, .75f, 1}), {}, mesh,
                  skin);
     EXPECT_THAT(mesh.source_vertex, ElementsAre(0, 1, 0, 2, 0));
     EXPECT_THAT(skin.weights, ElementsAre(1, 0, .5f, .5f, .75f, .25f));
@@ -47,21 +47,33 @@ TEST(RigWeld, ToleranceDoesNotDependOnWhereAPointLies) {
         }
         Mesh mesh;
         Skin skin;
-        weldVertices(vertices(positions), mesh, skin);
+        weldVertices(vertices(positions), {}, mesh, skin);
         EXPECT_EQ(mesh.vertexCount(), expected) << gap;
     }
 }
 
-// A point of two parts has the slot of the first.
-TEST(RigWeld, SlotsAreThoseOfTheFirstVertex) {
+// A vertex that no triangle uses is no point, and gives none its place, even where it is the first of all.
+TEST(RigWeld, UnusedVerticesGiveNoPointTheirPlace) {
+    SourceVertices source = vertices({{9, 9, 9}, {0, 0, 0}, {1, 0, 0}, {5, 5, 5}, {0, 1, 0}});
+    source.triangles = {{1, 2, 4}};
+    Mesh mesh;
+    Skin skin;
+    weldVertices(source, {}, mesh, skin);
+    EXPECT_THAT(mesh.rest_positions, ElementsAre(Vec3{0, 0, 0}, Vec3{1, 0, 0}, Vec3{0, 1, 0}));
+    EXPECT_THAT(mesh.source_vertex, ElementsAre(0, 0, 1, 1, 2));
+}
+
+// A place of two parts has a point of each.
+TEST(RigWeld, PlaceOfTwoSlotsHasTwoPoints) {
     SourceVertices source = vertices({{0, 0, 0}, {1, 0, 0}, {1, 0, 0}, {2, 0, 0}});
     source.slots = {"body/skin", "body/cloth"};
     source.slot_of_vertex = {0, 0, 1, 1};
     Mesh mesh;
     Skin skin;
-    weldVertices(source, mesh, skin);
+    weldVertices(source, {}, mesh, skin);
     EXPECT_EQ(mesh.slots, source.slots);
-    EXPECT_THAT(mesh.slot_of_vertex, ElementsAre(0, 0, 1));
+    EXPECT_THAT(mesh.slot_of_vertex, ElementsAre(0, 0, 1, 1));
+    EXPECT_THAT(mesh.source_vertex, ElementsAre(0, 1, 2, 3));
 }
 
 TEST(RigWeld, TrianglesFollowAndThoseThatCollapseGo) {
@@ -69,38 +81,65 @@ TEST(RigWeld, TrianglesFollowAndThoseThatCollapseGo) {
     source.triangles = {{0, 1, 2}, {3, 1, 2}, {0, 3, 1}, {0, 1, 4}};
     Mesh mesh;
     Skin skin;
-    weldVertices(source, mesh, skin);
+    weldVertices(source, {}, mesh, skin);
     EXPECT_THAT(mesh.triangles, ElementsAre(Triangle{0, 1, 2}, Triangle{0, 1, 2}));
 }
 
 // One part has 12 influences that come unsorted, not normalised and with a joint named twice.
-TEST(RigWeld, KeepsTheEightLargestInfluencesOfSumOne) {
-    RigSource source;
-    source.file = "f.glb";
-    SourceSkin skin;
-    for (int j = 0; j < 12; ++j) {
-        source.nodes.emplace_back().name = "n" + std::to_string(j);
-        skin.nodes.push_back(j);
-        skin.inverse_bind.push_back(kIdentityMatrix);
-    }
-    source.skins.push_back(skin);
-    SourcePart part;
-    part.skin = 0;
-    part.influences = 12;
-    part.positions = {{0, 0, 0}};
+TEST(RigWeld, KeepsAllInfluencesOfSumOne) {
+    RigSource source = samples::skinnedTriangle(12);
+    SourcePart& part = source.parts[0];
     part.joints = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 11};
     part.weights = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 20, 0};
-    source.parts.push_back(part);
+    part.positions.resize(1);
+    part.triangles.clear();
     const SourceVertices out = gatherVertices(source, chooseJoints(source));
-    EXPECT_EQ(out.influences, 8);
-    EXPECT_THAT(out.joints, ElementsAre(9, 8, 7, 6, 5, 4, 3, 2));
-    const float sum = 30 + 9 + 8 + 7 + 6 + 5 + 4 + 3;
-    EXPECT_THAT(out.weights, testing::Pointwise(testing::FloatEq(), {30 / sum, 9 / sum, 8 / sum, 7 / sum, 6 / sum,
-                                                                     5 / sum, 4 / sum, 3 / sum}));
+    EXPECT_EQ(out.influences, 10);
+    EXPECT_THAT(out.joints, ElementsAre(9, 8, 7, 6, 5, 4, 3, 2, 1, 0));
+    for (std::size_t i = 0; i < 10; ++i) EXPECT_FLOAT_EQ(out.weights[i], float(i == 0 ? 30 : 10 - i) / 75);
     for (const double bad : {-1.0, double(NAN), double(INFINITY)}) {
-        source.parts[0].weights[0] = bad;
+        part.weights[0] = bad;
         EXPECT_THROW(gatherVertices(source, chooseJoints(source)), InvalidInput);
     }
+}
+
+// What is cut above 64 influences is said with its share: here 6 of 70 equal weights.
+TEST(RigWeld, InfluencesAreCutAtSixtyFourAndThatIsSaid) {
+    RigSource source = samples::skinnedTriangle(70);
+    EXPECT_EQ(gatherVertices(source, chooseJoints(source)).influences, 64);
+    sayInfluences(source);
+    ASSERT_EQ(source.notes.size(), 1u);
+    EXPECT_EQ(textOf(source.notes[0]),
+              "f.glb: node 'n0': 3 vertices with more than 64 influences: the smallest are cut, up to 8.6% of a "
+              "vertex's weight");
+}
+
+// Vertex 1 has no weights and moves with the root, whose node comes first. A vertex of no triangle is not counted.
+TEST(RigWeld, VerticesWithoutWeightsMoveWithTheRoot) {
+    RigSource source = samples::skinnedTriangle(2);
+    SourcePart& part = source.parts[0];
+    source.skins[0].nodes = {1, 0};
+    part.positions.push_back({5, 5, 5});
+    part.joints.insert(part.joints.end(), {0, 0});
+    part.weights = {0, 1, 0, 0, 1, 0, 0, 0};
+    const SourceVertices out = gatherVertices(source, chooseJoints(source));
+    EXPECT_EQ(out.influences, 1);
+    EXPECT_THAT(out.joints, ElementsAre(1, 1, 0, 1));
+    sayInfluences(source);
+    ASSERT_EQ(source.notes.size(), 1u);
+    EXPECT_EQ(textOf(source.notes[0]), "f.glb: node 'n0': 1 vertex without weights: move with 'n0'");
+}
+
+// Two nodes of one name are two slots. Parts of one node and material are one.
+TEST(RigWeld, SlotsOfEqualNamesAreNumbered) {
+    RigSource source;
+    source.nodes.resize(3);
+    for (Node& node : source.nodes) node.name = "arm";
+    source.parts.resize(3);
+    source.parts[1].node = source.parts[2].node = 2;
+    std::vector<std::string> slots;
+    for (const SourcePart& part : source.parts) slotOf(source, part, slots);
+    EXPECT_THAT(slots, ElementsAre("arm/default", "arm#2/default"));
 }
 
 TEST(RigWeld, SampleKeepsSixInfluences) {

@@ -15,11 +15,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     std::ofstream(path, std::ios::binary).write(reinterpret_cast<const char*>(data), std::streamsize(size));
     try {
         const Rig rig = readRig({path});
-        std::vector<Vec3> positions, normals;
+        RestShape shape;
         for (int clip = -1; clip < int(rig.clips.size()); ++clip)
-            for (const double time : {0.0, 0.3, 1e9})
-                skinVertices(rig.mesh, rig.skin, rig.rest_normals, evaluatePose(rig, clip, time).bones, positions,
-                             normals);
+            for (const double time : {0.0, 0.3, 1e9}) {
+                const RigPose pose = evaluatePose(rig, clip, time);
+                skinMorphed(rig.mesh, rig.skin, rig.rest_normals, {pose.bones, pose.weights}, shape);
+            }
         sampleFrames(rig, {}, 0);
     } catch (const InvalidInput&) {
     } catch (const Unsupported&) {

@@ -7,6 +7,7 @@
 #include "formats/rig/rig_bytes.h"
 #include "formats/rig/rig_import.h"
 #include "tests/formats/brdf_samples.h"
+#include "tests/formats/fbx_samples.h"
 #include "tests/formats/sheet_files.h"
 #include "tests/formats/stage_samples.h"
 #include "tests/formats/textured_rig.h"
@@ -203,9 +204,19 @@ void writeCaches(const fs::path& out) {
 }
 
 void copyRigs(const fs::path& samples, const fs::path& out) {
+    write(out / "fuzz_bvh" / "two_joints.bvh",
+          "HIERARCHY\nROOT a\n{\nOFFSET 0 1 0\nCHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation\n"
+          "JOINT b\n{\nOFFSET 0 1 0\nCHANNELS 1 Yrotation\nEnd Site\n{\nOFFSET 0 1 0\n}\n}\n}\n"
+          "MOTION\nFrames: 2\nFrame Time: 0.04\n0 1 0 0 0 0 0\n1 2 3 10 20 30 90\n");
     for (const char* name : {"weights_u16.glb", "quantized.glb", "sparse.glb", "interpolation.glb", "swing.glb"})
         write(out / "fuzz_rig" / name, samples::readText(samples / name));
+    write(out / "fuzz_rig" / "sheet_morph.glb", samples::readText(samples / "sheet_morph.glb"));
     write(out / "fuzz_point_cache_gltf" / "sheet_morph.glb", samples::readText(samples / "sheet_morph.glb"));
+    write(out / "fuzz_collada_text" / "swing.dae", samples::readText(samples / "swing.dae"));
+    const samples::FbxRig rig = samples::turningRig();
+    write(out / "fuzz_fbx_scan" / "text.fbx", samples::asciiFile(rig.root));
+    write(out / "fuzz_fbx_scan" / "deflated.fbx", samples::binaryFile(rig.root, 7400, true));
+    write(out / "fuzz_fbx_scan" / "wide.fbx", samples::binaryFile(rig.root, 7500, false));
     write(out / "fuzz_rig_bytes" / "swing", textOf(bytesOf(importWithAssimp(samples / "swing.fbx"))));
 }
 

@@ -104,7 +104,7 @@ def interpolate(times, values, mode, time, rotation):
 class Evaluator:
     def __init__(self, path):
         self.glb = glb = Glb(path)
-        self.parts = []  # (node, skin, positions [n,4], joints, weights)
+        self.parts = []  # (node, skin, positions [n,4], joints, weights, targets [m,n,3])
         for n in glb.drawn():
             node = glb.nodes[n]
             for primitive in glb.json["meshes"][node["mesh"]]["primitives"] if "mesh" in node else []:
@@ -119,7 +119,10 @@ class Evaluator:
                     joints = np.hstack([glb.accessor(attributes["JOINTS_%d" % i]) for i in sets]).astype(int)
                     weights = np.hstack([glb.accessor(attributes["WEIGHTS_%d" % i]) for i in sets])
                     weights = weights / weights.sum(1, keepdims=True)
-                self.parts.append((n, node.get("skin"), p, joints, weights))
+                zeros = np.zeros((len(p), 3))
+                targets = primitive.get("targets", [])
+                moves = [glb.accessor(t["POSITION"]) if "POSITION" in t else zeros for t in targets]
+                self.parts.append((n, node.get("skin"), p, joints, weights, moves))
         self.binds = []
         for skin in glb.json.get("skins", []):
             count = len(skin["joints"])
@@ -132,10 +135,12 @@ class Evaluator:
             channels = []
             for channel in clip["channels"]:
                 target, sampler = channel["target"], clip["samplers"][channel["sampler"]]
-                if "node" not in target or target["path"] == "weights":
+                if "node" not in target:
                     continue
                 times, values = glb.accessor(sampler["input"])[:, 0], glb.accessor(sampler["output"])
                 mode = sampler.get("interpolation", "LINEAR")
+                if target["path"] == "weights":
+                    values = values.reshape(len(times) * (3 if mode == "CUBICSPLINE" else 1), -1)
                 channels.append((target["node"], target["path"], times, values, mode))
             if channels:
                 self.clips.append((clip.get("name", "clip%d" % i), channels))
@@ -163,11 +168,21 @@ class Evaluator:
 
         return [world(n) for n in range(len(local))]
 
+    def weights_of(self, node, targets, clip, time):
+        for of_node, path, times, values, mode in self.clips[clip][1] if clip >= 0 else []:
+            if of_node == node and path == "weights":
+                return interpolate(times, values, mode, time, False)
+        mesh = self.glb.json["meshes"][self.glb.nodes[node]["mesh"]]
+        return self.glb.nodes[node].get("weights", mesh.get("weights", [0.0] * targets))
+
     def positions(self, clip, time):
         """Returns the model-space positions of all source vertices: [R, 3]."""
         world = self.globals(clip, time)
         out = []
-        for node, skin, p, joints, weights in self.parts:
+        for node, skin, p, joints, weights, moves in self.parts:
+            p = p.copy()
+            for weight, move in zip(self.weights_of(node, len(moves), clip, time), moves):
+                p[:, :3] += weight * move
             if skin is None:
                 out.append(p @ world[node].T)
                 continue

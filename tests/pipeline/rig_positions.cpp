@@ -21,13 +21,13 @@ void writeFrames(const Rig& rig, const FrameList& frames) {
                           {"joints", rig.skin.joint_names}};
     for (std::size_t f = 0; f < frames.frameCount(); ++f) header["frames"].push_back({frames.clip[f], frames.time[f]});
     std::puts(header.dump().c_str());
-    std::vector<Vec3> positions, normals;
+    RestShape shape;
     for (std::size_t f = 0; f < frames.frameCount(); ++f) {
         const int clip = rig.clips.empty() ? -1 : int(frames.clip[f]);
         const RigPose pose = evaluatePose(rig, clip, frames.time[f]);
-        skinVertices(rig.mesh, rig.skin, rig.rest_normals, pose.bones, positions, normals);
+        skinMorphed(rig.mesh, rig.skin, rig.rest_normals, {pose.bones, pose.weights}, shape);
         for (const std::uint32_t point : rig.mesh.source_vertex)
-            std::fwrite(&positions[point], sizeof(Vec3), 1, stdout);
+            std::fwrite(&shape.positions[point], sizeof(Vec3), 1, stdout);
     }
 }
 

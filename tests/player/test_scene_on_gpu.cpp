@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "pack/pack_asset.h"
+#include "player/bench/scene_gpu_cost.h"
 #include "player/gl/gl_context.h"
 #include "player/gl/offscreen_target.h"
 #include "player/render/scene_on_gpu.h"
@@ -435,6 +436,23 @@ TEST_F(SceneOnGpuTest, SceneWithoutCastersIsOpen) {
         difference(R"({"asset": "fields.pnb", "casts": "nothing"})", Channel::kAmbient, 24);
     EXPECT_LT(worst, 0.5);
     EXPECT_FALSE(has_shadow);
+}
+
+TEST_F(SceneOnGpuTest, CostHasEveryStepOfScenesThatFit) {
+    const std::unique_ptr<GlContext> context = createGlContext(GlBackend::kAuto);
+    RenderOptions options;
+    options.width = options.height = 32;
+    const auto cost = [&](const char* ground) {
+        const std::string text = R"({"version": 1, "characters": [{"asset": "sunny.pnb"}], "ground": {)";
+        const PosedScene scene(parseScene(text + ground + "}}", "s.json", folder_));
+        return measureSceneGpuCost(scene, options, 1, 1);
+    };
+    const std::optional<SceneGpuCost> measured = cost(R"("resolution": 8)");
+    ASSERT_TRUE(measured);
+    EXPECT_GT(measured->until_done.evaluate, 0);
+    EXPECT_GT(measured->until_done.maps, 0);
+    EXPECT_GT(measured->until_done.draw, 0);
+    EXPECT_FALSE(cost(R"("catcher": true)"));
 }
 
 }  // namespace

@@ -57,6 +57,22 @@ TEST(SunMap, EdgesAndPenumbrasOfABarAreThoseOfADisc) {
         }
 }
 
+// The slopes of a valley rise above the plane of its floor, but stand nowhere before the disc of a wide sun. Without
+// what SunMap looks through first, a box as wide as the far caster says, floors were dark in patches.
+TEST(SunMap, FloorsOfValleysAreLitByAWideSun) {
+    const SunMesh valley = player_test::sunGround(4, 65, [](float x, float y) { return 0.1f * (x * x + y * y); });
+    const SunMesh far_box = player_test::sunBox({-1.9f, -1.9f, 3}, {-1.8f, -1.8f, 3.1f});
+    const SunCaster casters[] = {valley, far_box};
+    for (const float elevation : {30.0f, 60.0f, 90.0f}) {
+        const SunMap map = player_test::sunMapOf(casters, sunAt(elevation, 200), 7 * kDegree);
+        for (std::size_t v = 0; v < valley.positions.size(); v += 7) {
+            const Vec3 p = valley.positions[v];
+            if (p.x * p.x + p.y * p.y > 0.5f) continue;
+            EXPECT_GT(map.visibility(p, normalized(Vec3{-0.2f * p.x, -0.2f * p.y, 1})), 0.98f) << elevation;
+        }
+    }
+}
+
 TEST(SunMap, LitPlanesHaveNoAcne) {
     std::size_t wrong = 0, points = 0;
     for (const float elevation : {5.0f, 15.0f, 35.0f, 60.0f, 89.0f, 90.0f})

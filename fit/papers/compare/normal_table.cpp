@@ -68,11 +68,13 @@ std::vector<Vec3> posedNormals(const CompareInput& input, std::size_t frame) {
         if (input.reader.header().mesh.two_sided) appendBackNormals(normals);
         return normals;
     }
-    std::vector<Vec3> positions, normals;
-    const std::span<const Affine> bones = poses.bonesOf(frame);
-    skinVertices(input.reader.header().mesh, poses.skin, input.reader.header().rest_normals,
-                 {bones.begin(), bones.end()}, positions, normals);
-    return normals;
+    const VisibilityHeader& header = input.reader.header();
+    const std::vector<Affine> bones(poses.bonesOf(frame).begin(), poses.bonesOf(frame).end());
+    const std::vector<float> weights =
+        morphWeights(poses.input_joints, bones, header.input_names.size(), header.mesh.morphs.count());
+    RestShape vertices;
+    skinMorphed(header.mesh, poses.skin, header.rest_normals, {bones, weights}, vertices);
+    return std::move(vertices.normals);
 }
 
 std::vector<Sample> readSamples(const CompareInput& input, const CompareCharacter& character,

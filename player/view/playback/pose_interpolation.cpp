@@ -171,7 +171,10 @@ void PoseInterpolation::interpolateBones(double part) {
 
 void PoseInterpolation::interpolateRotationVectors(double part) {
     const std::span<const float> a = animation_->poseOf(from_), b = animation_->poseOf(to_);
-    for (std::size_t i = 0; i + 3 <= pose_.size(); i += 3) {
+    // The inputs, such as weights of morph targets, come last and are no rotations.
+    const std::size_t rotations = pose_.size() - std::min(pose_.size(), animation_->input_names.size());
+    for (std::size_t i = rotations; i < pose_.size(); ++i) pose_[i] = float(a[i] + part * (double(b[i]) - a[i]));
+    for (std::size_t i = 0; i + 3 <= rotations; i += 3) {
         const auto rotation = [&](std::span<const float> pose) {
             return rotationOf(toDouble(Vec3{pose[i], pose[i + 1], pose[i + 2]}));
         };

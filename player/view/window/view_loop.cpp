@@ -9,6 +9,7 @@
 
 #include "formats/common/errors.h"
 #include "formats/common/write_file.h"
+#include "player/frame/framed_rest.h"
 #include "player/gl/gpu_timer.h"
 #include "player/gl/screenshot.h"
 #include "player/view/view_look.h"
@@ -40,8 +41,7 @@ WindowPlace placeFor(const ViewOptions& options, const ViewSettings& settings) {
 // Looks a little from above, and more so where every character lies flat.
 double startPitch(const Scene& scene) {
     double least = std::numbers::pi;
-    for (const auto& character : scene.characters)
-        least = std::min(least, defaultPitch(character->asset.mesh.positions));
+    for (const auto& character : scene.characters) least = std::min(least, defaultPitch(framedRest(character->asset)));
     return std::max(least, radians(8));
 }
 

@@ -114,6 +114,9 @@ void buildPanels(const Scene& scene, ViewState& state, const ViewFigures& figure
     beginFixed("side", 0, 0, kSidePanelWidth * unit, size.y);
     characterPanel(scene, state);
     if (ImGui::CollapsingHeader("Asset")) assetPanel(*scene.characters[state.selected]);
+    if (!scene.characters[state.selected]->asset.mesh.morphs.empty() &&
+        ImGui::CollapsingHeader("Morph targets", ImGuiTreeNodeFlags_DefaultOpen))
+        morphPanel(scene, state);
     if (scene.shaded()) drawControls(ControlPanel::kLook, scene, state);
     drawControls(ControlPanel::kShow, scene, state);
     figurePanel(scene, state, figures);

@@ -20,6 +20,9 @@ struct ViewFigures {
 void buildPanels(const Scene& scene, ViewState& state, const ViewFigures& figures, const Rectangle& picture,
                  float unit);
 
+// Draws a slider for each morph target of the selected character.
+void morphPanel(const Scene& scene, ViewState& state);
+
 // Applies drags and the wheel over the picture: left orbits, middle or Shift + left pans, right or Ctrl + left turns
 // the light.
 void applyMouse(const Scene& scene, ViewState& state, const Rectangle& picture);

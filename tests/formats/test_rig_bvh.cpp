@@ -1,0 +1,122 @@
+// Tests motion capture files: what they hold, how damaged ones are refused, and how they move a rig.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "formats/common/errors.h"
+#include "formats/rig/rig_build.h"
+#include "tests/difference.h"
+#include "tests/formats/rig_samples.h"
+
+namespace penumbra {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+const std::string kBvh = R"(HIERARCHY
+ROOT lower
+{
+	OFFSET 0 0 0
+	CHANNELS 6 Xposition Yposition Zposition Zrotation Yrotation Xrotation
+	JOINT Left Arm
+	{
+		OFFSET 0 50 0
+		CHANNELS 4 Yposition Xrotation Zrotation Yrotation
+		End Site
+		{
+			OFFSET 0 10 0
+		}
+	}
+}
+MOTION
+Frames: 2
+Frame Time: 0.25
+0 0 0 0 0 0 50 0 0 0
+1 2 3 90 0 90 60 90 90 0
+)";
+
+std::filesystem::path fileOf(const std::string& text, const std::string& name = "walk.bvh") {
+    const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / name;
+    samples::writeText(path, text);
+    return path;
+}
+
+std::string refusalOf(const std::string& text) {
+    try {
+        readBvh(fileOf(text));
+    } catch (const InvalidInput& error) {
+        return error.what();
+    }
+    return "it was read";
+}
+
+void expectRotation(const Channel& channel, std::size_t key, const Quaternion& q) {
+    const float* v = &channel.values[4 * key];
+    const double sign = v[3] * q[3] < 0 ? -1 : 1;
+    for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(sign * v[i], q[i], 1e-6) << "number " << i;
+}
+
+TEST(RigBvh, RotationsAreAppliedInTheOrderOfTheirChannels) {
+    const RigSource source = readBvh(fileOf(kBvh));
+    ASSERT_EQ(source.nodes.size(), 3u);
+    EXPECT_EQ(source.nodes[1].name, "Left Arm");
+    EXPECT_EQ(source.nodes[2].name, "Left Arm_end");
+    EXPECT_THAT(source.nodes[2].translation, ElementsAre(0, 10, 0));
+    ASSERT_EQ(source.clips.size(), 1u);
+    EXPECT_EQ(source.clips[0].name, "walk");
+    EXPECT_EQ(source.clips[0].duration, 0.25);
+    const std::vector<Channel>& channels = source.clips[0].channels;
+    ASSERT_EQ(channels.size(), 4u);
+    EXPECT_THAT(channels[0].values, ElementsAre(0, 0, 0, 1, 2, 3));
+    EXPECT_THAT(channels[2].values, ElementsAre(0, 50, 0, 0, 60, 0));  // the other axes are those of OFFSET
+    const double half = std::numbers::sqrt2 / 2;
+    const Quaternion x{half, 0, 0, half}, z{0, 0, half, half};
+    expectRotation(channels[1], 1, multiply(z, x));
+    expectRotation(channels[3], 1, multiply(x, z));
+}
+
+TEST(RigBvh, EveryTruncationIsRefused) {
+    const std::size_t last_number = kBvh.find_last_of(' ') + 1;
+    for (std::size_t n = 0; n < last_number; ++n)
+        EXPECT_THAT(refusalOf(kBvh.substr(0, n)), HasSubstr("walk.bvh: ")) << n << " bytes";
+    EXPECT_EQ(refusalOf(kBvh.substr(0, last_number + 1)), "it was read");
+}
+
+TEST(RigBvh, WrongFilesAreNamedByLine) {
+    const auto changed = [](const std::string& from, const std::string& to) {
+        std::string text = kBvh;
+        return refusalOf(text.replace(text.find(from), from.size(), to));
+    };
+    EXPECT_THAT(changed("Zrotation", "Wrotation"), HasSubstr("line 5: 'wrotation' is no channel"));
+    EXPECT_THAT(changed("Zrotation", "Xrotation"), HasSubstr("channel 'xrotation' is there twice"));
+    EXPECT_THAT(changed("CHANNELS 6", "CHANNELS 7"), HasSubstr("line 5: a joint has 0 to 6 channels"));
+    EXPECT_THAT(changed("Frames: 2", "Frames: 3"), HasSubstr("the file ends in frame 3 of 3"));
+    EXPECT_THAT(changed("Frames: 2", "Frames: 1"), HasSubstr("values stand behind the last frame"));
+    EXPECT_THAT(changed("Frames: 2", "Frames: 1e12"), HasSubstr("number of frames"));
+    EXPECT_THAT(changed("0.25", "0"), HasSubstr("frame time"));
+    EXPECT_THAT(changed("0.25", "nan"), HasSubstr("not finite"));
+    EXPECT_THAT(changed("OFFSET 0 50", "OFFSET 0 5O"), HasSubstr("line 8: '5o' is no number"));
+    EXPECT_THAT(changed("OFFSET 0 50", "OFSET 0 50"), HasSubstr("line 8: 'ofset' is not known here"));
+}
+
+// The sample's joint "upper" stands 0.5 m above "lower", and the file counts centimetres.
+TEST(RigBvh, MovesARigInAnotherUnit) {
+    std::string text = kBvh;
+    text.replace(text.find("Left Arm"), 8, "upper");
+    const std::filesystem::path swing = samples::samplePath("swing");
+    const Rig rig = readRig({swing, fileOf(text)});
+    const std::size_t clip = rig.clips.size() - 1;
+    EXPECT_EQ(rig.clips[clip].name, "walk");
+    const Rig own = readRig({swing});
+    const Vec3 joint = toFloat(transformPoint(restGlobals(own.nodes)[std::size_t(own.node_of_joint[1])], {0, 0, 0}));
+    const Vec3 at = evaluatePose(rig, int(clip), 0).bones[1].point(joint);
+    EXPECT_LT(length(at - joint), 1e-6f);
+    const Vec3 root = evaluatePose(rig, int(clip), 0.25).bones[0].translation();
+    EXPECT_LT(length(root - Vec3{.01f, .02f, .03f}), 1e-6f);
+    EXPECT_THROW(readRig({fileOf(text)}), InvalidInput);
+}
+
+}  // namespace
+}  // namespace penumbra
