@@ -171,17 +171,13 @@ void drawLod(const AssetCommand& command, const CommonOptions& common, Report& r
             command.lod.c_str(), model.mesh.vertexCount(), fitted, lod.rms_distance, lod.max_distance);
 }
 
-// Draws the dense mesh of a model whose bake chose points.
-void drawDense(const CommonOptions& common, Report& report, Model& model) {
-    report.phase("interpolate");
-    const std::size_t points = model.mesh.vertexCount();
-    Resampled resampled = resampledModel(model, DrawnMesh(*model.drawn), common.threads);
-    model = std::move(resampled.model);
-    report.figures["points"] = points;
-    report.figures["border_corners"] = resampled.border_corners;
+// Tells that the asset draws more vertices than it evaluates.
+void reportPoints(const CommonOptions& common, Report& report, const Model& model) {
+    report.figures["points"] = model.mesh.vertexCount();
+    report.figures["drawn_vertices"] = model.drawn->mesh.vertexCount();
     if (!common.quiet)
-        std::printf("  %zu vertices are drawn; they interpolate between %zu points\n", model.mesh.vertexCount(),
-                    points);
+        std::printf("  %zu vertices are drawn; they follow %zu points\n", model.drawn->mesh.vertexCount(),
+                    model.mesh.vertexCount());
 }
 
 SphereBlockers readBlockersOf(const Model& model, const fs::path& path) {
@@ -238,7 +234,7 @@ void runAsset(const AssetCommand& command, const CommonOptions& common, Report& 
     if (model && !command.lod.empty())
         drawLod(command, common, report, *model);
     else if (model && model->drawn)
-        drawDense(common, report, *model);
+        reportPoints(common, report, *model);
     std::vector<BrdfFile> brdfs;
     std::vector<LightFile> lights;
     for (const fs::path& path : command.brdfs) brdfs.push_back(readMaterial(path));

@@ -8,7 +8,6 @@
 #include "pack/dense_solvers.h"
 #include "pack/pack_asset.h"
 #include "runtime/evaluate/evaluator.h"
-#include "sh/indirect_numbers.h"
 #include "sh/tangent.h"
 
 namespace penumbra {
@@ -18,17 +17,6 @@ namespace {
 // More frames than these tell little more about how the scores of two clusters go together.
 constexpr std::size_t kMostFrames = 240;
 constexpr double kRidge = 1e-4;  // of the mean energy of a score
-
-TurnTable turnsOfIndices(const std::vector<int>& indices) {
-    TurnTable table;
-    for (std::size_t i = 0; i < indices.size(); ++i) {
-        const int band = int(std::sqrt(double(indices[i]))), m = indices[i] - band * (band + 1);
-        const auto partner = std::find(indices.begin(), indices.end(), band * (band + 1) - m);
-        table.order.push_back(partner == indices.end() ? 0 : m);
-        table.partner.push_back(partner == indices.end() ? i : std::size_t(partner - indices.begin()));
-    }
-    return table;
-}
 
 // What the fitted model does in some training frames.
 struct SeenFrames {
@@ -113,35 +101,6 @@ std::vector<Vec3> posedNormals(const Model& model, const SeenFrames& seen, std::
 }
 
 }  // namespace
-
-TurnTable turnsOf(const Convention& convention) { return turnsOfIndices(convention.indices()); }
-
-TurnTable turnsOfIndirect() {
-    std::vector<int> indices;
-    for (std::size_t i = 0; i < kIndirectCoefficients; ++i) indices.push_back(int(i));
-    indices.resize(kIndirectNumbers, 0);  // means over directions of the other colours
-    return turnsOfIndices(indices);
-}
-
-Turn makeTurn(const TurnTable& turns, double angle) {
-    Turn turn{turns, {}, {}};
-    for (const int m : turns.order) {
-        turn.cosine.push_back(float(std::cos(m * angle)));
-        turn.sine.push_back(float(std::sin(m * angle)));
-    }
-    return turn;
-}
-
-void apply(const Turn& turn, std::span<const float> in, std::span<float> out) {
-    // With y_lm ~ cos(m phi) and y_l-m ~ sin(m phi), f(phi - a) has c'_m = c_m cos(m a) - c_-m sin(m a) and
-    // c'_-m = c_-m cos(m a) + c_m sin(m a).
-    for (std::size_t i = 0; i < turn.turns.size(); ++i)
-        out[i] = in[i] * turn.cosine[i] - in[turn.turns.partner[i]] * turn.sine[i];
-}
-
-double angleBetween(Vec3 normal, Vec3 a, Vec3 b) {
-    return std::atan2(double(dot(a, cross(normal, b))), double(dot(a, b)));
-}
 
 std::array<const std::vector<ClusterModel>*, kClusterLists> clusterLists(const Model& model) {
     static const std::vector<ClusterModel> kEmpty;

@@ -16,29 +16,9 @@
 #include <vector>
 
 #include "formats/stage/model_file.h"
+#include "sh/turn_about_normal.h"
 
 namespace penumbra {
-
-// The SH band and order of each number of a vertex: number i turns with number partner[i] by the angle order[i] times
-// that of the frame.
-struct TurnTable {
-    std::vector<int> order;            // m; 0: it does not turn
-    std::vector<std::size_t> partner;  // the number of -m in the same band
-
-    std::size_t size() const { return order.size(); }
-};
-TurnTable turnsOf(const Convention& convention);
-TurnTable turnsOfIndirect();
-// Turns functions of a local frame: its x axis stands at an angle (radians, about the normal) in the new frame.
-struct Turn {
-    const TurnTable& turns;
-    std::vector<float> cosine, sine;  // of m times the angle
-};
-Turn makeTurn(const TurnTable& turns, double angle);
-// `in` and `out` have turns.size() numbers and do not overlap.
-void apply(const Turn& turn, std::span<const float> in, std::span<float> out);
-// Returns the angle of the tangent `a` in a frame with the tangent `b`; both lie in the plane of the unit `normal`.
-double angleBetween(Vec3 normal, Vec3 a, Vec3 b);
 
 // A vertex of the fitted mesh, for the scores of `cluster`.
 struct BorderCorner {

@@ -6,6 +6,7 @@
 
 #include "formats/common/errors.h"
 #include "formats/common/joined.h"
+#include "formats/common/surface_tree.h"
 #include "formats/source/source_readers.h"
 
 namespace penumbra {
@@ -72,6 +73,8 @@ void moveToRest(const Model& fitted, const std::vector<std::uint16_t>& joints, c
                             ? Affine{}
                             : product(inverseOf(fitted.skin.inverse_bind[joints[j]]), rig.skin.inverse_bind[j]));
     if (std::all_of(moves.begin(), moves.end(), [](const Affine& move) { return move == Affine{}; })) return;
+    if (!rig.mesh.morphs.empty())
+        throw Unsupported(file + ": has morph targets and is bound elsewhere than the model: export both in one file");
     std::vector<Vec3> positions, normals;
     skinVertices(rig.mesh, rig.skin, rig.rest_normals, moves, positions, normals);
     const double bound = kSameRest * boxDiagonal(fitted.mesh.rest_positions);
@@ -87,6 +90,58 @@ void moveToRest(const Model& fitted, const std::vector<std::uint16_t>& joints, c
     }
     rig.mesh.rest_positions = std::move(positions);
     rig.rest_normals = std::move(normals);
+}
+
+// Makes the targets of the level those of the model, by name. Throws Unsupported for a target that the model does not
+// know. One that the level does not have moves nothing of it, of which a note tells.
+void matchMorphs(const Model& fitted, const std::string& file, MorphTargets& morphs, std::vector<std::string>& notes) {
+    const std::vector<std::string>& known = fitted.mesh.morphs.names;
+    for (const std::string& name : morphs.names)
+        if (std::find(known.begin(), known.end(), name) == known.end())
+            throw Unsupported(file + ": has the morph target '" + name +
+                              "', which the model does not know: leave it out of this file, or bake and fit with it");
+    const MorphTargets own = std::move(morphs);
+    morphs = {known, fitted.mesh.morphs.rest_weights, {}, {}};
+    if (known.empty()) return;
+    morphs.first = {0};
+    std::vector<std::string> missing;
+    for (const std::string& name : known) {
+        const auto found = std::find(own.names.begin(), own.names.end(), name);
+        if (found == own.names.end()) {
+            missing.push_back("'" + name + "'");
+        } else {
+            const MorphRows rows = own.rowsOf(std::size_t(found - own.names.begin()));
+            morphs.vertices.insert(morphs.vertices.end(), rows.vertices.begin(), rows.vertices.end());
+            morphs.positions.insert(morphs.positions.end(), rows.positions.begin(), rows.positions.end());
+            morphs.normals.insert(morphs.normals.end(), rows.normals.begin(), rows.normals.end());
+        }
+        morphs.first.push_back(std::uint32_t(morphs.vertices.size()));
+    }
+    if (missing.empty()) return;
+    const std::size_t count = missing.size();
+    missing.resize(std::min(count, kNamesShown));
+    notes.push_back(file + ": has no morph target " +
+                    joined(missing, ", ", [](const std::string& name) { return name; }) +
+                    (count > kNamesShown ? " and " + std::to_string(count - kNamesShown) + " more" : "") +
+                    " of the model: the level does not move with them");
+}
+
+// Gives the triangles of the level the mean opacity of the fitted triangle that is nearest to their middle.
+void takeOpacity(const Mesh& fitted, Mesh& level) {
+    level.opacity = {};
+    const std::vector<std::uint8_t> mean = meanOpacity(fitted.opacity, fitted.frontTriangleCount());
+    if (mean.empty()) return;
+    const SurfaceTree tree(fitted.frontTriangles(), fitted.rest_positions);
+    for (std::uint32_t t = 0; t < level.frontTriangleCount(); ++t) {
+        Vec3 middle;
+        for (const std::uint32_t v : level.triangles[t]) middle += level.rest_positions[v] / 3.0f;
+        const auto nearest = tree.nearest(middle, [](std::uint32_t, const std::array<double, 3>&) { return 0.0; });
+        if (!nearest || mean[nearest->triangle] == kStopsAll) continue;
+        level.opacity.triangles.push_back(t);
+        level.opacity.pieces.push_back(1);
+        level.opacity.first.push_back(std::uint32_t(level.opacity.values.size()));
+        level.opacity.values.push_back(mean[nearest->triangle]);
+    }
 }
 
 // Refuses a level that is not the fitted surface.
@@ -132,6 +187,7 @@ LodMesh readLod(const Model& fitted, const std::filesystem::path& file, const st
         throw Unsupported("--lod: the model is of a mesh without a skeleton, which no other mesh follows");
     RigOptions options;
     if (!node.empty()) options.nodes = {node};
+    if (fitted.mesh.two_sided) options.sides = RigSides::kFronts;  // each vertex gets its back below
     Rig rig = readRig({file}, options);
     const std::vector<std::uint16_t> joints = matchJoints(fitted, rig.skin, file.string());
     moveToRest(fitted, joints, file.string(), rig);
@@ -140,6 +196,8 @@ LodMesh readLod(const Model& fitted, const std::filesystem::path& file, const st
     for (const RigNote& note : rig.notes) lod.notes.push_back(textOf(note));
     DrawnMesh& drawn = lod.drawn;
     drawn.mesh = std::move(rig.mesh);
+    matchMorphs(fitted, file.string(), drawn.mesh.morphs, lod.notes);
+    takeOpacity(fitted.mesh, drawn.mesh);
     drawn.rest_normals = std::move(rig.rest_normals);
     drawn.skin = fitted.skin;
     drawn.skin.influences = rig.skin.influences;

@@ -19,9 +19,9 @@ struct LodMesh {
 
 // `file` is a rig. `node` is a name or glob of a node of it, whose meshes are the level; "": all that it shows. Joints
 // are matched by name, and the rest pose of the level may be bound elsewhere. Throws the errors of readRig(),
-// Unsupported for a deforming model, and InvalidInput, which names the file, where joints are missing, where its rest
-// pose is not that of the model, and where more than one vertex in a hundred lies farther than 0.02 diagonals from the
-// fitted surface or looks the other way.
+// Unsupported for a deforming model and for morph targets that it does not know, and InvalidInput, which names the
+// file, where joints are missing, where its rest pose is not that of the model, and where more than one vertex in a
+// hundred lies farther than 0.02 diagonals from the fitted surface or looks the other way.
 LodMesh readLod(const Model& fitted, const std::filesystem::path& file, const std::string& node, int threads);
 
 }  // namespace penumbra

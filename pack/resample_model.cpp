@@ -6,20 +6,12 @@
 #include "formats/common/errors.h"
 #include "formats/common/parallel_for.h"
 #include "pack/border_corners.h"
+#include "sh/indirect_numbers.h"
 #include "sh/tangent.h"
 
 namespace penumbra {
 
 namespace {
-
-constexpr float kOpposite = -0.999f;  // below this cosine the smallest rotation is not well defined
-
-// Returns `tangent`, orthogonal to the unit vector a, after the smallest rotation that takes a to the unit vector b.
-Vec3 carried(Vec3 a, Vec3 b, Vec3 tangent) {
-    const float cosine = dot(a, b);
-    if (cosine < kOpposite) return tangent;
-    return tangent - (a + b) * (dot(b, tangent) / (1 + cosine));
-}
 
 // Returns the cluster that most of the vertex' points have, by weight; of equal ones the first.
 std::uint32_t clusterOf(const Model& fitted, const PointTable& points, std::size_t v) {
@@ -46,7 +38,7 @@ Vec3 tangentOfVertex(const Model& fitted, const DrawnMesh& drawn, std::uint32_t 
     for (std::size_t i = 0; i < 3; ++i) {
         const std::uint32_t corner = drawn.points.corners[v][i];
         if (fitted.cluster_of_vertex[corner] != cluster) continue;
-        sum += carried(fitted.rest_normals[corner], drawn.rest_normals[v], fitted.rest_tangents[corner]) *
+        sum += carriedTangent(fitted.rest_normals[corner], drawn.rest_normals[v], fitted.rest_tangents[corner]) *
                drawn.points.weights[v][i];
     }
     return tangentOf(drawn.rest_normals[v], sum);
@@ -100,8 +92,8 @@ void fillCluster(const Sources& sources, std::size_t list, const TurnTable& turn
             const std::uint32_t corner = drawn.points.corners[v][i];
             const Vec3 normal = drawn.rest_normals[v];
             const Vec3 tangent =
-                carried(sources.fitted.rest_normals[corner], normal, sources.fitted.rest_tangents[corner]);
-            const Turn turn = makeTurn(turns, angleBetween(normal, tangent, sources.tangents[v]));
+                carriedTangent(sources.fitted.rest_normals[corner], normal, sources.fitted.rest_tangents[corner]);
+            const FrameTurn turn = makeTurn(turns, angleBetween(normal, tangent, sources.tangents[v]));
             for (std::size_t k = 0; k <= components; ++k) {
                 apply(turn, rowOfVertex(sources, list, {index, corner}, k), turned);
                 float* out = k == 0 ? &cluster.mean[at * n] : &cluster.basis[((k - 1) * count + at) * n];

@@ -33,8 +33,8 @@ TurnTable turnsOfIndirect() {
     return turnsOfIndices(indices);
 }
 
-Turn makeTurn(const TurnTable& turns, double angle) {
-    Turn turn{turns, {}, {}};
+FrameTurn makeTurn(const TurnTable& turns, double angle) {
+    FrameTurn turn{turns, {}, {}};
     for (const int m : turns.order) {
         turn.cosine.push_back(float(std::cos(m * angle)));
         turn.sine.push_back(float(std::sin(m * angle)));
@@ -42,7 +42,7 @@ Turn makeTurn(const TurnTable& turns, double angle) {
     return turn;
 }
 
-void apply(const Turn& turn, std::span<const float> in, std::span<float> out) {
+void apply(const FrameTurn& turn, std::span<const float> in, std::span<float> out) {
     // With y_lm ~ cos(m phi) and y_l-m ~ sin(m phi), f(phi - a) has c'_m = c_m cos(m a) - c_-m sin(m a) and
     // c'_-m = c_-m cos(m a) + c_m sin(m a).
     for (std::size_t i = 0; i < turn.turns.size(); ++i)

@@ -24,13 +24,13 @@ TurnTable turnsOf(const Convention& convention);
 TurnTable turnsOfIndirect();  // of sh/indirect_numbers.h
 
 // Turns functions of a local frame: its x axis stands at an angle (radians, about the normal) in the new frame.
-struct Turn {
+struct FrameTurn {
     const TurnTable& turns;
     std::vector<float> cosine, sine;  // of m times the angle
 };
-Turn makeTurn(const TurnTable& turns, double angle);
+FrameTurn makeTurn(const TurnTable& turns, double angle);
 // `in` and `out` have turns.size() numbers and do not overlap.
-void apply(const Turn& turn, std::span<const float> in, std::span<float> out);
+void apply(const FrameTurn& turn, std::span<const float> in, std::span<float> out);
 // Adds `weight` times the turned numbers to `out` without an allocation. `cosine` and `sine` are of the angle.
 void addTurned(const TurnTable& turns, float cosine, float sine, float weight, std::span<const float> in,
                std::span<float> out);

@@ -20,6 +20,11 @@ struct ChosenPoints {
 // without a triangle are not chosen. The same mesh gives the same points.
 ChosenPoints choosePoints(const Mesh& mesh, std::size_t count);
 
+// Returns the triangles of a mesh whose corners go on from slot to slot: of vertices that differ in their slot alone
+// they have the first. Points that are chosen of these interpolate on both sides of a border of slots, so that both
+// sides see the same.
+std::vector<Triangle> trianglesAcrossSlots(const DrawnMesh& drawn);
+
 // Makes mesh, skin and rest normals of `header` those of the points, of header.drawn, and fills in its tables: each
 // vertex interpolates in the nearest triangle of points of its own connected sheet.
 void takePoints(ChosenPoints chosen, VisibilityHeader& header);

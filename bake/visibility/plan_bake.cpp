@@ -184,9 +184,12 @@ void choosePointsOf(BakePlan& plan, const BakeOptions& options) {
     if (options.transfer)
         throw BadOption("points", "does not go with transfer, whose light bounces between all vertices");
     if (header.mesh.vertexCount() <= std::size_t(options.points)) return;
-    ChosenPoints chosen = choosePoints(header.mesh, std::size_t(options.points));
-    plan.chosen = chosen.vertices;
     header.drawn = DrawnMesh{std::move(header.mesh), std::move(*header.skin), std::move(header.rest_normals), {}, {}};
+    Mesh joined;
+    joined.rest_positions = header.drawn->mesh.rest_positions;
+    joined.triangles = trianglesAcrossSlots(*header.drawn);
+    ChosenPoints chosen = choosePoints(joined, std::size_t(options.points));
+    plan.chosen = chosen.vertices;
     takePoints(std::move(chosen), header);
 }
 

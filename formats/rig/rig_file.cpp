@@ -82,10 +82,11 @@ Rig buildRig(RigSource& source, const RigOptions& options) {
     Rig rig;
     SourceVertices vertices = gatherVertices(source, table);
     for (SourcePart& part : source.parts) {  // gathered, and of a scan the most by far
-        part.positions = {};
-        part.triangles = {};
-        part.joints = {};
-        part.weights = {};
+        giveBack(part.positions);
+        giveBack(part.normals);
+        giveBack(part.triangles);
+        giveBack(part.joints);
+        giveBack(part.weights);
     }
     const double diagonal = characterDiagonal(vertices.triangles, vertices.positions);
     if (!std::isfinite(diagonal) || !(diagonal > 0))

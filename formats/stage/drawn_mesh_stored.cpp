@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "formats/common/errors.h"
+#include "formats/stage/morphs_stored.h"
 #include "formats/stage/stage_parts.h"
 
 namespace penumbra {
@@ -85,6 +86,8 @@ void writeDrawnMesh(hid_t file, const DrawnMesh& drawn) {
     for (const auto& row : drawn.points.weights) weights.insert(weights.end(), row.begin(), row.end());
     writeFloats(file, "/drawn/point_weights", weights, {vertices, 3});
     writeIndices(file, "/drawn/vertex_of_point", drawn.vertex_of_point);
+    writeMorphs(file, drawn.mesh.morphs, "/drawn");
+    writeOpacity(file, drawn.mesh.opacity, "/drawn");
 }
 
 std::optional<DrawnMesh> readDrawnMesh(const Hdf5Reader& in, const Mesh& mesh, const Skin& skin) {
@@ -107,6 +110,10 @@ std::optional<DrawnMesh> readDrawnMesh(const Hdf5Reader& in, const Mesh& mesh, c
     }
     readDrawnSkin(in, skin, vertices, drawn.skin);
     readTable(in, mesh, drawn);
+    drawn.mesh.morphs = readMorphs(in, vertices, "/drawn");
+    if (drawn.mesh.morphs.names != mesh.morphs.names)
+        throw InvalidInput(in.name + ": /drawn/morphs/names: are not those of /mesh/morphs/names");
+    drawn.mesh.opacity = readOpacity(in, drawn.mesh.triangles.size(), "/drawn");
     return drawn;
 }
 

@@ -103,5 +103,41 @@ TEST(ChoosePoints, VerticesInterpolateWithinHardEdges) {
         EXPECT_EQ(header.mesh.rest_positions[p], drawn.mesh.rest_positions[header.drawn->vertex_of_point[p]]);
 }
 
+// A square of two slots has two rows of vertices where they meet, which look the same way. Both take the same points.
+TEST(ChoosePoints, GoOnFromSlotToSlot) {
+    VisibilityHeader header;
+    DrawnMesh drawn;
+    drawn.mesh.slots = {"body/skin", "body/cloth"};
+    constexpr std::uint32_t kSide = 21;
+    for (std::uint16_t slot = 0; slot < 2; ++slot)
+        for (std::uint32_t y = 0; y < kSide; ++y)
+            for (std::uint32_t x = 0; x < kSide; ++x) {
+                drawn.mesh.rest_positions.push_back({float(slot) + float(x) / 20, float(y) / 20, 0});
+                drawn.rest_normals.push_back({0, 0, 1});
+                drawn.mesh.slot_of_vertex.push_back(slot);
+                drawn.mesh.source_vertex.push_back(std::uint32_t(drawn.mesh.source_vertex.size()));
+                drawn.skin.joints.push_back(0);
+                drawn.skin.weights.push_back(1);
+                if (x == 0 || y == 0) continue;
+                const auto v = std::uint32_t(drawn.mesh.rest_positions.size() - 1);
+                drawn.mesh.triangles.push_back({v - kSide - 1, v - kSide, v});
+                drawn.mesh.triangles.push_back({v - kSide - 1, v, v - 1});
+            }
+    drawn.skin.joint_names = {"root"};
+    drawn.skin.parents = {-1};
+    drawn.skin.influences = 1;
+    header.drawn = drawn;
+    Mesh joined = drawn.mesh;
+    joined.triangles = trianglesAcrossSlots(drawn);
+    takePoints(choosePoints(joined, 40), header);
+    ASSERT_EQ(header.mesh.vertexCount(), 40u);
+    for (std::uint32_t y = 0; y < kSide; ++y) {
+        const std::size_t a = y * kSide + kSide - 1, b = std::size_t(kSide) * kSide + y * kSide;
+        ASSERT_EQ(drawn.mesh.rest_positions[a], drawn.mesh.rest_positions[b]);
+        EXPECT_EQ(header.drawn->points.corners[a], header.drawn->points.corners[b]);
+        EXPECT_EQ(header.drawn->points.weights[a], header.drawn->points.weights[b]);
+    }
+}
+
 }  // namespace
 }  // namespace penumbra

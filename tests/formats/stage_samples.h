@@ -167,6 +167,11 @@ inline VisibilityHeader pointsHeader(std::size_t frames) {
     drawn.vertex_of_point = {0, 1, 4, 5};
     for (std::size_t p = 0; p < 4; ++p)
         header.mesh.rest_positions[p] = drawn.mesh.rest_positions[drawn.vertex_of_point[p]];
+    header.input_names = {"smile"};
+    header.pose_size = 7;
+    header.mesh.morphs = {{"smile"}, {0.25f}, {0, 1}, {1}, {{0, 0, 1}}, {{0, 1, 0}}};
+    drawn.mesh.morphs = {{"smile"}, {0.25f}, {0, 2}, {1, 2}, {{0, 0, 1}, {0, 0, 0.5f}}, {{0, 1, 0}, {0, 0.5f, 0}}};
+    drawn.mesh.opacity = {{1, 2}, {1, 1}, {0, 1}, {128, 64}};
     header.drawn = drawn;
     return header;
 }

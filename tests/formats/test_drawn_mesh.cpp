@@ -95,6 +95,8 @@ TEST(DrawnMesh, IsKeptByVisibilityFiles) {
     EXPECT_EQ(drawn.mesh.slot_of_vertex, header.drawn->mesh.slot_of_vertex);
     EXPECT_EQ(drawn.skin.joints, header.drawn->skin.joints);
     EXPECT_EQ(drawn.skin.weights, header.drawn->skin.weights);
+    EXPECT_EQ(drawn.mesh.morphs, header.drawn->mesh.morphs);
+    EXPECT_EQ(drawn.mesh.opacity, header.drawn->mesh.opacity);
 }
 
 TEST(DrawnMesh, IsKeptByModelFiles) {
@@ -139,6 +141,15 @@ TEST(DrawnMesh, RefusesTablesThatDoNotFit) {
     header = samples::pointsHeader(1);
     header.drawn->mesh.triangles[0][0] = 6;
     expectRefusal(header, "/drawn/triangles");
+    header = samples::pointsHeader(1);
+    header.drawn->mesh.morphs.vertices[1] = 6;
+    expectRefusal(header, "/drawn/morphs/vertices");
+    header = samples::pointsHeader(1);
+    header.drawn->mesh.morphs.names = {"frown"};
+    expectRefusal(header, "/drawn/morphs/names");
+    header = samples::pointsHeader(1);
+    header.drawn->mesh.opacity.triangles[1] = 4;
+    expectRefusal(header, "/drawn/opacity_triangles");
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "tests/fuzz/memory_file.h"
 #include "tests/synthetic_cloth.h"
 #include "tests/synthetic_composition.h"
+#include "tests/synthetic_dense.h"
 #include "tests/synthetic_indirect.h"
 #include "tests/synthetic_transfer.h"
 
@@ -59,8 +60,8 @@ inline BrdfFile tinySteps() {
 }
 
 // Tiny assets, one for each kind of model and of features, a composed one, one with blockers, two under a sun (with a
-// model and without), one with a live material and a membrane, two of transfer, two that light bounces to, and one with
-// steps of a material.
+// model and without), one with a live material and a membrane, two of transfer, two that light bounces to, one with
+// steps of a material, and one whose vertices follow points.
 inline const std::vector<std::vector<std::byte>>& tinyAssets() {
     static const std::vector<std::vector<std::byte>> all = [] {
         std::vector<std::vector<std::byte>> made;
@@ -112,6 +113,9 @@ inline const std::vector<std::vector<std::byte>>& tinyAssets() {
         for (const Model& lit : {synthetic::litTube({.rings = 2, .segments = 3, .joints = 2, .frames = 2}), composed})
             made.push_back(packAsset(lit, glossy, sunny, {.indirect_bytes_per_vertex = 1000}, "{}", 1).bytes);
         made.push_back(packLibrary(std::vector<BrdfFile>{tinySteps()}, sunny, "{}"));
+        Model dense = synthetic::tubeModel({.rings = 2, .segments = 3, .joints = 2, .clusters = 1, .frames = 2});
+        synthetic::addDense(dense);
+        made.push_back(packAsset(dense, {}, {}, {}, "{}", 1).bytes);
         return made;
     }();
     return all;
