@@ -90,6 +90,7 @@ std::string asJson(const std::vector<std::string>& names) {
 void reportPlan(const BakePlan& plan, const BakeOptions& options, Report& report) {
     report.figures["frames"] = plan.header.frames.frameCount();
     report.figures["vertices"] = plan.header.mesh.vertexCount();
+    if (plan.header.drawn) report.figures["drawn_vertices"] = plan.header.drawn->mesh.vertexCount();
     report.figures["triangles"] = plan.header.mesh.triangles.size();
     report.figures["rays"] = plan.rays();
     report.figures["uncompressed_bytes"] = plan.bytes(options.precision);
@@ -193,6 +194,10 @@ void defineVisibility(CLI::App& app, VisibilityCommand& command) {
                    "keys a second of a point cache (default: as its file says, else 24)")
         ->check(within(0.0, 999999.0, "keys a second"));
     addFile(app, "--poses", options.poses, "X.poses.h5 of `penumbra-bake poses`: these frames, then those of --clips");
+    app.add_option("--points", options.points,
+                   "bake so many chosen points of a dense character; all other vertices interpolate between them "
+                   "(default: bake all)")
+        ->check(within(16, 1 << 24, "points"));
     app.add_option("--order", options.order, "SH bands")->check(within(1, kMaxOrder, "bands"));
     app.add_option("--rays", options.rays, "directions above the horizon")
         ->check(within(16, 1 << 16, "directions above the horizon"));

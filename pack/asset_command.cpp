@@ -12,11 +12,13 @@
 #include "formats/source/source_readers.h"
 #include "formats/stage/blocker_file.h"
 #include "formats/stage/stage_file_kind.h"
+#include "pack/lod_mesh.h"
 #include "pack/material_section.h"
 #include "pack/named_input.h"
 #include "pack/pack_asset.h"
 #include "pack/pack_transfer.h"
 #include "pack/pack_verbs.h"
+#include "pack/resample_model.h"
 #include "pack/source_materials.h"
 #include "pack/surface_materials.h"
 
@@ -39,6 +41,8 @@ struct AssetCommand {
     PackOptions options;
     std::string albedo;
     std::optional<TextureStorage> textures;
+    std::string lod;  // a file, or a node of `rig`
+    fs::path rig;
     bool no_playback = false;
     const CLI::App* app = nullptr;
 
@@ -54,8 +58,11 @@ struct AssetCommand {
         all.insert(all.end(), lights.begin(), lights.end());
         all.push_back(blockers);
         all.push_back(materials_of);
+        std::error_code error;  // what is no file may be a node, which needs --rig: drawLod() says so
+        if (!rig.empty() || fs::exists(lod, error)) all.push_back(lodFile());
         return namedFiles(all);
     }
+    fs::path lodFile() const { return lod.empty() || !rig.empty() ? rig : fs::path(lod); }
 };
 
 std::string provenanceOf(const AssetCommand& command) {
@@ -70,6 +77,8 @@ std::string provenanceOf(const AssetCommand& command) {
     if (!command.albedo.empty()) options["albedo"] = command.albedo;
     if (!command.materials_of.empty()) options["materials_of"] = command.materials_of.filename();
     if (command.textures) options["textures"] = wordOf(kTextureWords, command.textures);
+    if (!command.lod.empty())
+        options["lod"] = command.rig.empty() ? fs::path(command.lod).filename().string() : command.lod;
     return toJson(makeProvenance("penumbra-pack asset", options.dump(), command.inputs()));
 }
 
@@ -194,6 +203,36 @@ std::vector<std::string> addSourceMaterials(const AssetCommand& command, const M
     return mesh && mesh->slots.empty() ? std::vector<std::string>() : std::move(made.of_slot);
 }
 
+// Draws the model with the mesh of --lod.
+void drawLod(const AssetCommand& command, const CommonOptions& common, Report& report, Model& model) {
+    std::error_code error;
+    if (command.rig.empty() && !fs::exists(command.lod, error))
+        throw BadOption("lod", "'" + command.lod + "' is no file; --rig names the file of which it is a node");
+    report.phase("level of detail");
+    const LodMesh lod = readLod(model, command.lodFile(), command.rig.empty() ? "" : command.lod, common.threads);
+    report.willRead(lod.files_read);
+    for (const std::string& note : lod.notes) reportWarning("penumbra-pack", note);
+    const std::size_t fitted = model.mesh.vertexCount();
+    Resampled resampled = resampledModel(model, lod.drawn, common.threads);
+    model = std::move(resampled.model);
+    report.figures["lod"] = {{"vertices", model.mesh.vertexCount()}, {"fitted_vertices", fitted},
+                             {"rms_distance", lod.rms_distance},     {"max_distance", lod.max_distance},
+                             {"turned_share", lod.turned_share},     {"border_corners", resampled.border_corners}};
+    if (!common.quiet)
+        std::printf(
+            "  %s: %zu vertices take what %zu have; they lie %.2e diagonals from that surface (rms), %.2e at most\n",
+            command.lod.c_str(), model.mesh.vertexCount(), fitted, lod.rms_distance, lod.max_distance);
+}
+
+// Tells that the asset draws more vertices than it evaluates.
+void reportPoints(const CommonOptions& common, Report& report, const Model& model) {
+    report.figures["points"] = model.mesh.vertexCount();
+    report.figures["drawn_vertices"] = model.drawn->mesh.vertexCount();
+    if (!common.quiet)
+        std::printf("  %zu vertices are drawn; they follow %zu points\n", model.drawn->mesh.vertexCount(),
+                    model.mesh.vertexCount());
+}
+
 SphereBlockers readBlockersOf(const Model& model, const fs::path& path) {
     BlockerFile file = readBlockers(path);
     naming(path, [&] { checkCharacter(file, model.mesh, model.skin); });
@@ -225,9 +264,9 @@ SurfaceLook readSurface(const AssetCommand& command, const Model& model, const C
 // Packs a linear model of transfer. Without a material it gets one of --albedo.
 void runTransfer(const AssetCommand& command, const std::vector<SlotChoice>& slots, const CommonOptions& common,
                  Report& report) {
-    command.refuse(
-        {"--max-error", "--max-bytes-per-vertex", "--bounce-bytes", "--no-playback", "--blockers", "--materials-of"},
-        command.model.string() + " has linear transfer, whose size is that of its components");
+    command.refuse({"--max-error", "--max-bytes-per-vertex", "--bounce-bytes", "--no-playback", "--blockers",
+                    "--materials-of", "--lod"},
+                   command.model.string() + " has linear transfer, whose size is that of its components");
     const TransferModel model = readTransfer(command.model);
     TransferPackOptions options;
     options.slots = slots;
@@ -268,6 +307,10 @@ void runAsset(const AssetCommand& command, const CommonOptions& common, Report& 
     if (!(model && model->indirect))
         command.refuse({"--bounce-bytes"}, "needs a model with light that bounces (penumbra-fit indirect)");
     if (model && !command.blockers.empty()) options.blockers = readBlockersOf(*model, command.blockers);
+    if (model && !command.lod.empty())
+        drawLod(command, common, report, *model);
+    else if (model && model->drawn)
+        reportPoints(common, report, *model);
     Looks looks;
     std::vector<BrdfFile>& brdfs = looks.brdfs;
     std::vector<LightFile>& lights = looks.lights;
@@ -278,7 +321,7 @@ void runAsset(const AssetCommand& command, const CommonOptions& common, Report& 
     if (!command.materials_of.empty() && !command.textures)
         options.slot_materials = addSourceMaterials(command, model ? &model->mesh : nullptr, common, report, looks);
     if (!model) {
-        command.refuse({"--blockers", "--slot", "--precision", "--max-error", "--max-bytes-per-vertex"},
+        command.refuse({"--lod", "--blockers", "--slot", "--precision", "--max-error", "--max-bytes-per-vertex"},
                        "needs a model");
         command.refuse({"--textures"}, "needs a model");
         const std::vector<std::byte> library = packLibrary(brdfs, lights, provenanceOf(command));
@@ -331,6 +374,11 @@ void defineAsset(CLI::App& app, AssetCommand& command) {
               "the pictures of --materials-of: inside the asset, by the names of their files, or left out")
         ->default_str("none")
         ->needs(app.get_option("--materials-of"));
+    CLI::Option* lod = app.add_option(
+        "--lod", command.lod,
+        "draw another mesh of the same skeleton, a level of detail, with what the model knows of the surface near it: "
+        "a rig file, or with --rig a node of that file (name or glob)");
+    app.add_option("--rig", command.rig, "the file that has the node of --lod")->needs(lod);
     app.add_option("--albedo", command.albedo,
                    "R/G/B of the one material of transfer that has no --brdf (default 0.8/0.8/0.8)")
         ->check(readableBy(parseAlbedo))

@@ -47,9 +47,15 @@ Offset<fbs::Mesh> writeMesh(FlatBufferBuilder& builder, const MeshSection& mesh)
     Offset<flatbuffers::Vector<std::uint32_t>> casting;
     if (!mesh.casting.empty()) casting = writeVector<std::uint32_t>(builder, mesh.casting);
     const Offset<fbs::Morphs> morphs = writeMorphs(builder, mesh.morphs);
+    Offset<flatbuffers::Vector<std::uint32_t>> corners;
+    Offset<flatbuffers::Vector<float>> corner_weights;
+    if (!mesh.point_corners.empty()) {
+        corners = writeVector<std::uint32_t>(builder, mesh.point_corners);
+        corner_weights = writeVector<float>(builder, mesh.point_weights);
+    }
     return fbs::CreateMesh(builder, positions, normals, tangents, triangles, shading_point, source_vertex,
                            std::uint8_t(mesh.influences), joints, weights, slots, slot_of_vertex, mesh.two_sided,
-                           morphs, mesh.cull_backs, casting);
+                           morphs, mesh.cull_backs, casting, corners, corner_weights);
 }
 
 // A depth map holds one depth a texel, so a triangle casts or does not. Those with the mean opacity a cast as often as

@@ -2,6 +2,7 @@
 // Writes the sections of an asset. The caller has checked what it writes; openAsset() checks it again on reading.
 #include <flatbuffers/flatbuffers.h>
 
+#include <array>
 #include <span>
 #include <string>
 #include <vector>
@@ -44,6 +45,9 @@ struct MeshSection {
     bool two_sided = false, cull_backs = false;
     std::vector<Triangle> casting = {};  // asset.fbs; empty: all triangles
     MorphTargets morphs = {};
+    // Of the last vertices, which follow points; asset.fbs has the rule.
+    std::vector<Triangle> point_corners = {};
+    std::vector<std::array<float, 3>> point_weights = {};
 };
 // Tells what of a mesh lets light through and what has two sides. Vertex v of the mesh is vertex new_of_old[v] of the
 // section.

@@ -71,13 +71,17 @@ private:
     std::vector<FrameCheck> frames_;
     FrameFinder predictions_, second_bake_;
     FrameBuffers buffers_;
-    std::vector<double> frame_error_;  // [cluster], squared, of the frame that was added last
+    std::vector<double> frame_error_;  // [cluster], squared, of the frame that was added last; then of followers
+    std::vector<std::uint32_t> rows_;  // of the truth for each vertex that it has, bakedRows()
 
     void compareVertex(std::size_t vertex, const BakedFrames& baked, CheckSums& sums);
     const LocalMoments* trueLocal() const;
     void findLocal(std::size_t cluster, const BakedFrames& baked);
     void compareComposition(std::size_t cluster, CheckSums& sums);
     void compareCluster(std::size_t cluster, const BakedFrames& baked, ClipSums& clip);
+    void compareFollowers(const BakedFrames& baked, ClipSums& clip);
+    void compareAmbient(std::size_t begin, std::size_t end, CheckSums& sums);
+    bool comparesFollowers() const { return rows_.size() > evaluator_.firstFollower(); }
 };
 
 FrameBuffers::FrameBuffers(const Evaluator& evaluator, std::size_t stride) {
@@ -127,16 +131,19 @@ Checker::Checker(const AssetView& asset, const VisibilityReader& truth, const Ch
       predictions_(references.predictions, "predictions"),
       second_bake_(references.second_bake, "second bake"),
       buffers_(evaluator_, std::size_t(asset.model.stride)),
-      frame_error_(asset.model.clusters.size()) {
+      frame_error_(asset.model.clusters.size() + 1),
+      rows_(bakedRows(asset, truth.header())) {
     evaluator_.setQuality(references.quality);
+    // Vertices that follow points have the means of these, at rest.
+    const std::size_t first = evaluator_.firstFollower(), all = evaluator_.vertexCount();
+    if (first < all) evaluator_.follow(first, all, {asset.mesh.normals, asset.mesh.tangents}, spans_.mean);
     if (references.unpacked) {
         unpacked_.emplace(*references.unpacked);
         unpacked_spans_.emplace(*references.unpacked);
     }
     const std::size_t numbers = evaluator_.vertexCount() * std::size_t(asset.model.stride);
     for (const std::string& name : truth.header().frames.clip_names) {
-        ClipSums clip{
-            name, true, 0, 0, std::vector<CheckSums>(asset.model.clusters.size()), std::vector<double>(numbers)};
+        ClipSums clip{name, true, 0, 0, std::vector<CheckSums>(frame_error_.size()), std::vector<double>(numbers)};
         for (const ClipView& known : asset.animation.clips)
             if (known.name == name) clip.held_out = known.held_out;
         clips_.push_back(std::move(clip));
@@ -168,7 +175,7 @@ double squaredDifference(std::span<const float> a, std::span<const float> b) {
 void Checker::compareVertex(std::size_t v, const BakedFrames& baked, CheckSums& sums) {
     const Convention& convention = asset_.model.convention;
     const std::size_t stride = std::size_t(asset_.model.stride), size = std::size_t(convention.size());
-    const std::size_t point = asset_.mesh.shading_point[v];
+    const std::size_t point = rows_[v];
     FrameBuffers& b = buffers_;
     const auto coefficients = [&](const VisibilityReader& reader, const VisibilityFrame& frame) {
         const std::size_t n = reader.header().coefficientCount();
@@ -216,8 +223,8 @@ void Checker::findLocal(std::size_t cluster, const BakedFrames& baked) {
     const std::size_t n = moments->coefficientCount();
     for (std::size_t v = view.first_vertex; v < view.first_vertex + std::size_t(view.vertex_count); ++v)
         coefficientsFromMoments(asset_.model.convention,
-                                std::span(baked.truth.local_coefficients).subspan(asset_.mesh.shading_point[v] * n, n),
-                                b.normals[v], b.tangents[v], std::span(b.true_local).subspan(v * stride, size));
+                                std::span(baked.truth.local_coefficients).subspan(rows_[v] * n, n), b.normals[v],
+                                b.tangents[v], std::span(b.true_local).subspan(v * stride, size));
     if (unpacked_)
         unpacked_spans_->project(references_.unpacked->model.clusters[cluster], cluster, b.true_local, b.spanned_local);
     else
@@ -260,6 +267,37 @@ void Checker::compareComposition(std::size_t cluster, CheckSums& sums) {
     }
 }
 
+// Adds the errors of E of vertices [begin, end), whose numbers and truth are known.
+void Checker::compareAmbient(std::size_t begin, std::size_t end, CheckSums& sums) {
+    FrameBuffers& b = buffers_;
+    const std::size_t stride = std::size_t(asset_.model.stride), count = end - begin;
+    const std::span<float> e = std::span(b.e_evaluated).subspan(begin, count),
+                           e_truth = std::span(b.e_truth).subspan(begin, count);
+    ambient(asset_, std::span<const float>(b.evaluated).subspan(begin * stride, count * stride), e);
+    ambient(asset_, std::span<const float>(b.truth).subspan(begin * stride, count * stride), e_truth);
+    for (std::size_t v = 0; v < count; ++v) sums.ambient += std::abs(double(e[v]) - e_truth[v]);
+}
+
+// Adds the errors of vertices that follow points, once all clusters are evaluated and skinned. They have no components,
+// and the points that they follow have already what packing and dropping cost.
+void Checker::compareFollowers(const BakedFrames& baked, ClipSums& clip) {
+    const std::size_t begin = evaluator_.firstFollower(), end = evaluator_.vertexCount();
+    const std::size_t stride = std::size_t(asset_.model.stride);
+    FrameBuffers& b = buffers_;
+    evaluator_.skin(begin, end, b.positions, b.normals, b.tangents);
+    evaluator_.follow(begin, end, {b.normals, b.tangents}, b.evaluated);
+    CheckSums sums;
+    for (std::size_t v = begin; v < end; ++v) compareVertex(v, baked, sums);
+    const auto part = [&](const std::vector<float>& numbers) {
+        return std::span<const float>(numbers).subspan(begin * stride);
+    };
+    const std::span<const float> y = part(b.truth);
+    for (std::size_t i = 0; i < y.size(); ++i) clip.truth_sum[begin * stride + i] += y[i];
+    sums.error = frame_error_.back() = squaredDifference(part(b.evaluated), y);
+    compareAmbient(begin, end, sums);
+    clip.of_cluster.back().add(sums);
+}
+
 // Evaluates one cluster and adds its errors to the sums of the clip.
 void Checker::compareCluster(std::size_t cluster, const BakedFrames& baked, ClipSums& clip) {
     const ClusterView& view = asset_.model.clusters[cluster];
@@ -299,11 +337,7 @@ void Checker::compareCluster(std::size_t cluster, const BakedFrames& baked, Clip
                 unpacked_spans_->squaredDistance(references_.unpacked->model.clusters[cluster], cluster, b.truth);
         sums.packing = squaredDifference(part(b.unpacked), part(b.evaluated));
     }
-    const std::span<float> e = std::span(b.e_evaluated).subspan(begin, end - begin),
-                           e_truth = std::span(b.e_truth).subspan(begin, end - begin);
-    ambient(asset_, part(b.evaluated), e);
-    ambient(asset_, part(b.truth), e_truth);
-    for (std::size_t v = 0; v < e.size(); ++v) sums.ambient += std::abs(double(e[v]) - e_truth[v]);
+    compareAmbient(begin, end, sums);
     clip.of_cluster[cluster].add(sums);
 }
 
@@ -320,16 +354,18 @@ void Checker::addFrame(std::size_t frame, int threads) {
     poseAs(evaluator_, baked.truth);
     if (unpacked_) poseAs(*unpacked_, baked.truth);
     parallelFor(asset_.model.clusters.size(), threads, [&](std::size_t c) { compareCluster(c, baked, clip); });
+    if (comparesFollowers()) compareFollowers(baked, clip);
     ++clip.frames;
     double error = 0;
     for (double squares : frame_error_) error += squares;
-    const double rms_v = std::sqrt(error / double(evaluator_.vertexCount()) / (4 * std::numbers::pi));
+    const double rms_v = std::sqrt(error / double(rows_.size()) / (4 * std::numbers::pi));
     frames_.push_back({clip.name, time, clip.held_out, rms_v, evaluator_.outOfRange()});
 }
 
 CheckResult Checker::result() const {
-    const CheckMeasured measured{evaluator_.composed(), trueLocal() != nullptr, references_.unpacked != nullptr,
-                                 evaluator_.vertexCount()};
+    const bool spanned = !comparesFollowers();
+    const CheckMeasured measured{evaluator_.composed(), spanned && trueLocal(), spanned && references_.unpacked,
+                                 rows_.size(), spanned};
     CheckResult result = figuresOf(clips_, spans_.mean, measured);
     result.frames = frames_;
     return result;

@@ -66,6 +66,10 @@ struct CheckReferences {
     FarQuality quality = FarQuality::kFull;         // of composed assets
 };
 
+// Returns the row of the bake for each vertex of the asset. A bake of chosen points has none for the vertices that
+// follow them, which come last; the result then ends before them. Throws InvalidInput where neither count fits.
+std::vector<std::uint32_t> bakedRows(const AssetView& asset, const VisibilityHeader& header);
+
 // Throws InvalidInput when the mesh, skin, pose or order of the truth (or of the references) is not what the asset's
 // model needs; when a second bake has the seed and rays of the truth; when an unpacked model has other vertices or
 // another convention.

@@ -7,6 +7,21 @@
 
 namespace penumbra {
 
+std::vector<std::uint32_t> bakedRows(const AssetView& asset, const VisibilityHeader& header) {
+    const MeshView& mesh = asset.mesh;
+    const std::size_t baked = header.mesh.vertexCount(), all = mesh.positions.size();
+    if (header.drawn && mesh.firstFollower() < all && header.drawn->mesh.vertexCount() == all &&
+        baked == mesh.firstFollower()) {
+        std::vector<std::uint32_t> point_of(all), rows;
+        for (std::uint32_t p = 0; p < baked; ++p) point_of[header.drawn->vertex_of_point[p]] = p;
+        for (std::size_t v = 0; v < baked; ++v) rows.push_back(point_of[mesh.shading_point[v]]);
+        return rows;
+    }
+    if (baked != all)
+        throw InvalidInput("has " + std::to_string(baked) + " vertices, the asset " + std::to_string(all));
+    return {mesh.shading_point.begin(), mesh.shading_point.end()};
+}
+
 namespace {
 
 void checkFits(const AssetView& asset, const VisibilityHeader& header) {
@@ -16,9 +31,7 @@ void checkFits(const AssetView& asset, const VisibilityHeader& header) {
     if (!asset.model.deforming && !header.skin) throw InvalidInput("has no skin; the asset's model needs one");
     if (header.mesh.two_sided != mesh.two_sided)
         throw InvalidInput(std::string(mesh.two_sided ? "is not" : "is") + " two-sided, unlike the asset");
-    if (header.mesh.vertexCount() != mesh.positions.size())
-        throw InvalidInput("has " + std::to_string(header.mesh.vertexCount()) + " vertices, the asset " +
-                           std::to_string(mesh.positions.size()));
+    const std::vector<std::uint32_t> rows = bakedRows(asset, header);
     if (!std::equal(header.input_names.begin(), header.input_names.end(), asset.animation.input_names.begin(),
                     asset.animation.input_names.end()))
         throw InvalidInput("/inputs/names are not those of the asset");
@@ -34,8 +47,8 @@ void checkFits(const AssetView& asset, const VisibilityHeader& header) {
         throw InvalidInput("has a pose of " + std::to_string(header.pose_size) + " numbers, the asset of " +
                            std::to_string(asset.animation.pose_size));
     const double tolerance = 1e-5 * boxDiagonal(header.mesh.rest_positions);
-    for (std::size_t v = 0; v < mesh.positions.size(); ++v)
-        if (!(length(mesh.positions[v] - header.mesh.rest_positions[mesh.shading_point[v]]) <= tolerance))
+    for (std::size_t v = 0; v < rows.size(); ++v)
+        if (!(length(mesh.positions[v] - header.mesh.rest_positions[rows[v]]) <= tolerance))
             throw InvalidInput("/mesh/rest_positions are not those of the asset (vertex " +
                                std::to_string(mesh.shading_point[v]) + ")");
 }
@@ -47,12 +60,16 @@ void checkFits(const AssetView& asset, const VisibilityHeader& truth, const Chec
     if (references.predictions) {
         const VisibilityHeader& predictions = references.predictions->header();
         checkFits(asset, predictions);
+        if (predictions.mesh.vertexCount() != truth.mesh.vertexCount())
+            throw InvalidInput("has other vertices than the truth");
         if (predictions.quantity == kDiffuseTransfer)
             throw InvalidInput("quantity is " + predictions.quantity + "; predictions are of visibility");
     }
     if (references.second_bake) {
         const VisibilityHeader& second = references.second_bake->header();
         checkFits(asset, second);
+        if (second.mesh.vertexCount() != truth.mesh.vertexCount())
+            throw InvalidInput("has other vertices than the truth");
         if (second.quantity != truth.quantity) throw InvalidInput("quantity is " + second.quantity);
         if (second.seed == truth.seed && second.rays == truth.rays)
             throw InvalidInput("has the seed and rays of the truth, which show no noise");

@@ -33,9 +33,10 @@ ErrorFigures errorFigures(std::span<const ClipSums* const> clips, std::span<cons
         return was_measured ? std::sqrt(std::max(squares, 0.0) / variation) : std::numeric_limits<double>::quiet_NaN();
     };
     const bool composed = figures.composed = measured.composed;
-    figures.truncation = relative(total.outside, !composed);
-    figures.regression = relative(total.error - total.outside, !composed);
-    figures.without_residual = relative(total.without_residual, composed);
+    const bool spanned = measured.spanned && !composed;
+    figures.truncation = relative(total.outside, spanned);
+    figures.regression = relative(total.error - total.outside, spanned);
+    figures.without_residual = relative(total.without_residual, measured.spanned && composed);
     figures.split = relative(total.split, measured.true_local);
     figures.local = relative(total.local, measured.true_local);
     figures.local_truncation = relative(total.local_outside, measured.true_local);
@@ -43,7 +44,7 @@ ErrorFigures errorFigures(std::span<const ClipSums* const> clips, std::span<cons
     figures.sh_truncation = relative(total.sh_outside, true);
     figures.bake_noise = relative(total.noise * double(figures.frames) / second_frames, second_frames > 0);
     figures.unpacked_error = relative(total.unpacked, measured.unpacked);
-    figures.unpacked_truncation = relative(total.unpacked_outside, measured.unpacked && !composed);
+    figures.unpacked_truncation = relative(total.unpacked_outside, measured.unpacked && spanned);
     figures.packing = relative(total.packing, measured.unpacked);
     figures.ambient_error = total.ambient / vertices;
     return figures;

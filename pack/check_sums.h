@@ -49,6 +49,7 @@ struct CheckMeasured {
     bool true_local = false;   // the truth has the local moments that such a model stands for
     bool unpacked = false;     // the unpacked model was given
     std::size_t vertices = 0;  // of the asset
+    bool spanned = true;       // every vertex has components: none of them follows points
 };
 
 // Returns the figures of every clip, of all training clips and of all held-out ones; `frames` stays empty. The mean

@@ -44,17 +44,13 @@ Offset<fbs::PartField> writePart(FlatBufferBuilder& builder, const PartFields& f
 }  // namespace
 
 Offset<fbs::Composition> writeComposition(FlatBufferBuilder& builder, const Composition& composition,
-                                          std::span<const std::uint32_t> order,
+                                          std::span<const std::uint16_t> part_of_vertex,
                                           const std::vector<Offset<fbs::Cluster>>& residual) {
     const PartFields& fields = composition.fields;
     if (fields.values.size() != fields.parts.size() || fields.distances.size() != fields.parts.size())
         throw InvalidInput("model.composition.fields: not every part has its bytes");
-    if (composition.part_of_vertex.size() != order.size())
-        throw InvalidInput("model.composition.part_of_vertex: has not one part a vertex");
     std::vector<Offset<fbs::PartField>> parts;
     for (std::size_t p = 0; p < fields.parts.size(); ++p) parts.push_back(writePart(builder, fields, p));
-    std::vector<std::uint16_t> part_of_vertex;
-    for (const std::uint32_t old : order) part_of_vertex.push_back(composition.part_of_vertex[old]);
     const auto steps = writeVector<std::uint8_t>(builder, composition.steps);
     const auto part_vector = writeVector<std::uint16_t>(builder, part_of_vertex);
     const auto field_vector = builder.CreateVector(parts);

@@ -11,6 +11,7 @@
 #include "pack/compress_model.h"
 #include "pack/look_section.h"
 #include "pack/material_section.h"
+#include "pack/mesh_section.h"
 #include "pack/pack_indirect.h"
 #include "pack/pack_within.h"
 #include "pack/packing_error.h"
@@ -18,42 +19,6 @@
 namespace penumbra {
 
 namespace {
-
-// Returns the vertices in the order of the clusters: order[new] = old.
-std::vector<std::uint32_t> clusterOrder(const Model& model) {
-    std::vector<std::uint32_t> order;
-    for (const ClusterModel& cluster : model.clusters)
-        order.insert(order.end(), cluster.vertices.begin(), cluster.vertices.end());
-    return order;
-}
-
-MeshSection reorderedMesh(const Model& model, const std::vector<std::uint32_t>& order) {
-    const std::size_t influences = std::size_t(model.skin.influences);
-    MeshSection mesh;
-    mesh.influences = model.skin.influences;
-    mesh.two_sided = model.mesh.two_sided;
-    mesh.shading_point = order;
-    mesh.slots = model.mesh.slots;
-    std::vector<std::uint32_t> new_of_old(order.size());
-    for (std::size_t v = 0; v < order.size(); ++v) {
-        const std::uint32_t old = order[v];
-        new_of_old[old] = std::uint32_t(v);
-        mesh.positions.push_back(model.mesh.rest_positions[old]);
-        mesh.normals.push_back(model.rest_normals[old]);
-        mesh.tangents.push_back(model.rest_tangents[old]);
-        if (!mesh.slots.empty()) mesh.slot_of_vertex.push_back(model.mesh.slot_of_vertex[old]);
-        const auto joints = model.skin.joints.begin() + std::ptrdiff_t(old * influences);
-        const auto weights = model.skin.weights.begin() + std::ptrdiff_t(old * influences);
-        mesh.skin_joints.insert(mesh.skin_joints.end(), joints, joints + std::ptrdiff_t(influences));
-        mesh.skin_weights.insert(mesh.skin_weights.end(), weights, weights + std::ptrdiff_t(influences));
-    }
-    mesh.morphs = selectVertices(model.mesh.morphs, order);
-    for (const Triangle& t : model.mesh.triangles)
-        mesh.triangles.push_back({new_of_old[t[0]], new_of_old[t[1]], new_of_old[t[2]]});
-    for (std::uint32_t old : model.mesh.source_vertex) mesh.source_vertex.push_back(new_of_old[old]);
-    addSurface(model.mesh, model.deforming ? nullptr : &model.skin, new_of_old, mesh);
-    return mesh;
-}
 
 // Fills up each row of `size` numbers with zeros to `stride`.
 std::vector<float> padded(std::span<const float> numbers, std::size_t size, std::size_t stride) {
@@ -159,8 +124,15 @@ Offset<fbs::Indirect> writeIndirect(FlatBufferBuilder& builder, const Model& mod
                                float(held_out), float(packing_error));
 }
 
+// What of a model its section has beside the numbers of the model file.
+struct ModelExtras {
+    double quantization_error;
+    const PackedIndirect& indirect;
+    std::vector<std::uint16_t> part_of_vertex;  // of the vertices of the mesh section
+};
+
 Offset<fbs::Model> writeModelSection(FlatBufferBuilder& builder, const Model& model, Precisions precisions,
-                                     double quantization_error, const PackedIndirect& indirect) {
+                                     const ModelExtras& extras) {
     const auto size = std::size_t(model.convention.size());
     const std::vector<Offset<fbs::Cluster>> clusters =
         writeClusters(builder, model, model.clusters, size, "model.clusters", precisions);
@@ -181,13 +153,14 @@ Offset<fbs::Model> writeModelSection(FlatBufferBuilder& builder, const Model& mo
     Offset<fbs::Composition> composition;
     if (model.composition)
         composition = writeComposition(
-            builder, *model.composition, clusterOrder(model),
+            builder, *model.composition, extras.part_of_vertex,
             writeClusters(builder, model, model.composition->residual, size, "model.composition.residual", precisions));
     Offset<fbs::Indirect> bounced;
-    if (model.indirect) bounced = writeIndirect(builder, model, {precisions.basis, indirect.weights}, indirect.error);
+    if (model.indirect)
+        bounced = writeIndirect(builder, model, {precisions.basis, extras.indirect.weights}, extras.indirect.error);
     return fbs::CreateModel(builder, toStored(model.kind), toStored(model.features), convention,
                             std::uint8_t((model.convention.size() + 3) / 4 * 4), float(model.feature_scale), centers,
-                            spreads, cluster_vector, float(quantization_error), model.deforming, input_joints,
+                            spreads, cluster_vector, float(extras.quantization_error), model.deforming, input_joints,
                             pose_mean, pose_basis, composition, bounced);
 }
 
@@ -231,11 +204,12 @@ std::vector<std::byte> packOnce(const Model& model, const Additions& additions, 
                                 FramesOf frames, const std::string& provenance) {
     FlatBufferBuilder builder(1 << 20);
     AssetSections sections;
-    const MeshSection mesh = reorderedMesh(model, clusterOrder(model));
+    // An attempt is compared by its clusters alone, which dense vertices are not of.
+    const MeshSection mesh = model.drawn && frames != FramesOf::kAttempt ? denseSection(model) : meshSection(model);
     sections.mesh = writeMesh(builder, mesh);
     sections.slot_material = additions.slot_material;
     sections.animation = writeAnimation(builder, animationOf(model, frames));
-    sections.model = writeModelSection(builder, model, precisions, error, additions.indirect);
+    sections.model = writeModelSection(builder, model, precisions, {error, additions.indirect, partsOf(model, mesh)});
     for (const BrdfFile& brdf : additions.materials) sections.materials.push_back(writeMaterial(builder, brdf));
     if (additions.surface) {
         for (const BrdfFile& brdf : additions.surface->materials)
@@ -343,6 +317,11 @@ Packed packAsset(const Model& given, std::span<const BrdfFile> materials, std::s
                  const PackOptions& options, const std::string& provenance, int threads) {
     checkNames(materials, lights);
     checkModel(given);
+    if (given.drawn && given.indirect)
+        throw Unsupported(
+            "light that bounces does not go with chosen points (penumbra-bake --points): bake all vertices");
+    if (given.drawn && options.surface)
+        throw Unsupported("textures do not go with chosen points (penumbra-bake --points): bake all vertices");
     checkLooks(given.mesh, materials);
     Model model = given;
     Additions additions{materials, lights, slotMaterials(model.mesh, materials, options.slot_materials, options.slots),

@@ -29,7 +29,8 @@ std::vector<SizeOf> sectionSizes(const AssetView& asset, std::size_t file_size) 
     }
     std::vector<SizeOf> sizes = {
         {"mesh", m.positions.size_bytes() + m.normals.size_bytes() + m.tangents.size_bytes() +
-                     m.triangles.size_bytes() + m.shading_point.size_bytes() + m.source_vertex.size_bytes()},
+                     m.triangles.size_bytes() + m.shading_point.size_bytes() + m.source_vertex.size_bytes() +
+                     m.follower_corners.size_bytes() + m.follower_weights.size_bytes()},
         {"skin", m.skin_joints.size_bytes() + m.skin_weights.size_bytes()},
         {"animation", a.times.size_bytes() + a.bones.size_bytes() + a.pose.size_bytes() + a.parents.size_bytes() +
                           a.inputs.size_bytes()},

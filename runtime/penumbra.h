@@ -213,7 +213,7 @@ PENUMBRA_API penumbra_status penumbra_asset_get_light(const penumbra_asset* asse
 
 /* Gives a GPU what it needs to evaluate a cluster itself (penumbra.glsl): coefficients = mean + sum over k of score_k
  * scale_k basis_k, followed by a clamp of the ambient term. Clusters are contiguous ranges of vertices and cover all of
- * them. */
+ * them but those that follow points. */
 typedef enum penumbra_precision {
     PENUMBRA_F32 = 0,
     PENUMBRA_F16 = 1,
@@ -230,6 +230,15 @@ typedef struct penumbra_cluster {
 } penumbra_cluster;
 PENUMBRA_API penumbra_status penumbra_asset_get_cluster(const penumbra_asset* asset, size_t cluster,
                                                         penumbra_cluster* out);
+
+/* The last `count` vertices of a dense character belong to no cluster: each follows three points, vertices of clusters,
+ * whose coefficients it interpolates (penumbra_character_follow, penumbra.glsl). count 0: there are none. */
+typedef struct penumbra_followers {
+    size_t first, count;
+    const uint32_t* corners; /* [count,3] the points */
+    const float* weights;    /* [count,3] rows sum to 1 */
+} penumbra_followers;
+PENUMBRA_API penumbra_status penumbra_asset_get_followers(const penumbra_asset* asset, penumbra_followers* out);
 
 /* --- Code for one kind of processor --- */
 
@@ -346,6 +355,12 @@ PENUMBRA_API int penumbra_asset_bounces(const penumbra_asset* asset);
 PENUMBRA_API penumbra_status penumbra_character_evaluate(const penumbra_character* character, size_t first_cluster,
                                                          size_t cluster_count, const penumbra_vertices* vertices,
                                                          penumbra_error* error);
+/* Computes `coefficients` of those vertices of the range that follow points (penumbra_asset_get_followers), from those
+ * of the points, of which all clusters must be evaluated, and from all `positions`, `normals` and `tangents` as
+ * penumbra_character_skin has written them. Other vertices of the range stay as they are. Call it before
+ * penumbra_scene_cast. */
+PENUMBRA_API penumbra_status penumbra_character_follow(const penumbra_character* character,
+                                                       const penumbra_vertices* vertices, penumbra_error* error);
 /* Computes skinned (for a deforming mesh: given) `positions`, `normals` and `tangents`. */
 PENUMBRA_API penumbra_status penumbra_character_skin(const penumbra_character* character,
                                                      const penumbra_vertices* vertices, penumbra_error* error);

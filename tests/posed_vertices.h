@@ -26,6 +26,8 @@ struct PosedArrays {
           tangents(positions),
           coefficients(coefficientsOf(evaluator)) {
         evaluator.skin(0, positions.size(), positions, normals, tangents);
+        if (evaluator.hasFollowers())
+            evaluator.follow(evaluator.firstFollower(), positions.size(), {normals, tangents}, coefficients);
         if (!evaluator.hasIndirect()) return;
         indirect.resize(positions.size() * kIndirectStride);
         for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) evaluator.evaluateIndirect(c, indirect);

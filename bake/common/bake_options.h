@@ -37,6 +37,7 @@ struct BakeOptions {
     int blocks = 1;
     PointCacheOptions cache = {};
     RigOptions rig = {};
+    int points = 0;          // bake so many chosen points of the surface (choose_points.h); 0: all
     int order = 5;           // SH bands, 1..kMaxOrder; 5 gives 25 coefficients a vertex
     int rays = 1024;         // directions above the horizon (the set over the sphere has twice as many), 16..2^16
     std::uint64_t seed = 1;  // 1 is the plain set of directions; any other seed turns it

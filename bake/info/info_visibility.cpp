@@ -94,6 +94,7 @@ Json describeVisibility(const std::filesystem::path& path, VertexSample sample) 
     if (header.local) json["local"] = {{"steps", header.local->steps}, {"sh_order", header.local->order}};
     if (header.hasBounces()) json["light_that_bounces"] = describeBounces(reader);
     json["mesh"] = describe(header.mesh);
+    if (header.drawn) json["drawn_mesh"] = describe(header.drawn->mesh);
     json["joints"] = header.skin ? header.skin->jointCount() : 0;
     json["influences"] = header.skin ? header.skin->influences : 0;
     json["pose"] = {{"numbers", header.pose_size}, {"parameterisation", header.pose_parameterisation}};

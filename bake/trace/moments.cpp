@@ -73,10 +73,11 @@ std::size_t traceMoments(const MomentTracer& tracer, std::span<const Vec3> posit
     std::size_t traced = 0;
     for (std::size_t v = 0; v < positions.size(); ++v) {
         const std::span<float> whole = out.coefficients.subspan(v * size, size);
-        const RayStart start = startOfVertex(tracer, positions[v], normals[v], first_vertex + v);
+        const std::size_t vertex = tracer.vertexOf(first_vertex + v);
+        const RayStart start = startOfVertex(tracer, positions[v], normals[v], vertex);
         if (tracer.local) {
             const std::span<float> near = out.local.subspan(v * local_size, local_size);
-            traced += traceBoth(tracer, start, normals[v], first_vertex + v, rays, {whole, near});
+            traced += traceBoth(tracer, start, normals[v], vertex, rays, {whole, near});
             continue;
         }
         // 1. A point that touches another surface sees nothing.

@@ -24,10 +24,14 @@ struct MomentTracer {
     const Blockers* blockers = nullptr;
     const Mesh* mesh = nullptr;
     std::span<const Vec3> vertices = {};  // [V] of the mesh in this frame
+    // The vertex of the mesh that each point is; empty: point p is vertex p.
+    std::span<const std::uint32_t> vertex_of_point = {};
     // [V] unit, the way from each vertex to the start of its rays over a solid (start_ways.h); empty: the normals.
     std::span<const Vec3> start_ways = {};
     std::optional<LocalTracer> local = {};  // set for local moments; the scene must have been made with `filters`
     std::span<const float> far_bias = {};   // for each front vertex in place of `bias`, where any is far (far_bias.h)
+
+    std::size_t vertexOf(std::size_t point) const { return vertex_of_point.empty() ? point : vertex_of_point[point]; }
 };
 
 // Where the moments of some points go.
@@ -50,9 +54,9 @@ float biasOf(const MomentTracer& tracer, std::size_t vertex);
 RayStart startOfVertex(const MomentTracer& tracer, Vec3 position, Vec3 normal, std::size_t vertex);
 
 // Writes the moments of each point and returns the number of rays traced, each counted once. A point whose normal is
-// zero has no horizon and gets zeros. With blockers, start ways or local moments the points are the vertices
-// `first_vertex`, `first_vertex` + 1, ... of the mesh. May be called from many threads; a point's result depends on
-// that point alone.
+// zero has no horizon and gets zeros. With blockers, start ways or local moments the points are the vertices that
+// vertexOf() gives for `first_vertex`, `first_vertex` + 1, ... May be called from many threads; a point's result
+// depends on that point alone.
 std::size_t traceMoments(const MomentTracer& tracer, std::span<const Vec3> positions, std::span<const Vec3> normals,
                          const MomentOutput& out, std::size_t first_vertex = 0);
 

@@ -18,6 +18,8 @@ namespace penumbra {
 struct BakePlan {
     BakeSource source;
     std::vector<std::filesystem::path> files_read;  // all of them, for provenance and depfiles
+    // [V] the vertices of the source that are baked, ascending, where header.mesh is a choice of them; else empty
+    std::vector<std::uint32_t> chosen;
     double rest_diagonal = 0;  // of the character in its rest pose in the model frame: the unit of `bias`
     VisibilityHeader header;
     std::string albedo_from;                      // surface_colors.h; empty without bounces
@@ -34,6 +36,8 @@ struct BakePlan {
     ExtraInputs inputs;
     std::vector<std::vector<EdgeTurns>> turns;  // [F] of a point cache, else empty
 
+    // The character that blocks rays: all of it, whatever is chosen.
+    const Mesh& occluder() const { return header.drawn ? header.drawn->mesh : header.mesh; }
     std::vector<std::string> notes() const;  // of the source and of the occluders, a line each
     double rays() const;                     // upper bound: every direction above the horizon of every vertex and frame
     double bytes(Precision) const;           // of the output before compression

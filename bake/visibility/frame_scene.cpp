@@ -24,9 +24,21 @@ std::vector<float> inputsOf(const BakePlan& plan, std::size_t f) {
     return inputsAt(plan.inputs, plan.source_clip[frames.clip[f]], frames.time[f]);
 }
 
-}  // namespace
+template <class T>
+std::vector<T> gathered(const std::vector<T>& items, const std::vector<std::uint32_t>& chosen) {
+    std::vector<T> out;
+    out.reserve(chosen.size());
+    for (const std::uint32_t i : chosen) out.push_back(items[i]);
+    return out;
+}
 
-VisibilityFrame poseVertices(const BakePlan& plan, std::size_t f) {
+// All vertices of a source of which some are baked.
+struct DensePose {
+    std::vector<Vec3> positions, normals;
+};
+
+// Poses the vertices. Where the bake has chosen some of them, `dense` gets all.
+VisibilityFrame poseAll(const BakePlan& plan, std::size_t f, DensePose& dense) {
     const FrameList& frames = plan.header.frames;
     SourcePose pose = poseSource(plan.source, plan.source_clip[frames.clip[f]], frames.time[f]);
     checkFinite(plan, f, pose);
@@ -38,6 +50,11 @@ VisibilityFrame poseVertices(const BakePlan& plan, std::size_t f) {
         appendBackPositions(pose.positions);
         appendBackNormals(pose.normals);
     }
+    if (!plan.chosen.empty()) {
+        dense = {std::move(pose.positions), std::move(pose.normals)};
+        pose.positions = gathered(dense.positions, plan.chosen);
+        pose.normals = gathered(dense.normals, plan.chosen);
+    }
     VisibilityFrame frame{
         std::move(pose.positions), std::move(pose.normals), std::move(pose.bones), std::move(pose.pose), {}};
     frame.coefficients.resize(frame.positions.size() * plan.header.coefficientCount());
@@ -48,27 +65,39 @@ VisibilityFrame poseVertices(const BakePlan& plan, std::size_t f) {
     return frame;
 }
 
+}  // namespace
+
+VisibilityFrame poseVertices(const BakePlan& plan, std::size_t f) {
+    DensePose dense;
+    return poseAll(plan, f, dense);
+}
+
 FrameScene frameScene(const BakePlan& plan, std::size_t f) {
-    VisibilityFrame frame = poseVertices(plan, f);
+    DensePose dense;
+    VisibilityFrame frame = poseAll(plan, f, dense);
     const FrameList& frames = plan.header.frames;
-    std::vector<Vec3> scaled(frame.positions.begin(),
-                             frame.positions.begin() + std::ptrdiff_t(plan.header.mesh.frontVertexCount()));
+    const Mesh& character = plan.occluder();
+    std::vector<Vec3> scaled = plan.chosen.empty() ? frame.positions : dense.positions;
+    scaled.resize(character.frontVertexCount());
     SceneScale scale = sceneScale(scaled, plan.rest_diagonal);
     if (!plan.far_bias.empty()) {
-        const BoundingBox box = characterBox(plan.header.mesh.frontTriangles(), scaled);
+        const BoundingBox box = characterBox(character.frontTriangles(), scaled);
         scale = sceneScale(std::array{box.low, box.high}, plan.rest_diagonal);
     }
     for (const Occluder& occluder : plan.occluders) appendPositions(occluder, frames.clip[f], frames.time[f], scaled);
     for (Vec3& p : scaled) p = scale.apply(p);
     std::vector<BoundingBox> boxes;
-    if (plan.local) boxes = plan.local->boxesOf(plan.header.mesh.frontTriangles(), scaled);
+    if (plan.local) boxes = plan.local->boxesOf(character.frontTriangles(), scaled);
     std::vector<Vec3> ways;
-    if (!plan.places.empty()) ways = startWays(plan.places, frame.normals);
+    if (!plan.places.empty()) ways = startWays(plan.places, plan.chosen.empty() ? frame.normals : dense.normals);
     return {
-        std::move(frame), scale,
+        std::move(frame),
+        scale,
         OcclusionScene(scaled, plan.blockers.triangles,
                        plan.sheet_rules || plan.local ? Queries::kFiltered : Queries::kPlain, plan.blockers.through()),
-        std::move(boxes), std::move(ways)};
+        std::move(boxes),
+        std::move(ways),
+        std::move(dense.positions)};
 }
 
 MomentOutput outputOf(VisibilityFrame& frame) { return {frame.coefficients, frame.local_coefficients}; }
@@ -85,8 +114,9 @@ MomentTracer tracerOf(const BakePlan& plan, const FrameScene& posed, const BakeD
                         plan.header.ground_y ? Floor::kSolid : Floor::kNone};
     if (plan.sheet_rules) tracer.blockers = &plan.blockers;
     tracer.far_bias = plan.far_bias;
-    tracer.mesh = &plan.header.mesh;
-    tracer.vertices = posed.frame.positions;
+    tracer.mesh = &plan.occluder();
+    tracer.vertices = plan.chosen.empty() ? posed.frame.positions : posed.dense;
+    tracer.vertex_of_point = plan.chosen;
     tracer.start_ways = posed.start_ways;
     if (plan.local)
         tracer.local.emplace(

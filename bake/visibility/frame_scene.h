@@ -18,6 +18,7 @@ struct FrameScene {
     OcclusionScene scene;
     std::vector<BoundingBox> part_boxes;  // with plan.local
     std::vector<Vec3> start_ways;         // with plan.places
+    std::vector<Vec3> dense;              // with plan.chosen: the positions of all vertices of the source
 };
 // Where the moments of all vertices of a frame go.
 MomentOutput outputOf(VisibilityFrame& frame);

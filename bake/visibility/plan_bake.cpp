@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
+#include "bake/source/choose_points.h"
 #include "bake/source/frame_choice.h"
 #include "bake/source/surface_colors.h"
 #include "bake/trace/far_bias.h"
@@ -26,6 +27,7 @@ std::string optionsJson(const BakeOptions& options, const std::string& albedo_fr
     json["clips"] = options.clips;
     json["fps"] = options.fps;
     if (options.frames) json["frames"] = {options.frames->begin, options.frames->end, options.frames->step};
+    if (options.points > 0) json["points"] = options.points;
     json["order"] = options.order;
     json["rays"] = options.rays;
     json["seed"] = options.seed;
@@ -174,6 +176,23 @@ void describeTransfer(BakePlan& plan, const TransferOptions& options) {
     plan.pictures = std::move(chosen.pictures);
 }
 
+// Reduces the mesh of the bake to the points that are chosen. All of it still blocks rays, and is what is drawn.
+void choosePointsOf(BakePlan& plan, const BakeOptions& options) {
+    VisibilityHeader& header = plan.header;
+    if (!header.skin) throw BadOption("points", "is for rigs; a point cache is baked at all of its vertices");
+    if (options.two_sided) throw BadOption("points", "does not go with two sides");
+    if (options.transfer)
+        throw BadOption("points", "does not go with transfer, whose light bounces between all vertices");
+    if (header.mesh.vertexCount() <= std::size_t(options.points)) return;
+    header.drawn = DrawnMesh{std::move(header.mesh), std::move(*header.skin), std::move(header.rest_normals), {}, {}};
+    Mesh joined;
+    joined.rest_positions = header.drawn->mesh.rest_positions;
+    joined.triangles = trianglesAcrossSlots(*header.drawn);
+    ChosenPoints chosen = choosePoints(joined, std::size_t(options.points));
+    plan.chosen = chosen.vertices;
+    takePoints(std::move(chosen), header);
+}
+
 // Refuses options that have no effect: they say what a cache does not say itself, but rigs do.
 void checkCacheOptions(const BakePlan& plan, const PointCacheOptions& options) {
     const auto is_cache = [](const Occluder& occluder) { return occluder.source.cache.has_value(); };
@@ -217,6 +236,7 @@ BakePlan planBake(const std::vector<std::filesystem::path>& paths, const BakeOpt
     header.local = options.local;
     if (header.local)
         plan.local = makeLocalParts(header.mesh, header.skin, header.local->steps, plan.blockers.triangles.size());
+    if (options.points > 0) choosePointsOf(plan, options);
     header.provenance =
         makeProvenance("penumbra-bake visibility", optionsJson(options, plan.albedo_from), plan.files_read);
     header.provenance.notes = plan.notes();
@@ -243,7 +263,10 @@ double BakePlan::bytes(Precision precision) const {
     const double frame = vertices * (24 + coefficient * moments) + 48.0 * joints + 4.0 * header.pose_size + 10;
     const double mesh = 12.0 * double(header.mesh.triangles.size()) + 4.0 * double(header.mesh.source_vertex.size()) +
                         16.0 * double(header.edges.size()) + vertices * (24 + 6.0 * influences);
-    return mesh + frames * frame;
+    const double drawn = header.drawn ? double(header.drawn->mesh.vertexCount()) * (52 + 6.0 * influences) +
+                                            12.0 * double(header.drawn->mesh.triangles.size())
+                                      : 0;
+    return mesh + drawn + frames * frame;
 }
 
 }  // namespace penumbra

@@ -22,8 +22,9 @@ std::string nameOf(const FieldFile& fields) {
 
 void checkCharacter(const VisibilityHeader& header, const std::string& file, const FieldFile& fields) {
     if (!header.skin) throw InvalidInput(nameOf(fields) + ": the fields have joints, but " + file + " has none");
-    const PartTable table = makePartTable(header.mesh, *header.skin);
-    bool same = fields.joint_names == header.skin->joint_names && fields.mesh_sha256 == meshSha256(header.mesh) &&
+    const PartTable table = partsOf(header.mesh, *header.skin, header.drawn);
+    const Mesh& drawn = header.drawn ? header.drawn->mesh : header.mesh;
+    bool same = fields.joint_names == header.skin->joint_names && fields.mesh_sha256 == meshSha256(drawn) &&
                 fields.part_of_joint == table.part_of_joint && fields.fields.parts.size() == table.partCount();
     for (std::size_t p = 0; same && p < table.partCount(); ++p)
         same = fields.fields.parts[p].joint == table.joint_of_part[p];
@@ -97,7 +98,7 @@ Composition compositionOf(const Model& model, std::span<const FieldFile> fields,
     for (const FieldFile& file : fields) {
         if (isOccluder(file)) continue;
         append(file);
-        const PartTable table = makePartTable(model.mesh, model.skin);
+        const PartTable table = partsOf(model.mesh, model.skin, model.drawn);
         composition.part_of_vertex = table.part_of_vertex;
         own_steps = table.steps;
         own = table.partCount();

@@ -174,7 +174,7 @@ FeatureRecipe localRecipe(const Model& model, const PartTable& table, const Feat
 
 std::vector<ComposedFit> fitComposedClusters(const FitJob& job, const Model& model) {
     const FeatureRecipe recipe = recipeOf(model);
-    const PartTable table = model.deforming ? PartTable{} : makePartTable(model.mesh, model.skin);
+    const PartTable table = model.deforming ? PartTable{} : partsOf(model.mesh, model.skin, model.drawn);
     const FarTables far = makeFarTables(*model.composition, model.convention);
     const std::vector<PosedPart> posed = posedParts(job, far.fields());
     std::vector<ComposedFit> fits(job.clusters.vertices.size());

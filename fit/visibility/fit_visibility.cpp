@@ -101,7 +101,12 @@ void copyPose(const PoseTable& poses, const FitOptions& options, Model& model) {
 
 void copyInput(const VisibilityHeader& header, const PoseTable& poses, const FitOptions& options, Model& model) {
     model.mesh = header.mesh;
+    model.drawn = header.drawn;
     model.skin = poses.skin;
+    if (model.drawn) {  // the joints of inputs come last
+        model.drawn->skin.joint_names = model.skin.joint_names;
+        model.drawn->skin.parents = model.skin.parents;
+    }
     model.rest_normals = header.rest_normals;
     model.frames = header.frames;
     model.bones = poses.bones;

@@ -53,6 +53,21 @@ void checkPermutation(const Field& at, std::span<const std::uint32_t> indices) {
     }
 }
 
+void setFollowers(const fbs::Mesh& stored, const Field& at, bool has_model, MeshView& mesh) {
+    const Field corners = at / "point_corners";
+    const auto indices = spanOf<std::uint32_t>(stored.point_corners(), corners);
+    mesh.follower_corners = spanOf<std::array<std::uint32_t, 3>>(stored.point_corners(), corners);
+    const std::size_t followers = mesh.follower_corners.size();
+    checkCount(corners, indices, 3 * followers);
+    const std::span<const float> weights = floatsOf(stored.point_weights(), at / "point_weights", 3 * followers);
+    if (followers == 0) return;
+    corners.require(has_model && !mesh.two_sided, "are for a one-sided mesh with a model");
+    corners.require(followers < mesh.positions.size(), "leave no vertex of a cluster");
+    checkIndices(corners, indices, mesh.positions.size() - followers);
+    checkWeights(at / "point_weights", weights, 3);
+    mesh.follower_weights = spanOf<std::array<float, 3>>(stored.point_weights(), at / "point_weights");
+}
+
 MeshView meshOf(const fbs::Mesh& stored, const Field& at, std::size_t joints, bool has_model) {
     MeshView mesh;
     mesh.positions = spanOf<Vec3>(stored.positions(), at / "positions");
@@ -88,6 +103,7 @@ MeshView meshOf(const fbs::Mesh& stored, const Field& at, std::size_t joints, bo
     (at / "casting").require(mesh.casting.size() % 3 == 0, "has a broken last triangle");
     checkIndices(at / "casting", mesh.casting, count);
     setTwoSided(stored, at, mesh);
+    setFollowers(stored, at, has_model, mesh);
     return mesh;
 }
 
@@ -253,7 +269,7 @@ ModelSizes sizesOf(const ModelView& model, const Field& at, const AnimationView&
 ModelView modelOf(const fbs::Model& stored, const Field& file, const AssetView& asset) {
     const Field at = file / "model";
     const AnimationView& animation = asset.animation;
-    const std::size_t vertices = asset.mesh.positions.size();
+    const std::size_t vertices = asset.mesh.firstFollower();
     ModelView model;
     checkRange(at / "kind", std::int64_t(stored.kind()), 0, std::int64_t(fbs::ModelKind::MAX));
     model.kind = fromStored(stored.kind());
@@ -300,6 +316,8 @@ ModelView modelOf(const fbs::Model& stored, const Field& file, const AssetView& 
     setIndirect(
         stored, at,
         [&](const fbs::Cluster& cluster, const Field& here) { return clusterOf(cluster, here, of_indirect); }, model);
+    at.require(asset.mesh.follower_corners.empty() || !(model.indirect || model.deforming),
+               "deforms or has light that bounces, which vertices that follow points do not have");
     return model;
 }
 

@@ -2,6 +2,7 @@
 // Opens x.pnb (FlatBuffers, formats/asset.fbs). Everything is checked once, when the file is opened. From then on
 // readers trust every index, count and number. Only compact slices are copied, so the view is valid as long as the
 // bytes are.
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -80,6 +81,17 @@ struct MeshView {
     bool cull_backs = false;                 // two_sided, or some triangles lie on others that face the other way
     std::span<const std::uint32_t> casting;  // [3S] as asset.fbs has it; empty: all triangles
     std::span<const std::uint32_t> castingTriangles() const { return casting.empty() ? triangles : casting; }
+    // [Q] of the last Q vertices, which are of no cluster but follow three vertices that are; asset.fbs has the rule.
+    std::span<const std::array<std::uint32_t, 3>> follower_corners;
+    std::span<const std::array<float, 3>> follower_weights;
+    std::size_t firstFollower() const { return positions.size() - follower_corners.size(); }
+    // Returns the vertex itself, or the one that a follower has most of.
+    std::size_t leaderOf(std::size_t vertex) const {
+        if (vertex < firstFollower()) return vertex;
+        const std::size_t q = vertex - firstFollower();
+        const std::array<float, 3>& w = follower_weights[q];
+        return follower_corners[q][w[0] >= w[1] && w[0] >= w[2] ? 0 : w[1] >= w[2] ? 1 : 2];
+    }
     // Vs counts the shading points that are no backs. They come first in the bake's order, and their triangles come
     // first here.
     std::size_t pointCount() const { return positions.size() / (two_sided ? 2 : 1); }
@@ -130,7 +142,7 @@ struct AnimationView {
     }
 };
 
-// Clusters follow one another and cover all vertices.
+// Clusters follow one another and cover all vertices but the followers.
 struct ClusterView {
     int joint = 0;
     std::uint32_t first_vertex = 0, vertex_count = 0;

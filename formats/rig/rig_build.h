@@ -93,6 +93,12 @@ constexpr std::size_t kMaxSourceVertices = std::size_t(1) << 24;
 // Texture coordinates as large as this are refused: a float that large does not tell which texel it means.
 constexpr double kFarthestUv = 1e6;
 
+// Gives back the memory of a list, which an assignment of {} would keep.
+template <class T>
+void giveBack(std::vector<T>& list) {
+    std::vector<T>().swap(list);
+}
+
 // Throw InvalidInput "FILE: WHAT" and "FILE: node 'NAME': WHAT".
 [[noreturn]] void failAtFile(const std::filesystem::path& file, const std::string& what);
 [[noreturn]] void failAtNode(const RigSource& source, int node, const std::string& what);
@@ -171,8 +177,8 @@ struct WeldedPoints {
 };
 // Fills mesh and the joints and weights of skin, and drops triangles without area. A place with several normals has
 // several shading points (rig_normals.h), and so has one of several slots; their rest positions and skin rows have the
-// same bits.
-WeldedPoints weldVertices(const SourceVertices& vertices, const RigOptions& options, Mesh& mesh, Skin& skin);
+// same bits. Of `vertices` only morphs, slots and parts are left, as a scan would not fit twice.
+WeldedPoints weldVertices(SourceVertices& vertices, const RigOptions& options, Mesh& mesh, Skin& skin);
 
 // Gives the triangles of double-sided materials backs, which are points and triangles like any other, behind all
 // others. rest_normals and morph targets are known. A triangle that has one in the file gets none, nor does a surface

@@ -81,6 +81,13 @@ Rig buildRig(RigSource& source, const RigOptions& options) {
     const JointTable table = chooseJoints(source);
     Rig rig;
     SourceVertices vertices = gatherVertices(source, table);
+    for (SourcePart& part : source.parts) {  // gathered, and of a scan the most by far
+        giveBack(part.positions);
+        giveBack(part.normals);
+        giveBack(part.triangles);
+        giveBack(part.joints);
+        giveBack(part.weights);
+    }
     const double diagonal = characterDiagonal(vertices.triangles, vertices.positions);
     if (!std::isfinite(diagonal) || !(diagonal > 0))
         throw InvalidInput(source.file.string() + ": its vertices are all at one place, or not finite");

@@ -115,69 +115,6 @@ void convertSkins(Importer& importer) {
     }
 }
 
-std::vector<std::uint32_t> readIndices(const Importer& importer, const tinygltf::Primitive& primitive,
-                                       std::size_t vertices, const std::string& where) {
-    std::vector<std::uint32_t> indices;
-    if (primitive.indices < 0) {
-        for (std::size_t i = 0; i < vertices; ++i) indices.push_back(std::uint32_t(i));
-        return indices;
-    }
-    const AccessorValues values = readAccessor(importer.file, primitive.indices, where + " indices");
-    if (values.components != 1) importer.fail(where + ": indices are not scalars");
-    for (const double v : values.values) {
-        if (!(v >= 0) || v >= double(vertices) || v != std::floor(v))
-            importer.fail(where + ": index " + std::to_string(std::int64_t(v)) + " of " + std::to_string(vertices) +
-                          " vertices");
-        indices.push_back(std::uint32_t(v));
-    }
-    return indices;
-}
-
-std::vector<Triangle> readTriangles(const Importer& importer, const tinygltf::Primitive& primitive,
-                                    std::size_t vertices, const std::string& where) {
-    const std::vector<std::uint32_t> i = readIndices(importer, primitive, vertices, where);
-    std::vector<Triangle> triangles;
-    if (primitive.mode == TINYGLTF_MODE_TRIANGLES) {
-        if (i.size() % 3 != 0) importer.fail(where + ": the number of indices is not a multiple of 3");
-        for (std::size_t k = 0; k + 2 < i.size(); k += 3) triangles.push_back({i[k], i[k + 1], i[k + 2]});
-    } else if (primitive.mode == TINYGLTF_MODE_TRIANGLE_STRIP) {  // every other triangle is turned: glTF 2.0, 3.7.2.1
-        for (std::size_t k = 0; k + 2 < i.size(); ++k) triangles.push_back({i[k], i[k + 1 + k % 2], i[k + 2 - k % 2]});
-    } else {
-        for (std::size_t k = 1; k + 1 < i.size(); ++k) triangles.push_back({i[k], i[k + 1], i[0]});
-    }
-    return triangles;
-}
-
-// Reads JOINTS_n and WEIGHTS_n for n = 0, 1, ..., which have four influences each.
-void readInfluences(const Importer& importer, const tinygltf::Primitive& primitive, const std::string& where,
-                    SourcePart& part) {
-    std::vector<AccessorValues> joints, weights;
-    for (int n = 0;; ++n) {
-        const auto j = primitive.attributes.find("JOINTS_" + std::to_string(n));
-        const auto w = primitive.attributes.find("WEIGHTS_" + std::to_string(n));
-        if (j == primitive.attributes.end() && w == primitive.attributes.end()) break;
-        if (j == primitive.attributes.end() || w == primitive.attributes.end())
-            importer.fail(where + ": has only one of JOINTS_" + std::to_string(n) + " and WEIGHTS_" +
-                          std::to_string(n));
-        joints.push_back(readAccessor(importer.file, j->second, where + " " + j->first));
-        weights.push_back(readAccessor(importer.file, w->second, where + " " + w->first));
-        for (const AccessorValues* a : {&joints.back(), &weights.back()})
-            if (a->components != 4 || a->count() != part.positions.size())
-                importer.fail(where + ": " + j->first + " and " + w->first + " do not have 4 numbers for every vertex");
-    }
-    if (joints.empty()) importer.fail(where + ": has a skin but no JOINTS_0 and WEIGHTS_0");
-    part.influences = 4 * int(joints.size());
-    for (std::size_t v = 0; v < part.positions.size(); ++v)
-        for (std::size_t set = 0; set < joints.size(); ++set)
-            for (std::size_t k = 4 * v; k < 4 * v + 4; ++k) {
-                const double joint = joints[set].values[k];
-                if (joint < 0 || joint > 65535)
-                    importer.fail(where + ": vertex " + std::to_string(v) + " names a wrong joint");
-                part.joints.push_back(std::uint32_t(joint));
-                part.weights.push_back(weights[set].values[k]);
-            }
-}
-
 std::string materialName(const GltfFile& file, int material) {
     if (material < 0 || std::size_t(material) >= file.materials.size()) return kDefaultSlot;
     const std::string& name = file.materials[std::size_t(material)].name;
@@ -204,19 +141,21 @@ void convertPrimitive(Importer& importer, const tinygltf::Node& node, int our_no
                       const tinygltf::Primitive& primitive, const std::string& where) {
     const auto position = primitive.attributes.find("POSITION");
     if (position == primitive.attributes.end()) importer.fail(where + ": has no POSITION");
-    const AccessorValues values = readAccessor(importer.file, position->second, where + " POSITION");
+    AccessorValues values = readAccessor(importer.file, position->second, where + " POSITION");
     if (values.components != 3) importer.fail(where + ": POSITION does not have 3 numbers for a vertex");
     SourcePart part;
     part.node = our_node;
     part.skin = node.skin;
     part.material = materialName(importer.file, primitive.material);
+    part.positions.reserve(values.count());
     for (std::size_t v = 0; v < values.count(); ++v)
         part.positions.push_back(toFloat({values.values[3 * v], values.values[3 * v + 1], values.values[3 * v + 2]}));
+    values = {};
     readNormals(importer.file, primitive, where, importer.source, part);
-    part.triangles = readTriangles(importer, primitive, part.positions.size(), where);
+    part.triangles = readTriangles(importer.file, primitive, part.positions.size(), where);
     readPartColor(importer.file, primitive, where, part);
     noteEffects(importer, primitive, our_node);
-    if (node.skin >= 0) readInfluences(importer, primitive, where, part);
+    if (node.skin >= 0) readInfluences(importer.file, primitive, where, part);
     readMorphTargets(importer.file, node, primitive, where, part);
     noteTargets(primitive, importer.file.path, importer.source.nodes[std::size_t(our_node)].name,
                 importer.source.notes);

@@ -72,6 +72,13 @@ AccessorValues readAnyNumbers(const GltfFile& file, int accessor, const std::str
 
 struct SourcePart;
 struct RigSource;
+// Reads triangles of a list, a strip or a fan, of `vertices` vertices.
+std::vector<Triangle> readTriangles(const GltfFile& file, const tinygltf::Primitive& primitive, std::size_t vertices,
+                                    const std::string& where);
+// Reads JOINTS_n and WEIGHTS_n for n = 0, 1, ..., which have four influences each.
+void readInfluences(const GltfFile& file, const tinygltf::Primitive& primitive, const std::string& where,
+                    SourcePart& part);
+
 // Reads NORMAL of a primitive whose positions are already read, if it has it.
 void readNormals(const GltfFile& file, const tinygltf::Primitive& primitive, const std::string& where,
                  RigSource& source, SourcePart& part);

@@ -36,8 +36,12 @@ struct Loader {
 Bytes readBytes(const std::filesystem::path& path) {
     checkReadable(path);
     std::ifstream in(path, std::ios::binary);
-    Bytes bytes((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
-    if (in.bad()) throw IoError("cannot read " + path.string());
+    std::error_code error;
+    const std::uintmax_t size = std::filesystem::file_size(path, error);
+    Bytes bytes(error ? 0 : std::size_t(size));  // at once: bytes that are appended take up to three times their size
+    in.read(reinterpret_cast<char*>(bytes.data()), std::streamsize(bytes.size()));
+    bytes.resize(std::size_t(in.gcount()));
+    if (in.bad() || !in.is_open()) throw IoError("cannot read " + path.string());
     return bytes;
 }
 
@@ -60,7 +64,7 @@ constexpr std::uint32_t kMagicGlb = 0x46546C67, kChunkJson = 0x4E4F534A, kChunkB
 
 // Splits 12 bytes of header (magic, version, length), then chunks of (length, type, bytes): JSON first, BIN second or
 // absent.
-Container splitGlb(const Loader& loader, const Bytes& bytes) {
+Container splitGlb(const Loader& loader, Bytes&& bytes) {
     if (bytes.size() < 20) loader.fail("is cut short: no room for the header of a GLB");
     if (loadU32(bytes, 4) != 2) loader.fail("is GLB version " + std::to_string(loadU32(bytes, 4)) + ", not 2");
     const std::size_t length = loadU32(bytes, 8);
@@ -75,15 +79,17 @@ Container splitGlb(const Loader& loader, const Bytes& bytes) {
     const std::size_t binary_size = loadU32(bytes, next);
     if (loadU32(bytes, next + 4) != kChunkBinary) return out;
     if (binary_size > length - next - 8) loader.fail("its BIN chunk is cut short");
-    out.binary.assign(bytes.begin() + std::ptrdiff_t(next + 8), bytes.begin() + std::ptrdiff_t(next + 8 + binary_size));
+    bytes.resize(next + 8 + binary_size);
+    bytes.erase(bytes.begin(), bytes.begin() + std::ptrdiff_t(next + 8));  // in place: a scan has hundreds of megabytes
+    out.binary = std::move(bytes);
     out.has_binary = true;
     return out;
 }
 
 Container readContainer(const Loader& loader) {
-    const Bytes bytes = readBytes(loader.path);
+    Bytes bytes = readBytes(loader.path);
     if (bytes.empty()) loader.fail("is empty");
-    if (bytes.size() >= 4 && loadU32(bytes, 0) == kMagicGlb) return splitGlb(loader, bytes);
+    if (bytes.size() >= 4 && loadU32(bytes, 0) == kMagicGlb) return splitGlb(loader, std::move(bytes));
     if (loader.path.extension() == ".glb") loader.fail("is not a GLB file");
     return {parseJson(loader, reinterpret_cast<const char*>(bytes.data()), bytes.size()), {}, false};
 }
@@ -145,6 +151,11 @@ const Json* meshoptExtension(const Json& object) {
     return meshopt == extensions->end() ? nullptr : &*meshopt;
 }
 
+bool hasCompressedViews(const Json& document) {
+    const Json views = document.value("bufferViews", Json::array());
+    return std::any_of(views.begin(), views.end(), [](const Json& view) { return meshoptExtension(view) != nullptr; });
+}
+
 Bytes readBuffer(Loader& loader, Container& container, std::size_t index) {
     const Json& buffer = container.document["buffers"][index];
     const std::string where = "buffer " + std::to_string(index);
@@ -165,7 +176,9 @@ Bytes readBuffer(Loader& loader, Container& container, std::size_t index) {
     return bytes;
 }
 
-std::span<const unsigned char> viewBytes(const Loader& loader, const std::vector<Bytes>& buffers, const Json& view,
+using Buffers = std::vector<std::span<const unsigned char>>;
+
+std::span<const unsigned char> viewBytes(const Loader& loader, const Buffers& buffers, const Json& view,
                                          const std::string& where) {
     const std::size_t buffer = sizeField(loader, view, "buffer", where);
     if (buffer >= buffers.size())
@@ -174,11 +187,10 @@ std::span<const unsigned char> viewBytes(const Loader& loader, const std::vector
     const std::size_t size = sizeField(loader, view, "byteLength", where);
     if (offset > buffers[buffer].size() || size > buffers[buffer].size() - offset)
         loader.fail(where + " reaches beyond its buffer");
-    return std::span(buffers[buffer]).subspan(offset, size);
+    return buffers[buffer].subspan(offset, size);
 }
 
-Bytes decodeView(const Loader& loader, const std::vector<Bytes>& buffers, const Json& extension,
-                 const std::string& where) {
+Bytes decodeView(const Loader& loader, const Buffers& buffers, const Json& extension, const std::string& where) {
     const MeshoptView view{.count = sizeField(loader, extension, "count", where),
                            .stride = sizeField(loader, extension, "byteStride", where),
                            .mode = extension.value("mode", ""),
@@ -192,12 +204,20 @@ Bytes decodeView(const Loader& loader, const std::vector<Bytes>& buffers, const 
 // Puts all buffers behind one another into one. Buffer views move along, and compressed ones are decoded to the end.
 Bytes mergeBuffers(Loader& loader, Container& container) {
     Json& document = container.document;
-    std::vector<Bytes> buffers;
+    std::vector<Bytes> owned;
     for (std::size_t i = 0; i < document.value("buffers", Json::array()).size(); ++i)
-        buffers.push_back(readBuffer(loader, container, i));
+        owned.push_back(readBuffer(loader, container, i));
     Bytes merged;
     std::vector<std::size_t> start_of_buffer;
-    for (const Bytes& buffer : buffers) {
+    Buffers buffers(owned.begin(), owned.end());
+    if (owned.size() == 1 && !hasCompressedViews(document)) {
+        // Nothing will be appended: the buffer is moved, not copied.
+        merged = std::move(owned.front());
+        owned.clear();
+        buffers = {merged};
+        start_of_buffer = {0};
+    }
+    for (const Bytes& buffer : owned) {
         start_of_buffer.push_back(merged.size());
         merged.insert(merged.end(), buffer.begin(), buffer.end());
     }

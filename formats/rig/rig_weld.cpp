@@ -13,12 +13,12 @@
 // (rig_normals.h). formats/README.md describes the mesh; docs/formulas.md derives nothing here.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
-#include <unordered_map>
+#include <span>
 
 #include "formats/common/errors.h"
 #include "formats/common/mesh_places.h"
+#include "formats/rig/point_grid.h"
 #include "formats/rig/rig_normals.h"
 
 namespace penumbra {
@@ -89,6 +89,28 @@ Vec3 placedPosition(const RigSource& source, const SourcePart& part, const Matri
     return p;
 }
 
+// The influences of all vertices, row after row. A list for each vertex would take four times as much.
+class InfluenceRows {
+public:
+    struct Stored {
+        int joint;
+        float weight;
+    };
+    void push_back(const std::vector<Influence>& list) {
+        for (const Influence& i : list) all_.push_back({i.joint, float(i.weight)});
+        end_.push_back(all_.size());
+    }
+    std::size_t size() const { return end_.size(); }
+    std::span<const Stored> operator[](std::size_t v) const {
+        const std::size_t begin = v > 0 ? end_[v - 1] : 0;
+        return std::span(all_).subspan(begin, end_[v] - begin);
+    }
+
+private:
+    std::vector<Stored> all_;
+    std::vector<std::size_t> end_;
+};
+
 // Brings the normals of a part, which has some, to the space of the rest positions: by the inverse transpose of its
 // placement (the cofactor, without its length), and with the side that stays outside, as the winding below.
 void placeNormals(const SourcePart& part, const Matrix& placement, const std::vector<bool>& turned,
@@ -106,15 +128,16 @@ void placeNormals(const SourcePart& part, const Matrix& placement, const std::ve
 }
 
 // Packs rows of K influences, padded with joint 0 of weight 0.
-void packInfluences(const std::vector<std::vector<Influence>>& influences, SourceVertices& out) {
-    for (const auto& list : influences) out.influences = std::max(out.influences, int(list.size()));
+void packInfluences(const InfluenceRows& influences, SourceVertices& out) {
+    for (std::size_t v = 0; v < influences.size(); ++v)
+        out.influences = std::max(out.influences, int(influences[v].size()));
     const std::size_t k = std::size_t(out.influences);
     out.joints.assign(influences.size() * k, 0);
     out.weights.assign(influences.size() * k, 0);
     for (std::size_t v = 0; v < influences.size(); ++v)
         for (std::size_t i = 0; i < influences[v].size(); ++i) {
             out.joints[v * k + i] = std::uint16_t(influences[v][i].joint);
-            out.weights[v * k + i] = float(influences[v][i].weight);
+            out.weights[v * k + i] = influences[v][i].weight;
         }
 }
 
@@ -147,8 +170,8 @@ std::uint16_t slotOf(const RigSource& source, const SourcePart& part, std::vecto
 SourceVertices gatherVertices(const RigSource& source, const JointTable& table) {
     const std::vector<bool> mirrors = mirroringJoints(source, table);
     SourceVertices out;
+    InfluenceRows influences;
     out.morphs = planMorphs(source);
-    std::vector<std::vector<Influence>> influences;
     for (std::size_t p = 0; p < source.parts.size(); ++p) {
         const SourcePart& part = source.parts[p];
         const std::uint32_t first = std::uint32_t(out.positions.size());
@@ -200,47 +223,6 @@ bool sameWeights(const SourceVertices& vertices, std::size_t a, std::size_t b) {
     return true;
 }
 
-// Holds points in cubes of side `cell`. A look-up visits the cubes that the ball around a point reaches, which mostly
-// is one.
-class PointGrid {
-public:
-    PointGrid(double radius, double cell) : radius_(radius), cell_(cell) {}
-
-    void add(Vec3d p, std::uint32_t point) { points_of_cell_[keyOf(p)].push_back(point); }
-
-    template <class Accept>  // the first added point that `accept` takes, or none
-    std::uint32_t find(Vec3d p, const Accept& accept) const {
-        std::uint32_t best = kNone;
-        const Vec3d reach{radius_, radius_, radius_};
-        const Key low = keyOf(p - reach), high = keyOf(p + reach);
-        for (auto x = low[0]; x <= high[0]; ++x)
-            for (auto y = low[1]; y <= high[1]; ++y)
-                for (auto z = low[2]; z <= high[2]; ++z) {
-                    const auto cell = points_of_cell_.find({x, y, z});
-                    if (cell == points_of_cell_.end()) continue;
-                    for (const std::uint32_t point : cell->second)
-                        if (point < best && accept(point)) best = point;
-                }
-        return best;
-    }
-
-    static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
-
-private:
-    using Key = std::array<std::int64_t, 3>;
-    struct Hash {
-        std::size_t operator()(const Key& k) const {
-            return std::size_t(k[0]) * 73856093u ^ std::size_t(k[1]) * 19349663u ^ std::size_t(k[2]) * 83492791u;
-        }
-    };
-    Key keyOf(Vec3d p) const {
-        const auto index = [&](double v) { return std::int64_t(std::floor(v / cell_)); };
-        return {index(p.x), index(p.y), index(p.z)};
-    }
-
-    double radius_, cell_;
-    std::unordered_map<Key, std::vector<std::uint32_t>, Hash> points_of_cell_;
-};
 }  // namespace
 
 bool hasArea(const std::vector<Vec3>& positions, const Triangle& t) {
@@ -298,11 +280,27 @@ struct PointNumbers {
 PointNumbers numberPoints(const SourceVertices& vertices, const SplitVertices& split,
                           std::vector<std::uint32_t> joint) {
     PointNumbers out{std::move(joint), {}, std::vector<bool>(split.original.size(), split.triangles.empty())};
-    std::map<std::pair<std::uint32_t, std::uint16_t>, std::uint32_t> numbers;
+    // Nearly all joints have one slot. A tree of all would take much memory.
+    std::vector<std::uint32_t> first_point(out.joint.size(), PointGrid::kNone);
+    std::vector<std::uint16_t> first_slot(out.joint.size());
+    std::map<std::pair<std::uint32_t, std::uint16_t>, std::uint32_t> others;
+    std::uint32_t count = 0;
     for (std::size_t v = 0; v < out.joint.size(); ++v) {
+        const std::uint32_t of = out.joint[v];
         const std::uint16_t slot =
             vertices.slots.empty() ? std::uint16_t(0) : vertices.slot_of_vertex[split.original[v]];
-        out.point.push_back(numbers.try_emplace({out.joint[v], slot}, std::uint32_t(numbers.size())).first->second);
+        std::uint32_t& first = first_point[of];
+        if (first == PointGrid::kNone) {
+            first = count++;
+            first_slot[of] = slot;
+        }
+        if (first_slot[of] == slot) {
+            out.point.push_back(first);
+            continue;
+        }
+        const auto [found, is_new] = others.try_emplace({of, slot}, count);
+        if (is_new) ++count;
+        out.point.push_back(found->second);
     }
     for (const Triangle& t : split.triangles)
         for (const std::uint32_t corner : t) out.used[corner] = true;
@@ -340,6 +338,9 @@ std::vector<Vec3> smoothNormals(SplitVertices split, const PointNumbers& numbers
         if (point == PointGrid::kNone) point = numbers.point[v];
         first[numbers.point[v]] = point;
     }
+    bool one_slot = true;
+    for (std::uint32_t p = 0; p < first.size(); ++p) one_slot = one_slot && first[p] == p;
+    if (one_slot) return restNormals(split, numbers.point, mesh);
     Mesh joined;
     joined.rest_positions = mesh.rest_positions;
     joined.triangles = trianglesOfPlaces(mesh.triangles, first);
@@ -352,9 +353,18 @@ std::vector<Vec3> smoothNormals(SplitVertices split, const PointNumbers& numbers
     return normals;
 }
 
+// Frees what the points have copies of, which in a scan is as much as the points.
+void release(SourceVertices& vertices) {
+    giveBack(vertices.positions);
+    giveBack(vertices.normals);
+    giveBack(vertices.joints);
+    giveBack(vertices.weights);
+    giveBack(vertices.triangles);
+}
+
 }  // namespace
 
-WeldedPoints weldVertices(const SourceVertices& vertices, const RigOptions& options, Mesh& mesh, Skin& skin) {
+WeldedPoints weldVertices(SourceVertices& vertices, const RigOptions& options, Mesh& mesh, Skin& skin) {
     mesh = {};
     mesh.slots = vertices.slots;
     skin.influences = vertices.influences;
@@ -375,6 +385,7 @@ WeldedPoints weldVertices(const SourceVertices& vertices, const RigOptions& opti
         appendPoint(vertices, out.vertex_of_point.back(), out.first_of_place.back(), mesh, skin);
     }
     mesh.source_vertex.assign(points.begin(), points.begin() + std::ptrdiff_t(vertices.positions.size()));
+    release(vertices);
     // 2. Triangles follow their corners. Those that welding has made a line are dropped.
     for (const Triangle& t : split.triangles) {
         const Triangle welded{points[t[0]], points[t[1]], points[t[2]]};
@@ -382,6 +393,7 @@ WeldedPoints weldVertices(const SourceVertices& vertices, const RigOptions& opti
         mesh.triangles.push_back(welded);
         out.source_corners.push_back({split.original[t[0]], split.original[t[1]], split.original[t[2]]});
     }
+    giveBack(split.triangles);
     out.rest_normals = smoothNormals(split, numbers, mesh);
     out.against_winding = std::move(split.against_winding);
     return out;

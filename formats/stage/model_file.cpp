@@ -9,6 +9,7 @@
 #include "formats/common/errors.h"
 #include "formats/common/write_file.h"
 #include "formats/stage/clip_errors.h"
+#include "formats/stage/drawn_mesh_stored.h"
 #include "formats/stage/model_deforming.h"
 #include "formats/stage/morphs_stored.h"
 #include "formats/stage/part_fields_stored.h"
@@ -119,6 +120,7 @@ void writeModel(const std::filesystem::path& path, const Model& model) {
     writeMesh(file, model.mesh, model.rest_normals);
     writeVectors(file, "/mesh/rest_tangents", model.rest_tangents);
     writeSkin(file, model.skin);
+    if (model.drawn) writeDrawnMesh(file, *model.drawn);
     writeFrameList(file, model.frames);
     writeFloats(file, "/frames/bones", floatsOf(model.bones), {frames, joints, 3, 4});
     writeFloats(file, "/frames/pose", model.pose, {frames, hsize_t(model.pose_size)});
@@ -355,6 +357,7 @@ Model readModel(const std::filesystem::path& path) {
     model.rest_normals = readVectors(in, "/mesh/rest_normals", vertices);
     model.rest_tangents = readVectors(in, "/mesh/rest_tangents", vertices);
     model.skin = readSkin(in, vertices);
+    model.drawn = readDrawnMesh(in, model.mesh, model.skin);
     readFrames(in, model);
     readModelInputs(in, model);
     checkMorphInputs(in, model.mesh.morphs, model.input_names);

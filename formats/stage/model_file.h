@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "formats/common/drawn_mesh.h"
 #include "formats/common/file_format.h"
 #include "formats/common/mesh.h"
 #include "formats/common/model_kind.h"
@@ -132,6 +133,7 @@ struct Model {
     Mesh mesh;
     Skin skin;
     std::vector<Vec3> rest_normals;   // [V]
+    std::optional<DrawnMesh> drawn;   // as VisibilityHeader::drawn: what an asset draws
     std::vector<Vec3> rest_tangents;  // [V], unit, orthogonal to rest_normals, carried by the cluster joint's rotation
     FrameList frames;                 // all frames of the visibility file, training and held out
     std::vector<Affine> bones;        // [F, J]

@@ -97,36 +97,37 @@ std::vector<std::uint8_t> readBytes(const Hdf5Reader& in, const std::string& dat
     return {values.begin(), values.end()};
 }
 
-void writeOpacity(hid_t file, const Opacity& opacity) {
-    writeIndices(file, "/mesh/opacity_triangles", opacity.triangles);
-    writeBytes(file, "/mesh/opacity_pieces", opacity.pieces);
-    writeIndices(file, "/mesh/opacity_first", opacity.first);
-    writeBytes(file, "/mesh/opacity_values", opacity.values);
+}  // namespace
+
+void writeOpacity(hid_t file, const Opacity& opacity, const std::string& mesh) {
+    if (opacity.empty()) return;
+    writeIndices(file, mesh + "/opacity_triangles", opacity.triangles);
+    writeBytes(file, mesh + "/opacity_pieces", opacity.pieces);
+    writeIndices(file, mesh + "/opacity_first", opacity.first);
+    writeBytes(file, mesh + "/opacity_values", opacity.values);
 }
 
-// Reads which triangles do not stop all rays, which only few meshes have.
-Opacity readOpacity(const Hdf5Reader& in, const Mesh& mesh) {
+Opacity readOpacity(const Hdf5Reader& in, std::size_t triangles, const std::string& mesh) {
     Opacity out;
-    if (!exists(in, "/mesh/opacity_triangles")) return out;
-    const auto refuse = [&](const char* dataset, std::size_t at, const char* problem) {
+    if (!exists(in, mesh + "/opacity_triangles")) return out;
+    const auto refuse = [&](const std::string& dataset, std::size_t at, const char* problem) {
         throw InvalidInput(in.name + ": " + dataset + ": row " + std::to_string(at) + " " + problem);
     };
-    out.triangles = readIndices(in, "/mesh/opacity_triangles", 0, mesh.frontTriangleCount());
-    out.values = readBytes(in, "/mesh/opacity_values", 0, 0);
-    if (out.triangles.empty()) throw InvalidInput(in.name + ": /mesh/opacity_triangles: has no entry");
-    out.pieces = readBytes(in, "/mesh/opacity_pieces", out.triangles.size(), 1);
+    out.triangles = readIndices(in, mesh + "/opacity_triangles", 0, triangles);
+    out.values = readBytes(in, mesh + "/opacity_values", 0, 0);
+    if (out.triangles.empty()) throw InvalidInput(in.name + ": " + mesh + "/opacity_triangles: has no entry");
+    out.pieces = readBytes(in, mesh + "/opacity_pieces", out.triangles.size(), 1);
     out.first =
-        readIndices(in, "/mesh/opacity_first", out.triangles.size(), std::max<std::size_t>(out.values.size(), 1));
+        readIndices(in, mesh + "/opacity_first", out.triangles.size(), std::max<std::size_t>(out.values.size(), 1));
     for (std::size_t a = 0; a < out.triangles.size(); ++a) {
-        if (a > 0 && out.triangles[a] <= out.triangles[a - 1]) refuse("/mesh/opacity_triangles", a, "does not ascend");
+        if (a > 0 && out.triangles[a] <= out.triangles[a - 1])
+            refuse(mesh + "/opacity_triangles", a, "does not ascend");
         const std::size_t n = out.pieces[a];
-        if (n > kMaxOpacityPieces) refuse("/mesh/opacity_pieces", a, "has too many pieces");
-        if (out.first[a] + n * n > out.values.size()) refuse("/mesh/opacity_first", a, "reaches behind the values");
+        if (n > kMaxOpacityPieces) refuse(mesh + "/opacity_pieces", a, "has too many pieces");
+        if (out.first[a] + n * n > out.values.size()) refuse(mesh + "/opacity_first", a, "reaches behind the values");
     }
     return out;
 }
-
-}  // namespace
 
 void writeMesh(hid_t file, const Mesh& mesh, const std::vector<Vec3>& rest_normals) {
     std::vector<std::int64_t> corners;
@@ -137,7 +138,7 @@ void writeMesh(hid_t file, const Mesh& mesh, const std::vector<Vec3>& rest_norma
     writeVectors(file, "/mesh/rest_normals", rest_normals);
     if (mesh.two_sided) writeIntegerAttribute(file, "/", "two_sided", 1);
     writeMorphs(file, mesh.morphs);
-    if (!mesh.opacity.empty()) writeOpacity(file, mesh.opacity);
+    writeOpacity(file, mesh.opacity, "/mesh");
     if (mesh.slots.empty()) return;
     writeStrings(file, "/mesh/slots", mesh.slots);
     writeIntegers(file, "/mesh/slot_of_vertex",
@@ -163,7 +164,7 @@ void readSlots(const Hdf5Reader& in, Mesh& mesh) {
 // Checks the pairing of fronts and backs, on which everything downstream relies.
 void checkTwoSided(const Hdf5Reader& in, const Mesh& mesh) {
     const std::size_t fronts = mesh.frontVertexCount(), triangles = mesh.frontTriangleCount();
-    const auto refuse = [&](const char* dataset, std::size_t at, const char* problem) {
+    const auto refuse = [&](const std::string& dataset, std::size_t at, const char* problem) {
         throw InvalidInput(in.name + ": " + dataset + ": two-sided, but row " + std::to_string(at) + " " + problem);
     };
     if (2 * fronts != mesh.vertexCount() || 2 * triangles != mesh.triangles.size())
@@ -199,7 +200,7 @@ Mesh readMesh(const Hdf5Reader& in) {
     mesh.two_sided = hasAttribute(in, "/", "two_sided") && readIntegerAttribute(in, "/", "two_sided", 0, 1) == 1;
     if (mesh.two_sided) checkTwoSided(in, mesh);
     mesh.morphs = readMorphs(in, vertices);
-    mesh.opacity = readOpacity(in, mesh);
+    mesh.opacity = readOpacity(in, mesh.frontTriangleCount(), "/mesh");
     return mesh;
 }
 

@@ -22,6 +22,10 @@ int readRoot(const Hdf5Reader& in, const FileFormat& format, Provenance& provena
 
 // Writes also the root attribute two_sided where it is true.
 void writeMesh(hid_t file, const Mesh& mesh, const std::vector<Vec3>& rest_normals);
+// Write and read which of `triangles` front triangles do not stop all rays, which only few meshes have. `mesh` is the
+// group of the mesh.
+void writeOpacity(hid_t file, const Opacity& opacity, const std::string& mesh);
+Opacity readOpacity(const Hdf5Reader& in, std::size_t triangles, const std::string& mesh);
 Mesh readMesh(const Hdf5Reader& in);
 void writeSkin(hid_t file, const Skin& skin);
 Skin readSkin(const Hdf5Reader& in, std::size_t vertices);

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "formats/common/drawn_mesh.h"
 #include "formats/common/file_format.h"
 #include "formats/common/mesh.h"
 #include "formats/common/provenance.h"
@@ -66,6 +67,7 @@ struct VisibilityHeader {
     std::optional<Skin> skin;
     // [V] rest normals that skinVertices() turned into the frames' normals (/mesh/rest_normals)
     std::vector<Vec3> rest_normals;
+    std::optional<DrawnMesh> drawn;  // set where the mesh is a choice of points of a denser one, which blocked the rays
     FrameList frames;
     std::optional<ShardPlace> shard;  // set for a bake of some frames
     int pose_size = 0;                // P, inputs included

@@ -1,6 +1,7 @@
 #include "formats/stage/visibility_header.h"
 
 #include "formats/common/errors.h"
+#include "formats/stage/drawn_mesh_stored.h"
 #include "formats/stage/morphs_stored.h"
 
 namespace penumbra {
@@ -45,6 +46,7 @@ void writeVisibilityHeader(hid_t file, const VisibilityHeader& header) {
     if (!header.edges.empty()) writeEdges(file, header.edges);
     if (!header.input_names.empty()) writeStrings(file, "/inputs/names", header.input_names);
     if (header.skin) writeSkin(file, *header.skin);
+    if (header.drawn) writeDrawnMesh(file, *header.drawn);
     writeFrameList(file, header.frames);
     if (header.shard) writeShard(file, *header.shard);
 }
@@ -174,6 +176,7 @@ VisibilityHeader readVisibilityHeader(const Hdf5Reader& in) {
     if (exists(in, "/inputs")) header.input_names = readInputNames(in);
     checkMorphInputs(in, header.mesh.morphs, header.input_names);
     if (exists(in, "/skin")) header.skin = readSkin(in, vertices);
+    if (header.skin) header.drawn = readDrawnMesh(in, header.mesh, *header.skin);
     header.frames = readFrameList(in);
     if (exists(in, "/shard")) header.shard = readShard(in, header.frames);
     if (exists(in, kLocal)) header.local = readLocalMoments(in);

@@ -15,6 +15,8 @@ struct AssetPlaces {
     std::uint32_t cluster_of_vertex = 0, clusters = 0;
     std::uint32_t part_of_vertex = 0;  // only of a composed asset
     std::uint32_t other_side = 0;      // only of a two-sided mesh with membranes: a word a vertex
+    // Of a dense mesh: the first vertex that follows points (0: none does), and 3 words of each such vertex.
+    std::uint32_t first_follower = 0, point_corners = 0, point_weights = 0;
 };
 constexpr std::uint32_t kClusterWords = 8;
 

@@ -179,6 +179,11 @@ void GlAsset::uploadArrays(const Evaluator* evaluator, const ShadingSet* shading
     places.clusters = arrays.place(std::span<const std::uint32_t>(table));
     if (asset_->model.composition) places.part_of_vertex = arrays.place(asset_->model.composition->part_of_vertex);
     if (shading) places.other_side = arrays.place(shading->otherSides());
+    if (!mesh.follower_corners.empty()) {
+        places.first_follower = std::uint32_t(mesh.firstFollower());
+        places.point_corners = arrays.place(mesh.follower_corners);
+        places.point_weights = arrays.place(mesh.follower_weights);
+    }
     arrays_ = arrays.upload();
     bytes_ += arrays.bytes();
 }

@@ -183,6 +183,11 @@ std::string evaluateSource(const ShaderRecipe& recipe) {
                           precisionOf("BASIS", recipe.basis, 7);
     defines += evaluatedQuads(recipe.sunlit);
     if (recipe.slots) defines += "#define HAS_SLOTS\n";
+    const bool followers = recipe.asset.first_follower > 0 && showsVisibility(recipe.channel);
+    if (followers)
+        defines += define("FIRST_FOLLOWER", recipe.asset.first_follower) +
+                   define("POINT_CORNERS", recipe.asset.point_corners) +
+                   define("POINT_WEIGHTS", recipe.asset.point_weights);
     if (recipe.deforming) defines += "#define DEFORMING\n";
     if (recipe.channel == Channel::kShaded && recipe.shading->membranes) defines += "#define HAS_MEMBRANES\n";
     const bool composed = recipe.far && showsVisibility(recipe.channel);
@@ -200,6 +205,7 @@ std::string evaluateSource(const ShaderRecipe& recipe) {
     if (recipe.casts) defines += define("CAST_SETS", recipe.heights ? 2 : 1);
     std::string generated;
     if (showsVisibility(recipe.channel)) generated = ambientGlsl(recipe.convention);
+    if (followers) generated += followGlsl(recipe.convention);
     if (recipe.casts) generated += castAmbientGlsl() + castNumbersGlsl(recipe.convention);
     if (recipe.channel == Channel::kShaded) generated += shadingGlsl(*recipe.shading);
     if (recipe.sunlit) generated += sightGlsl(recipe.convention);

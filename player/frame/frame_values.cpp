@@ -41,6 +41,10 @@ void evaluateNumbers(const Evaluator& evaluator, int threads, FrameVertices& ver
     vertices.numbers.resize(evaluator.vertexCount() * std::size_t(evaluator.asset().model.stride));
     parallelFor(evaluator.clusterCount(), threads,
                 [&](std::size_t cluster) { evaluator.evaluateCluster(cluster, vertices.numbers); });
+    const std::size_t first = evaluator.firstFollower();
+    overVertices(evaluator.vertexCount() - first, threads, [&](std::size_t begin, std::size_t end) {
+        evaluator.follow(first + begin, first + end, {vertices.normals, vertices.tangents}, vertices.numbers);
+    });
 }
 
 void evaluateIndirect(const Evaluator& evaluator, int threads, std::vector<float>& indirect) {
@@ -105,13 +109,9 @@ std::vector<std::uint32_t> clusterOfVertex(const AssetView& asset) {
         const ClusterView& cluster = asset.model.clusters[c];
         std::fill_n(cluster_of_vertex.begin() + cluster.first_vertex, cluster.vertex_count, std::uint32_t(c));
     }
+    for (std::size_t v = asset.mesh.firstFollower(); v < cluster_of_vertex.size(); ++v)
+        cluster_of_vertex[v] = cluster_of_vertex[asset.mesh.leaderOf(v)];
     return cluster_of_vertex;
-}
-
-std::size_t clusterAt(const ModelView& model, std::size_t vertex) {
-    std::size_t c = 0;
-    while (vertex >= model.clusters[c].first_vertex + model.clusters[c].vertex_count) ++c;
-    return c;
 }
 
 std::vector<Vec3> channelValues(const Shot& shot, Channel channel, const ShadingSet* shading,

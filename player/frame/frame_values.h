@@ -53,8 +53,7 @@ std::vector<Vec3> channelValues(const Shot& shot, Channel channel, const Shading
                                 int threads);
 // The channel kTransferError is not among these (transfer_error.h).
 
-// Returns the cluster of every vertex, or of one.
+// Returns clusterAt() of every vertex.
 std::vector<std::uint32_t> clusterOfVertex(const AssetView& asset);
-std::size_t clusterAt(const ModelView& model, std::size_t vertex);
 
 }  // namespace penumbra

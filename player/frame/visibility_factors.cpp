@@ -26,16 +26,19 @@ VisibilityFactor factorOf(FactorChoice choice, const Convention& convention, std
     return {choice, convention, {used.begin(), used.end()}, ambientOf(convention, used)};
 }
 
-// Evaluates factors of one vertex.
+// Evaluates factors of one vertex; of one that follows points those of the point that it has most of.
 class VertexFactors {
 public:
     VertexFactors(const Evaluator& evaluator, std::size_t vertex)
-        : evaluator_(evaluator), model_(evaluator.asset().model), vertex_(vertex), cluster_(clusterAt(model_, vertex)) {
+        : evaluator_(evaluator),
+          model_(evaluator.asset().model),
+          vertex_(evaluator.asset().mesh.leaderOf(vertex)),
+          cluster_(clusterAt(evaluator.asset(), vertex)) {
         if (!evaluator.composed()) return;
         const std::size_t count = evaluator.vertexCount();
         std::vector<Vec3> positions(count), normals(count), tangents(count);
-        evaluator.skin(vertex, vertex + 1, positions, normals, tangents);
-        receiver_ = {positions[vertex], normals[vertex], tangents[vertex]};
+        evaluator.skin(vertex_, vertex_ + 1, positions, normals, tangents);
+        receiver_ = {positions[vertex_], normals[vertex_], tangents[vertex_]};
     }
 
     VisibilityFactor whole() const {

@@ -32,14 +32,22 @@ std::size_t castOnCharacter(const CastShadow& cast, CasterChoice choice, const E
                             const CastReceivers& vertices, int threads, std::vector<float>& mirrored) {
     mirrored.resize(vertices.positions.size() * kFarNumbers);
     const std::vector<ClusterView>& clusters = character.asset().model.clusters;
-    std::vector<std::size_t> seen(clusters.size());
-    parallelFor(clusters.size(), threads, [&](std::size_t c) {
-        const std::size_t begin = clusters[c].first_vertex, end = begin + clusters[c].vertex_count;
-        const auto at = [&](std::size_t v) {
-            return Receiver{vertices.positions[v], vertices.normals[v], vertices.tangents[v]};
-        };
-        seen[c] = castOnCluster(cast, choice, {character, c, begin, end}, at,
-                                std::span(mirrored).subspan(begin * kFarNumbers, (end - begin) * kFarNumbers));
+    const std::size_t count = vertices.positions.size(), first = character.firstFollower();
+    std::vector<std::size_t> seen(clusters.size() + (count - first + kPiece - 1) / kPiece);
+    const auto at = [&](std::size_t v) {
+        return Receiver{vertices.positions[v], vertices.normals[v], vertices.tangents[v]};
+    };
+    const auto rows = [&](std::size_t begin, std::size_t end) {
+        return std::span(mirrored).subspan(begin * kFarNumbers, (end - begin) * kFarNumbers);
+    };
+    parallelFor(seen.size(), threads, [&](std::size_t c) {
+        if (c < clusters.size()) {
+            const std::size_t begin = clusters[c].first_vertex, end = begin + clusters[c].vertex_count;
+            seen[c] = castOnCluster(cast, choice, {character, c, begin, end}, at, rows(begin, end));
+            return;
+        }
+        const std::size_t begin = first + (c - clusters.size()) * kPiece, end = std::min(count, begin + kPiece);
+        seen[c] = castOnFollowers(cast, choice, begin, end, at, rows(begin, end));
     });
     return std::accumulate(seen.begin(), seen.end(), std::size_t(0));
 }

@@ -119,12 +119,8 @@ void modelNumbers(uint row, out vec4 numbers[PENUMBRA_STRIDE4]) {
     penumbra_numbers(int(vertex - clusterWord(0u)), int(clusterWord(1u)), int(clusterWord(2u)), numbers);
 }
 
-void ownNumbers(PenumbraSurface s, uint character, out vec4 numbers[PENUMBRA_STRIDE4]) {
-    if (hasGivenNumbers()) {
-        uint first = (character * vertex_count + vertex) * PENUMBRA_STRIDE4;
-        for (uint q = 0u; q < PENUMBRA_STRIDE4; ++q) numbers[q] = given_numbers[first + q];
-        return;
-    }
+// Computes the numbers of a vertex that is of a cluster.
+void clusterNumbers(PenumbraSurface s, uint character, out vec4 numbers[PENUMBRA_STRIDE4]) {
     modelNumbers(cluster, numbers);
 #if defined(COMPOSED) && !defined(FAR_ANCHORS)
     farCompose(s, halfWord(PART_OF_VERTEX, vertex), character * ANCHOR_VALUES, numbers);
@@ -135,6 +131,41 @@ void ownNumbers(PenumbraSurface s, uint character, out vec4 numbers[PENUMBRA_STR
 #endif
 #endif
     penumbra_clamp_ambient(numbers);
+}
+
+#ifdef FIRST_FOLLOWER
+// Computes the numbers of a vertex that follows three points.
+void followedNumbers(PenumbraSurface s, uint character, out vec4 numbers[PENUMBRA_STRIDE4]) {
+    uint own_vertex = vertex, own_cluster = cluster, row = 3u * (vertex - FIRST_FOLLOWER);
+    for (uint q = 0u; q < PENUMBRA_STRIDE4; ++q) numbers[q] = vec4(0.0);
+    for (uint i = row; i < row + 3u; ++i) {
+        float weight = uintBitsToFloat(asset[POINT_WEIGHTS + i]);
+        if (weight == 0.0) continue;
+        vertex = asset[POINT_CORNERS + i];
+        cluster = asset[CLUSTER_OF_VERTEX + vertex];
+        PenumbraSurface point = surfaceOf(character);
+        vec4 of_point[PENUMBRA_STRIDE4];
+        clusterNumbers(point, character, of_point);
+        penumbra_add_point(of_point, penumbra_turn(point, s), weight, numbers);
+    }
+    vertex = own_vertex;
+    cluster = own_cluster;
+}
+#endif
+
+void ownNumbers(PenumbraSurface s, uint character, out vec4 numbers[PENUMBRA_STRIDE4]) {
+    if (hasGivenNumbers()) {
+        uint first = (character * vertex_count + vertex) * PENUMBRA_STRIDE4;
+        for (uint q = 0u; q < PENUMBRA_STRIDE4; ++q) numbers[q] = given_numbers[first + q];
+        return;
+    }
+#ifdef FIRST_FOLLOWER
+    if (vertex >= FIRST_FOLLOWER) {
+        followedNumbers(s, character, numbers);
+        return;
+    }
+#endif
+    clusterNumbers(s, character, numbers);
 }
 
 #ifdef BOUNCES

@@ -23,7 +23,7 @@ VertexFigures figuresOf(const Character& character, std::size_t vertex) {
     const ModelView& model = character.asset.model;
     const std::size_t first = vertex * std::size_t(model.stride), size = std::size_t(model.convention.size());
     VertexFigures figures;
-    figures.cluster = clusterAt(model, vertex);
+    figures.cluster = clusterAt(character.asset, vertex);
     figures.joint = character.asset.animation.joint_names[std::size_t(model.clusters[figures.cluster].joint)];
     figures.scores = character.posed.evaluator->scores(figures.cluster);
     if (character.posed.numbers.key()) {

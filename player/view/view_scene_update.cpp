@@ -235,7 +235,7 @@ namespace {
 void computeComponents(Character& character, std::size_t vertex, double milliseconds) {
     CharacterTimeline& timeline = character.timeline;
     timeline.score_ranges.compute(*timeline.evaluator, milliseconds);
-    const std::size_t cluster = clusterAt(character.asset.model, vertex);
+    const std::size_t cluster = clusterAt(character.asset, vertex);
     if (timeline.score_ranges.complete())
         timeline.components.update(cluster, [&](std::vector<ComponentFigures>& components) {
             components = timeline.score_ranges.figures(*timeline.evaluator, cluster);

@@ -391,6 +391,15 @@ penumbra_status penumbra_asset_get_light(const penumbra_asset* asset, size_t lig
     return PENUMBRA_OK;
 }
 
+penumbra_status penumbra_asset_get_followers(const penumbra_asset* asset, penumbra_followers* out) {
+    if (!asset || !out) return PENUMBRA_INVALID_ARGUMENT;
+    const MeshView& mesh = viewOf(asset)->mesh;
+    *out = {mesh.firstFollower(), mesh.follower_corners.size(),
+            mesh.follower_corners.empty() ? nullptr : mesh.follower_corners.front().data(),
+            mesh.follower_weights.empty() ? nullptr : mesh.follower_weights.front().data()};
+    return PENUMBRA_OK;
+}
+
 penumbra_status penumbra_asset_get_cluster(const penumbra_asset* asset, size_t cluster, penumbra_cluster* out) {
     if (!asset || !out || cluster >= viewOf(asset)->model.clusters.size()) return PENUMBRA_INVALID_ARGUMENT;
     const std::vector<ClusterView>& clusters = viewOf(asset)->model.clusters;

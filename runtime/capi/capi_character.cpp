@@ -294,6 +294,19 @@ penumbra_status penumbra_character_evaluate(const penumbra_character* character,
     });
 }
 
+penumbra_status penumbra_character_follow(const penumbra_character* character, const penumbra_vertices* vertices,
+                                          penumbra_error* error) {
+    return guarded(error, [&] {
+        requireCharacter(character, vertices);
+        const Evaluator& evaluator = character->evaluator;
+        const std::size_t all = evaluator.vertexCount(), stride = std::size_t(character->asset->view.model.stride);
+        const VertexFrames frames = framesOf(vertices, all, stride);
+        const std::size_t begin = std::max(frames.begin, evaluator.firstFollower());
+        if (begin >= frames.end) return;
+        evaluator.follow(begin, frames.end, {frames.normals, frames.tangents}, {vertices->coefficients, all * stride});
+    });
+}
+
 penumbra_status penumbra_character_skin(const penumbra_character* character, const penumbra_vertices* vertices,
                                         penumbra_error* error) {
     return guarded(error, [&] {

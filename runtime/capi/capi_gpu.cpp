@@ -57,6 +57,7 @@ penumbra_status penumbra_shading_get_glsl(const penumbra_shading* shading, char*
         const std::string glsl = "// Convention " + model.convention.name() + ", light order " +
                                  std::to_string(shading->layout.light_order) + "\n#define PENUMBRA_STRIDE4 " +
                                  std::to_string(model.stride / 4) + "\n" + ambientGlsl(model.convention) +
+                                 (shading->view.mesh.follower_corners.empty() ? "" : followGlsl(model.convention)) +
                                  shadingGlsl(shading->layout);
         copyGlsl(glsl, text, capacity, length);
     });

@@ -231,5 +231,10 @@ penumbra_status penumbra_scene_cast(const penumbra_scene* scene, size_t except, 
             if (castOnCluster(*scene->cast, allBut(except), {evaluator, c, begin, end}, at, mirrored) == 0) continue;
             castOn(*character, *vertices, begin, mirrored);
         }
+        const std::size_t begin = std::max(evaluator.firstFollower(), first_vertex);
+        if (begin >= last_vertex) return;
+        mirrored.resize((last_vertex - begin) * kFarNumbers);
+        if (castOnFollowers(*scene->cast, allBut(except), begin, last_vertex, at, mirrored) > 0)
+            castOn(*character, *vertices, begin, mirrored);
     });
 }

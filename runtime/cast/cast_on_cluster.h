@@ -1,5 +1,8 @@
 #pragma once
 // What casters hide from the vertices of a character, cluster by cluster.
+#include <algorithm>
+#include <array>
+
 #include "runtime/cast/cast_shadow.h"
 
 namespace penumbra {
@@ -51,6 +54,27 @@ std::size_t castOnCluster(const CastShadow& cast, CasterChoice choice, const Clu
     for (std::size_t i = 0; i < indices.size(); ++i)
         std::copy_n(rows.begin() + std::ptrdiff_t(i * kFarNumbers), kFarNumbers,
                     mirrored.begin() + std::ptrdiff_t((indices[i] - part.begin) * kFarNumbers));
+    return seen;
+}
+
+// Does the same for vertices [begin, end) that follow points. They are of no cluster and share no anchors.
+template <class At>
+std::size_t castOnFollowers(const CastShadow& cast, CasterChoice choice, std::size_t begin, std::size_t end,
+                            const At& at, std::span<float> mirrored) {
+    constexpr std::size_t kPiece = 64;
+    std::array<Vec3, kPiece> positions, normals, tangents;
+    std::size_t seen = 0;
+    for (std::size_t first = begin; first < end; first += kPiece) {
+        const std::size_t n = std::min(kPiece, end - first);
+        for (std::size_t i = 0; i < n; ++i) {
+            const Receiver one = at(first + i);
+            positions[i] = one.position;
+            normals[i] = one.normal;
+            tangents[i] = one.tangent;
+        }
+        seen += cast.evaluate({{positions.data(), n}, {normals.data(), n}, {tangents.data(), n}}, choice,
+                              mirrored.subspan((first - begin) * kFarNumbers, n * kFarNumbers));
+    }
     return seen;
 }
 

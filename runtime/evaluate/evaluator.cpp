@@ -45,6 +45,7 @@ Evaluator::Shared::Shared(const AssetView& asset)
     ambientWeights(asset.model.convention,
                    std::span(ambient_weights).first(std::size_t(asset.model.convention.size())));
     for (float weight : ambient_weights) ambient_norm2 += weight * weight;
+    if (!asset.mesh.follower_corners.empty()) turns = turnsOf(asset.model.convention);
 }
 
 Evaluator::Evaluator(const AssetView& asset)
@@ -88,7 +89,7 @@ void Evaluator::setPose(std::span<const Affine> bones, std::span<const float> po
         if (!residual_.empty()) residual_.regress(c, seen);
         if (!indirect_.empty()) indirect_.regress(c, seen);
     }
-    out_of_range_ = std::sqrt(out_of_range / double(vertexCount()));
+    out_of_range_ = std::sqrt(out_of_range / double(firstFollower()));
     if (far_) far_->setPose(features_.bones());
     if (transfer_) transfer_->setPose(pose);
 }
@@ -120,6 +121,11 @@ void Evaluator::evaluateCluster(std::size_t cluster, std::span<float> coefficien
     if (!far_) return model_.combine(path_, cluster, clamp(), coefficients.data() + view.first_vertex * stride);
     evaluateFar(cluster, far_factors_);
     composeCluster(cluster, far_factors_, coefficients);
+}
+
+void Evaluator::follow(std::size_t begin, std::size_t end, const FollowedFrames& frames,
+                       std::span<float> coefficients) const {
+    followPoints(asset_->mesh, shared_->turns, begin, end, frames, std::size_t(asset_->model.stride), coefficients);
 }
 
 void Evaluator::evaluateFar(std::size_t cluster, std::span<float> far) const {

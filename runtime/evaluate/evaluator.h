@@ -12,6 +12,7 @@
 #include "runtime/evaluate/cluster_scores.h"
 #include "runtime/evaluate/deformation.h"
 #include "runtime/evaluate/far_evaluator.h"
+#include "runtime/evaluate/followers.h"
 #include "runtime/evaluate/morphed_rest.h"
 #include "runtime/evaluate/pose_features.h"
 #include "runtime/papers/transfer_evaluator.h"
@@ -70,6 +71,12 @@ public:
     // Writes coefficients[v * stride + i] for the cluster's vertices, in the array of all vertices. For a composed
     // asset it skins them on the way, since the far parts are seen from where they are now.
     void evaluateCluster(std::size_t cluster, std::span<float> coefficients) const;
+    // The vertices from firstFollower() on are of no cluster. follow() writes those of [begin, end) once all clusters
+    // are evaluated, and again after something has multiplied coefficients of points. `frames` and `coefficients` have
+    // all vertices.
+    std::size_t firstFollower() const { return asset_->mesh.firstFollower(); }
+    bool hasFollowers() const { return firstFollower() < vertexCount(); }
+    void follow(std::size_t begin, std::size_t end, const FollowedFrames& frames, std::span<float> coefficients) const;
     // Writes skinned positions, unit normals and unit tangents of vertices [begin, end); each output array is [V].
     // For a deforming asset these are its given positions and the normals of its triangles (sh/vertex_normals.h).
     void skin(std::size_t begin, std::size_t end, std::span<Vec3> positions, std::span<Vec3> normals,
@@ -109,6 +116,7 @@ private:
         float ambient_norm2 = 0;             // sum of squared weights
         std::vector<float> residual_mean;    // [V, stride], or empty
         std::vector<float> indirect_mean;    // [V, kIndirectStride], or empty
+        TurnTable turns;                     // of the convention, with followers
         mutable std::once_flag cast_once;
         mutable FarLayout cast;
         explicit Shared(const AssetView& asset);

@@ -230,7 +230,7 @@ FarLayout layOut(const AssetView& asset, std::span<const std::uint16_t> part_of,
     layout.weight.resize(layout.anchor.size());
     // 1. Anchors of every part, whatever its clusters are.
     std::vector<std::vector<std::uint32_t>> vertices(part_counts.size());
-    for (std::uint32_t v = 0; v < part_of.size(); ++v) vertices[part_of[v]].push_back(v);
+    for (std::uint32_t v = 0; v < asset.mesh.firstFollower(); ++v) vertices[part_of[v]].push_back(v);
     const std::vector<PartAnchors> anchors = chooseAnchors(asset.mesh, vertices, wanted, wanted_count);
     // 2. Runs.
     for (const ClusterView& cluster : asset.model.clusters) {

@@ -25,6 +25,13 @@ Affine blendBones(const MeshView& mesh, std::size_t vertex, std::span<const Affi
 
 }  // namespace
 
+std::size_t clusterAt(const AssetView& asset, std::size_t vertex) {
+    const std::vector<ClusterView>& clusters = asset.model.clusters;
+    const auto after = std::upper_bound(clusters.begin(), clusters.end(), asset.mesh.leaderOf(vertex),
+                                        [](std::size_t v, const ClusterView& c) { return v < c.first_vertex; });
+    return std::size_t(after - clusters.begin()) - 1;
+}
+
 Receiver PosedMesh::vertex(std::size_t vertex, std::size_t cluster) const {
     const MeshView& mesh = asset->mesh;
     Receiver out;
@@ -46,13 +53,15 @@ void PosedMesh::skin(std::size_t begin, std::span<Vec3> positions, std::span<Vec
                      std::span<Vec3> tangents) const {
     assert(begin + positions.size() <= asset->mesh.positions.size());
     const std::vector<ClusterView>& clusters = asset->model.clusters;
+    const std::size_t first_follower = asset->mesh.firstFollower();
     // Clusters are contiguous ranges of vertices: find the one that has `begin`, then go along.
-    const auto after = std::upper_bound(clusters.begin(), clusters.end(), begin,
-                                        [](std::size_t v, const ClusterView& c) { return v < c.first_vertex; });
-    std::size_t cluster = std::size_t(after - clusters.begin()) - 1;
+    std::size_t cluster = clusterAt(*asset, begin);
     for (std::size_t i = 0; i < positions.size(); ++i) {
         const std::size_t v = begin + i;
-        if (v >= clusters[cluster].first_vertex + std::size_t(clusters[cluster].vertex_count)) ++cluster;
+        if (v >= first_follower)
+            cluster = clusterAt(*asset, v);
+        else if (v >= clusters[cluster].first_vertex + std::size_t(clusters[cluster].vertex_count))
+            ++cluster;
         const Receiver one = vertex(v, cluster);
         positions[i] = one.position;
         normals[i] = one.normal;

@@ -7,6 +7,9 @@
 
 namespace penumbra {
 
+// Returns the cluster that turns the tangent of a vertex: its own, or that of the point that a follower has most of.
+std::size_t clusterAt(const AssetView& asset, std::size_t vertex);
+
 // Where the vertices of a pose are. All that it refers to outlives it.
 struct PosedMesh {
     const AssetView* asset;

@@ -1,8 +1,10 @@
 #include "runtime/glsl/shading_glsl.h"
 
+#include <cstdlib>
 #include <numeric>
 
 #include "runtime/glsl/sh_glsl.h"
+#include "sh/turn_about_normal.h"
 
 namespace penumbra {
 
@@ -31,6 +33,25 @@ std::string ambientGlsl(const Convention& convention) {
         clamp += "    " + numberGlsl(i) + " -= " + glslFloat(weights[i] / norm2) + " * excess;\n";
     }
     return ambient + ";\n}\n" + clamp + "}\n";
+}
+
+std::string followGlsl(const Convention& convention) {
+    const TurnTable turns = turnsOf(convention);
+    const auto of = [](const char* what, int m) { return what + std::to_string(m); };
+    std::string text =
+        "void penumbra_add_point(vec4 point[PENUMBRA_STRIDE4], vec2 turn, float weight, "
+        "inout vec4 numbers[PENUMBRA_STRIDE4]) {\n    float c0 = 1.0, s0 = 0.0;\n";
+    for (int m = 1; m < convention.order; ++m)
+        text += "    float " + of("c", m) + " = " + of("c", m - 1) + " * turn.x - " + of("s", m - 1) + " * turn.y, " +
+                of("s", m) + " = " + of("s", m - 1) + " * turn.x + " + of("c", m - 1) + " * turn.y;\n";
+    const auto ofPoint = [](std::size_t i) { return "point[" + std::to_string(i / 4) + "]." + "xyzw"[i % 4]; };
+    for (std::size_t i = 0; i < turns.size(); ++i) {
+        const int m = turns.order[i];
+        const std::string aside = std::string(m < 0 ? " + " : " - ") + ofPoint(turns.partner[i]) + " * ";
+        text += "    " + numberGlsl(i) + " += weight * (" + ofPoint(i) + " * " + of("c", std::abs(m)) +
+                (m == 0 ? "" : aside + of("s", std::abs(m))) + ");\n";
+    }
+    return text + "}\n";
 }
 
 std::string sightGlsl(const Convention& convention) {

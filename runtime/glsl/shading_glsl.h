@@ -11,6 +11,10 @@ namespace penumbra {
 // numbers[...]).
 std::string ambientGlsl(const Convention& convention);
 
+// Writes void penumbra_add_point(vec4 point[PENUMBRA_STRIDE4], vec2 turn, float weight, inout vec4 numbers[...]), which
+// adds the numbers of a point to those of a vertex that follows it. `turn` is that of penumbra_turn() (penumbra.glsl).
+std::string followGlsl(const Convention& convention);
+
 // Writes float penumbra_sight(vec4 numbers[PENUMBRA_STRIDE4], vec3 direction), which is V in a direction of the local
 // frame (a unit vector).
 std::string sightGlsl(const Convention& convention);

@@ -17,6 +17,10 @@
 //   penumbra_clamp_ambient(numbers);
 //   mat3 local_from_model = penumbra_local_from_model(s);
 //   vec3 radiance = penumbra_shade(numbers, penumbra_to_eye(s, eye, local_from_model), local_from_model, material);
+// A vertex that follows points (penumbra_asset_get_followers) has no cluster. Compute surface and clamped numbers of
+// each of its three points as above, and add them to zeros:
+//   penumbra_add_point(point_numbers, penumbra_turn(point_surface, s), weight, numbers);
+// Its own surface takes the rotation of the cluster of the point with the greatest weight.
 
 struct PenumbraSurface {
     vec3 position, normal, tangent;
@@ -59,6 +63,18 @@ vec3 penumbra_to_eye(PenumbraSurface s, vec3 eye, mat3 local_from_model) {
     to_eye = local_from_model * (distance > 0.0 ? to_eye / distance : s.normal);
     to_eye.z = abs(to_eye.z);
     return to_eye;
+}
+
+// Returns cosine and sine of the angle at which the tangent of a point stands in the frame of a vertex that follows it.
+// Numbers of the point follow the normal: the smallest rotation takes its tangent to the plane of the vertex.
+vec2 penumbra_turn(PenumbraSurface point, PenumbraSurface follower) {
+    vec3 carried = point.tangent;
+    float cosine = dot(point.normal, follower.normal);
+    if (cosine >= -0.999)
+        carried -= (point.normal + follower.normal) * (dot(follower.normal, point.tangent) / (1.0 + cosine));
+    vec2 turn = vec2(dot(carried, follower.tangent), dot(carried, cross(follower.normal, follower.tangent)));
+    float size = length(turn);
+    return size > 0.0 ? turn / size : vec2(1.0, 0.0);
 }
 
 // Unpack four numbers as the asset stores them: PENUMBRA_I8 (without their scale) in one word, PENUMBRA_F16 in two.

@@ -155,6 +155,27 @@ inline VisibilityHeader localHeader(std::uint32_t quads, std::size_t frames) {
     return header;
 }
 
+// Makes the bake of four points of a strip of two quads: its ends. The vertices between are halfway.
+inline VisibilityHeader pointsHeader(std::size_t frames) {
+    VisibilityHeader header = visibilityHeader(1, frames);
+    DrawnMesh drawn;
+    drawn.mesh = strip(2);
+    drawn.skin = twoJoints(drawn.mesh);
+    drawn.rest_normals.assign(drawn.mesh.vertexCount(), {0, 0, 1});
+    drawn.points.corners = {{0, 1, 2}, {1, 3, 2}, {0, 1, 2}, {1, 3, 2}, {2, 0, 1}, {3, 2, 1}};
+    drawn.points.weights = {{1, 0, 0}, {1, 0, 0}, {0.5f, 0, 0.5f}, {0.5f, 0.5f, 0}, {1, 0, 0}, {1, 0, 0}};
+    drawn.vertex_of_point = {0, 1, 4, 5};
+    for (std::size_t p = 0; p < 4; ++p)
+        header.mesh.rest_positions[p] = drawn.mesh.rest_positions[drawn.vertex_of_point[p]];
+    header.input_names = {"smile"};
+    header.pose_size = 7;
+    header.mesh.morphs = {{"smile"}, {0.25f}, {0, 1}, {1}, {{0, 0, 1}}, {{0, 1, 0}}};
+    drawn.mesh.morphs = {{"smile"}, {0.25f}, {0, 2}, {1, 2}, {{0, 0, 1}, {0, 0, 0.5f}}, {{0, 1, 0}, {0, 0.5f, 0}}};
+    drawn.mesh.opacity = {{1, 2}, {1, 1}, {0, 1}, {128, 64}};
+    header.drawn = drawn;
+    return header;
+}
+
 inline VisibilityFrame visibilityFrame(const VisibilityHeader& header, std::size_t frame) {
     const std::size_t vertices = header.mesh.vertexCount();
     const double phase = double(frame);

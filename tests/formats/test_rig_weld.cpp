@@ -29,8 +29,8 @@ SourceVertices vertices(const std::vector<Vec3>& positions, std::vector<float> w
 TEST(RigWeld, SamePlaceAndWeightsIsOnePoint) {
     Mesh mesh;
     Skin skin;
-    weldVertices(vertices({{0, 0, 0}, {1, 0, 0}, {0, 0, 0}, {1, 0, 0}, {-0.f, 0, 0}}, {1, .5f, 1, .75f, 1}), {}, mesh,
-                 skin);
+    SourceVertices source = vertices({{0, 0, 0}, {1, 0, 0}, {0, 0, 0}, {1, 0, 0}, {-0.f, 0, 0}}, {1, .5f, 1, .75f, 1});
+    weldVertices(source, {}, mesh, skin);
     EXPECT_THAT(mesh.source_vertex, ElementsAre(0, 1, 0, 2, 0));
     EXPECT_THAT(skin.weights, ElementsAre(1, 0, .5f, .5f, .75f, .25f));
 }
@@ -47,7 +47,8 @@ TEST(RigWeld, ToleranceDoesNotDependOnWhereAPointLies) {
         }
         Mesh mesh;
         Skin skin;
-        weldVertices(vertices(positions), {}, mesh, skin);
+        SourceVertices source = vertices(positions);
+        weldVertices(source, {}, mesh, skin);
         EXPECT_EQ(mesh.vertexCount(), expected) << gap;
     }
 }

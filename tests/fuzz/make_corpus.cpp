@@ -67,6 +67,8 @@ void writeStageFiles(const fs::path& out) {
                              Precision::kFloat16);
     samples::writeVisibility(out / "fuzz_visibility_file" / "sheet.vis.h5", samples::sheetHeader(2, 2),
                              Precision::kFloat32);
+    samples::writeVisibility(out / "fuzz_visibility_file" / "points.vis.h5", samples::pointsHeader(2),
+                             Precision::kFloat16);
     samples::writeVisibility(out / "fuzz_visibility_file" / "local.vis.h5", samples::localHeader(1, 2),
                              Precision::kFloat16);
 }

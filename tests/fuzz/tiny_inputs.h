@@ -10,6 +10,7 @@
 #include "tests/fuzz/memory_file.h"
 #include "tests/synthetic_cloth.h"
 #include "tests/synthetic_composition.h"
+#include "tests/synthetic_dense.h"
 #include "tests/synthetic_indirect.h"
 #include "tests/synthetic_transfer.h"
 
@@ -85,7 +86,7 @@ inline SurfaceLook tinySurface(const Mesh& mesh) {
 
 // Tiny assets, one for each kind of model and of features, a composed one, one with blockers, two under a sun (with a
 // model and without), one with a live material and a membrane, two of transfer, two that light bounces to, one with
-// steps of a material, and one with pictures.
+// steps of a material, one with pictures, and one whose vertices follow points.
 inline const std::vector<std::vector<std::byte>>& tinyAssets() {
     static const std::vector<std::vector<std::byte>> all = [] {
         std::vector<std::vector<std::byte>> made;
@@ -139,6 +140,9 @@ inline const std::vector<std::vector<std::byte>>& tinyAssets() {
         made.push_back(packLibrary(std::vector<BrdfFile>{tinySteps(), tinyPrincipled()}, sunny, "{}"));
         const Model pictured = synthetic::tubeModel({.rings = 2, .segments = 3, .joints = 2, .frames = 2});
         made.push_back(packAsset(pictured, glossy, sunny, {.surface = tinySurface(pictured.mesh)}, "{}", 1).bytes);
+        Model dense = synthetic::tubeModel({.rings = 2, .segments = 3, .joints = 2, .clusters = 1, .frames = 2});
+        synthetic::addDense(dense);
+        made.push_back(packAsset(dense, {}, {}, {}, "{}", 1).bytes);
         return made;
     }();
     return all;

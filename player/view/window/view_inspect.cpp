@@ -138,7 +138,7 @@ bool scoreSlider(std::size_t component, const ComponentFigures& figures, float& 
 
 void componentPanel(const Scene& scene, ViewState& state) {
     const Character& character = *scene.characters[state.inspect.picked->character];
-    const std::size_t cluster = clusterAt(character.asset.model, state.inspect.picked->vertex);
+    const std::size_t cluster = clusterAt(character.asset, state.inspect.picked->vertex);
     const Cached<std::size_t, std::vector<ComponentFigures>>& components = character.timeline.components;
     if (components.key() != cluster || components->empty()) {
         ImGui::TextDisabled("reading the training poses");
