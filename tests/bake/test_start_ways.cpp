@@ -8,6 +8,7 @@
 #include "bake/trace/blockers.h"
 #include "bake/trace/moments.h"
 #include "bake/trace/start_ways.h"
+#include "bake/trace/vertex_side.h"
 #include "formats/common/mesh_places.h"
 
 namespace penumbra {
@@ -20,6 +21,14 @@ TEST(StartWays, LieBetweenTheSidesOfAPlace) {
     EXPECT_LT(length(ways[0] - Vec3{s, s, 0}), 1e-6);
     EXPECT_LT(length(ways[1] - Vec3{s, s, 0}), 1e-6);
     for (const std::size_t v : {2, 3, 4}) EXPECT_EQ(ways[v], normals[v]);  // two layers of a sheet, and a lone point
+}
+
+// In the inner corner of three faces each normal lies in the planes of the two others.
+TEST(DirectionToSide, LeadsOutOfCornersOfThreeFaces) {
+    const std::vector<Vec3> positions{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    const std::vector<Triangle> triangles{{0, 1, 2}, {0, 2, 3}, {0, 3, 1}};
+    const Vec3 way = directionToSide(makeFans(triangles, 4), positions, 0, {0, 0, 1}, 1);
+    for (const float c : {way.x, way.y, way.z}) EXPECT_GT(c, 0.3f);
 }
 
 // A floor and a wall that meet in an inner edge, of which each side sees half of its sky. Rays that started in the

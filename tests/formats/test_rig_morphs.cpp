@@ -183,6 +183,23 @@ TEST(RigMorphs, ClipsOfAnotherFileDriveTheWeights) {
     EXPECT_EQ(weightsAt(rig, 3, 1.0), weightsAt(samples::readSample("face"), 0, 1.0));
 }
 
+// Targets of another file go by their names where both files name all, whatever their order is.
+TEST(RigMorphs, ClipsOfAnotherFileGoByTheNamesOfTargets) {
+    EditableGlb glb = EditableGlb::of("face");
+    glb.json["meshes"][0]["extras"]["targetNames"] = {"smile", "jaw", "pout", "blink.L", "puff", "frown"};
+    const std::filesystem::path other = std::filesystem::path(testing::TempDir()) / "other_order.glb";
+    samples::writeText(other, glb.bytes());
+    const Rig alone = samples::readSample("face"), rig = readRig({samples::samplePath("face"), other});
+    const auto clip = int(alone.clips.size());
+    const std::vector<float> given = weightsAt(alone, 0, 1.0), got = weightsAt(rig, clip, 1.0);
+    ASSERT_EQ(got.size(), kTargets);
+    for (const auto& [ours, theirs] : {std::pair(0, 1), {1, 0}, {2, 2}, {3, 3}, {5, 5}})
+        EXPECT_EQ(got[std::size_t(ours)], given[std::size_t(theirs)]) << ours;
+    EXPECT_EQ(got[4], alone.mesh.morphs.rest_weights[4]);
+    ASSERT_FALSE(rig.notes.empty());
+    EXPECT_NE(rig.notes.front().effect.find("'puff'"), std::string::npos) << rig.notes.front().effect;
+}
+
 TEST(RigMorphs, TheWriterKeepsThem) {
     const Rig rig = samples::readSample("face");
     const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / "written_face.glb";

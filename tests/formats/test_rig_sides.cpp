@@ -2,6 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "formats/common/mesh_places.h"
 #include "formats/common/twin_triangles.h"
 #include "formats/rig/rig_build.h"
@@ -61,6 +63,23 @@ void expectTwoLayers(const Rig& rig) {
         EXPECT_EQ(rig.rest_normals[other[v]], -rig.rest_normals[v]);
     }
     ASSERT_EQ(rig.source_corners.size(), 4u);
+}
+
+// A coat: a tube that is open at both ends and along a slit of 2 degrees has one rim, and is no hidden inside.
+TEST(RigSides, SlitTubesHaveBacks) {
+    PartOf coat;
+    constexpr std::uint32_t kAround = 24;
+    for (std::uint32_t i = 0; i <= kAround; ++i)
+        for (const float y : {0.0f, 2.0f}) {
+            const float turn = 6.2482787f * float(i) / float(kAround);  // 358 degrees
+            coat.positions.push_back({std::cos(turn), y, std::sin(turn)});
+        }
+    for (std::uint32_t i = 0; i < kAround; ++i) {
+        coat.triangles.push_back({2 * i, 2 * i + 1, 2 * i + 3});
+        coat.triangles.push_back({2 * i, 2 * i + 3, 2 * i + 2});
+    }
+    coat.double_sided = true;
+    EXPECT_EQ(rigOf({coat}).mesh.triangles.size(), 2 * coat.triangles.size());
 }
 
 TEST(RigSides, LayersWithVerticesOfTheirOwnStayApart) {

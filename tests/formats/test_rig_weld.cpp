@@ -53,6 +53,18 @@ TEST(RigWeld, ToleranceDoesNotDependOnWhereAPointLies) {
     }
 }
 
+// Nor has it a say in the normal of the point that it is given.
+TEST(RigWeld, UnusedVerticesTurnNoNormal) {
+    SourceVertices source = vertices({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 1, 0}});
+    source.triangles = {{0, 1, 2}};
+    source.normals = {{0, 0, 1}, {0, 0, 1}, {0, 0.6f, 0.8f}, {0, 1, 0}};
+    Mesh mesh;
+    Skin skin;
+    const WeldedPoints points = weldVertices(source, {}, mesh, skin);
+    ASSERT_EQ(points.rest_normals.size(), 3u);
+    EXPECT_LT(length(points.rest_normals[2] - Vec3{0, 0.6f, 0.8f}), 1e-6f);
+}
+
 // A vertex that no triangle uses is no point, and gives none its place, even where it is the first of all.
 TEST(RigWeld, UnusedVerticesGiveNoPointTheirPlace) {
     SourceVertices source = vertices({{9, 9, 9}, {0, 0, 0}, {1, 0, 0}, {5, 5, 5}, {0, 1, 0}});

@@ -107,6 +107,9 @@ TEST(RigWhich, NodesBringTheirSubtreesAndPatternsMustMatch) {
     EXPECT_THAT(slots({.nodes = {"body", "floor"}, .without = {"body/default"}}),
                 ElementsAre("sword_01/default", "floor/default"));
     EXPECT_THAT(messageOf<BadOption>(path, {.nodes = {"flor"}}), HasSubstr("near it are 'floor'"));
+    file.node("sword_[0]1", mesh, body);  // as a glob it is sword_01
+    EXPECT_THAT(readRig({file.save("select_brackets")}, {.without = {"sword_[0]1", "floor"}}).mesh.slots,
+                ElementsAre("body/default", "sword_01/default"));
     EXPECT_THAT(messageOf<BadOption>(path, {.without = {"camera*"}}), HasSubstr("without a mesh at or below it"));
     EXPECT_THAT(messageOf<BadOption>(path, {.without = {"*"}}), HasSubstr("leaves nothing"));
 }
@@ -263,6 +266,19 @@ TEST(CutPolygon, CornersOnLinesAreKept) {
         }
         EXPECT_NEAR(area / (scale * double(scale)), 3, 1e-5);
         EXPECT_EQ(std::count(used.begin(), used.end(), false), 0);
+    }
+}
+
+// Where the corner on the line stands does not matter.
+TEST(CutPolygon, QuadsWithACornerOnALineKeepIt) {
+    const std::vector<Vec3> points = {{0, 0, 0}, {0, 0, 1}, {0, 0, 2}, {2, 0, 1}};
+    for (std::uint32_t first = 0; first < 4; ++first) {
+        std::vector<Triangle> triangles;
+        const std::vector<std::uint32_t> corners = {first, (first + 1) % 4, (first + 2) % 4, (first + 3) % 4};
+        cutPolygon(points, corners, triangles);
+        ASSERT_EQ(triangles.size(), 2u);
+        for (const Triangle& t : triangles)
+            EXPECT_NEAR(length(cross(points[t[1]] - points[t[0]], points[t[2]] - points[t[0]])), 2, 1e-6) << first;
     }
 }
 
