@@ -7,7 +7,8 @@
 // Naive: leave out what has such a name. Names are a habit, and a wrong guess would take something away that is seen.
 //
 // Here: nothing is left out, but the user is told, once by the names that engines know, and once by the shape: two
-// meshes whose boxes are nearly the same, one of which lies near the other everywhere. docs/inputs.md lists the names.
+// meshes whose boxes are nearly the same, one of which lies near the other everywhere, or has few corners.
+// docs/inputs.md lists the names.
 #include <algorithm>
 #include <cctype>
 #include <cmath>
@@ -23,6 +24,8 @@ namespace {
 
 constexpr double kNear = 0.05;        // of the box's diagonal: how near the surfaces and the sides of the boxes are
 constexpr double kMost = 0.9;         // of the vertices
+constexpr double kRound = 1e-5;       // of the diagonal
+constexpr std::size_t kFew = 8;       // times fewer points
 constexpr std::size_t kTested = 512;  // vertices of a mesh at most
 constexpr std::size_t kMaxShells = 2048;
 
@@ -113,6 +116,19 @@ bool liesOn(const Shell& coarse, const Shell& fine) {
     return double(found) >= kMost * double(tested);
 }
 
+// Tells whether `coarse` has nearly the box of `fine`, reaches as far to all sides, and has few of its points: so does
+// a hull, whose corners are near nothing of what is inside.
+bool enclosesWithFew(const Shell& coarse, const Shell& fine) {
+    const double diagonal = 2 * fine.box.radius();
+    if (coarse.points.size() * kFew > fine.points.size() || !sameBoxes(coarse.box, fine.box, kNear * diagonal))
+        return false;
+    for (int axis = 0; axis < 3; ++axis)
+        if (coarse.box.low[axis] > fine.box.low[axis] + kRound * diagonal ||
+            coarse.box.high[axis] < fine.box.high[axis] - kRound * diagonal)
+            return false;
+    return true;
+}
+
 // Groups what is left of each part's triangles by node. `posed` are the shading points at rest in the scene.
 std::vector<Shell> shellsOf(const RigSource& source, const Rig& rig, const std::vector<Vec3>& posed) {
     std::map<int, Shell> shells;
@@ -171,9 +187,11 @@ void noteTwins(RigSource& source, const Rig& rig, const std::vector<Vec3>& posed
             if (noted[j]) continue;
             const bool first_is_coarse = shells[i].triangles < shells[j].triangles;
             const std::size_t coarse = first_is_coarse ? i : j, fine = first_is_coarse ? j : i;
-            if (!liesOn(shells[coarse], shells[fine])) continue;
-            source.notes.push_back(
-                noteOf(source, shells[coarse], "lies on '" + shells[fine].name + "' like a copy or a hull of it"));
+            const bool lies = liesOn(shells[coarse], shells[fine]);
+            if (!lies && !enclosesWithFew(shells[coarse], shells[fine])) continue;
+            source.notes.push_back(noteOf(source, shells[coarse],
+                                          lies ? "lies on '" + shells[fine].name + "' like a copy or a hull of it"
+                                               : "stands around '" + shells[fine].name + "' like a hull"));
             noted[coarse] = true;
         }
 }

@@ -128,6 +128,13 @@ TEST(RigWhich, CopiesAndHullsAreNoted) {
     const shapes::Shape fine = ball(0.5, 16), coarse = ball(0.52, 6), other = shapes::sphere({1, 0, 0}, 0.5, 6);
     EXPECT_THAT(notedNodes({{"head_LOD0", fine}, {"head_LOD1", coarse}}), ElementsAre("head_LOD1"));
     EXPECT_THAT(notedNodes({{"shell", coarse}, {"head", fine}}), ElementsAre("shell"));
+    shapes::Shape box;  // whose corners are far from the ball
+    for (const float x : {-0.51f, 0.51f})
+        for (const float y : {-0.51f, 0.51f})
+            for (const float z : {-0.51f, 0.51f}) box.positions.push_back({x, y, z});
+    box.triangles = {{0, 1, 3}, {0, 3, 2}, {4, 6, 7}, {4, 7, 5}, {0, 4, 5}, {0, 5, 1},
+                     {2, 3, 7}, {2, 7, 6}, {0, 2, 6}, {0, 6, 4}, {1, 5, 7}, {1, 7, 3}};
+    EXPECT_THAT(notedNodes({{"head", fine}, {"Cube.001", box}}), ElementsAre("Cube.001"));
     EXPECT_THAT(notedNodes({{"head", fine}, {"UCX_head", other}}), ElementsAre("UCX_head"));
     EXPECT_THAT(notedNodes({{"head", fine}, {"Explode1", other}}), ElementsAre());
     EXPECT_THAT(notedNodes({{"head", fine}, {"head_LOD1", other}}), ElementsAre());  // no other level
