@@ -32,12 +32,11 @@ BUMPS = picture(np.kron([[[64, 128, 238], [191, 128, 238]]], np.ones((16, 16, 1)
 GLOW = picture(np.kron([[[255, 255, 255], [0, 0, 0]]], np.ones((16, 16, 1))))
 
 
-def save_sheet(path, images, material, seam=False):
-    """Writes a rig of one joint: a sheet of side 2 in 12 x 12 squares, whose picture lies mirrored behind a seam."""
+def save_sheet(path, images, material, seam=False, n=12):
+    """Writes a rig of one joint: a sheet of side 2 in n x n squares, whose picture lies mirrored behind a seam."""
     g = Gltf()
     joint = g.node("root")
     skin = g.skin([joint])
-    n = 12
     u, v = np.meshgrid(np.linspace(0, 1, n + 1), np.linspace(0, 1, n + 1))
     at = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
     a, b, c, d = at[:-1, :-1].ravel(), at[:-1, 1:].ravel(), at[1:, 1:].ravel(), at[1:, :-1].ravel()
@@ -75,7 +74,6 @@ def pack(folder, name, out, *words, code=0):
 
 
 def shot(folder, asset, *words):
-    good("player", "render", asset, "-o", folder / "p.exr", *VIEW, *words)
     good("player", "render", asset, "-o", folder / "p.png", *VIEW, "--exposure", 0.8, *words)
     return np.asarray(Image.open(folder / "p.png").convert("RGBA"), float)
 
@@ -130,7 +128,8 @@ def check(folder):
     pack(folder, "every", folder / "every.pnb", "--materials-of", folder / "every.glb", "--textures", "embed")
     compare(folder, "every", folder / "every.pnb", 14)
     # What is wrong is named, and nothing is written.
-    refused = pack(folder, "flat", folder / "x.pnb", "--materials-of", folder / "seam.glb", "--textures", "embed", code=3)
+    save_sheet(folder / "other.glb", [COLORS], base, n=8)
+    refused = pack(folder, "flat", folder / "x.pnb", "--materials-of", folder / "other.glb", "--textures", "embed", code=3)
     assert "mesh" in refused.stderr and not (folder / "x.pnb").exists(), refused.stderr
     (folder / "flat0.png").write_bytes(COLORS[:60])
     refused = pack(folder, "flat", folder / "x.pnb", *rig, "--textures", "embed", code=3)
