@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <map>
 #include <memory>
 #include <utility>
 
@@ -15,7 +16,11 @@
 #include "formats/common/options.h"
 #include "formats/common/rest_in_scene.h"
 #include "formats/common/slot_choice.h"
+#include "formats/common/warning.h"
 #include "formats/image/exposure.h"
+#include "formats/rig/rig_surface.h"
+#include "formats/source/source_looks.h"
+#include "formats/source/source_readers.h"
 #include "sh/light/light_rotation.h"
 #include "sh/sh_basis.h"
 
@@ -40,7 +45,7 @@ BrdfSource slotSource(const SlotChoice& choice) {
 }
 
 struct ReferenceCommand {
-    std::filesystem::path input, scene, output, tangents;
+    std::filesystem::path input, scene, output, tangents, materials_of;
     std::optional<double> time;  // of a scene, seconds
     std::string light, layout;   // light: a file or analytic lights; layout "": by the picture's shape
     BrdfSource brdf{.analytic_option = "brdf"};
@@ -57,7 +62,8 @@ struct ReferenceCommand {
 
     std::vector<std::filesystem::path> inputs() const {
         std::vector<std::filesystem::path> files = singleFilesOf(occluders);
-        files.insert(files.end(), {input, scene, tangents, albedo.table.value_or(""), isAnalytic(light) ? "" : light});
+        files.insert(files.end(),
+                     {input, scene, tangents, materials_of, albedo.table.value_or(""), isAnalytic(light) ? "" : light});
         std::vector<BrdfSource> sources = {brdf};
         for (const std::string& slot : slots) sources.push_back(slotSource(parseSlotChoice(slot)));
         for (const BrdfSource& source : sources)
@@ -115,13 +121,34 @@ void addMaterial(ReferenceCommand& command, const BrdfReading& material, bool tw
         throw Unsupported(material.brdf.name + ": back=open is no material that light could make; use back=own");
     command.options.brdfs.push_back(material.brdf);
     command.options.membranes.push_back(material.membrane);
+    command.options.emissions.push_back(toFloat(material.emission));
+}
+
+// Adds the materials that the rig's file describes, and returns which of options.brdfs each slot has; 0 where the file
+// has no such slot.
+std::vector<std::uint16_t> addSourceMaterials(ReferenceCommand& command, const Mesh& mesh, int threads) {
+    const SourceLooks looks = readSourceLooks(command.materials_of);
+    std::map<std::string, std::uint16_t> known;
+    std::vector<std::uint16_t> brdf_of_slot;
+    for (const std::string& slot : mesh.slots) {
+        const SourceLook* look = findLook(looks, slot);
+        if (!look) reportWarning("penumbra-bake", command.materials_of.string() + ": has no slot '" + slot + "'");
+        if (look && !look->problem.empty())
+            throw InvalidInput(command.materials_of.string() + ": slot '" + slot + "': " + look->problem);
+        const std::string name = look ? toString(shownLook(*look)) : "";
+        const auto [found, is_new] = known.try_emplace(name, std::uint16_t(look ? command.options.brdfs.size() : 0));
+        if (is_new && look) addMaterial(command, readBrdfSource({.analytic = name}, threads), mesh.two_sided);
+        brdf_of_slot.push_back(found->second);
+    }
+    return brdf_of_slot;
 }
 
 // Reads the materials of the parts that have one of their own, and tells which of options.brdfs each vertex has.
 std::vector<std::uint16_t> chooseSlots(ReferenceCommand& command, const Mesh& mesh, int threads) {
-    if (command.slots.empty()) return {};
+    if (command.slots.empty() && command.materials_of.empty()) return {};
     const std::vector<std::string_view> slots(mesh.slots.begin(), mesh.slots.end());
     std::vector<std::uint16_t> brdf_of_slot(slots.size(), 0), brdf_of_vertex;
+    if (!command.materials_of.empty()) brdf_of_slot = addSourceMaterials(command, mesh, threads);
     for (const std::string& text : command.slots) {
         const SlotChoice choice = parseSlotChoice(text);
         for (const std::size_t slot : findSlots(slots, choice.slot))
@@ -142,6 +169,7 @@ bool isSheet(const SceneFrame& scene, std::size_t material) {
 // Reads the materials that the assets name: those that --slot or --brdf give, and analytic ones by their names.
 void readMaterialsOf(ReferenceCommand& command, const SceneFrame& scene, std::size_t ground, int threads) {
     command.options.brdfs.clear();
+    command.options.emissions.clear();
     for (std::size_t m = 0; m < scene.materials.size(); ++m) {
         const std::string& name = scene.materials[m];
         BrdfSource source{.analytic = name, .analytic_option = "brdf"};
@@ -167,6 +195,29 @@ EnvironmentLight readLightOf(const ReferenceCommand& command, const SceneFrame& 
         light = EnvironmentLight::fromSh(scene.light_order, scene.light);
     }
     return light.turned(scene.light_rotation);
+}
+
+// Reads the pictures of --materials-of, whose slots have no other material by --slot; nothing where it has none.
+std::optional<PictureSurface> picturesOf(const ReferenceCommand& command, const Mesh& mesh, Report& report) {
+    if (command.materials_of.empty()) return {};
+    RigOptions options;
+    if (mesh.two_sided) options.sides = RigSides::kFronts;
+    const std::string name = command.materials_of.string();
+    const Rig rig = readRig({command.materials_of}, options);
+    report.willRead(rig.files_read);
+    RigSurface read = surfaceOf(rig, name);
+    if (read.surface.textures.empty()) return {};
+    fitSurface(rig, mesh, name, read.surface);
+    (void)setLooks(readSourceLooks(command.materials_of), mesh.slots, name, read);
+    for (const std::string& note : read.notes) reportWarning("penumbra-bake", note);
+    std::vector<std::uint16_t> slot_of_triangle;
+    for (const Triangle& triangle : mesh.triangles)
+        slot_of_triangle.push_back(mesh.slot_of_vertex.empty() ? 0 : mesh.slot_of_vertex[triangle[0]]);
+    PictureSurface pictures(std::move(read.surface), std::move(slot_of_triangle), "", name);
+    const std::vector<std::string_view> slots(mesh.slots.begin(), mesh.slots.end());
+    for (const std::string& text : command.slots)
+        for (const std::size_t slot : findSlots(slots, parseSlotChoice(text).slot)) pictures.leaveOut(slot);
+    return pictures;
 }
 
 // Returns what the mesh reflects, as --albedo says or as the bake has it, and what it lets through in the bake.
@@ -249,6 +300,7 @@ void runReference(ReferenceCommand& command, const CommonOptions& common, Report
     }
     const ReferenceBlockers blockers = blockersOfFrame(header, index, command.input.string(), command.occluders);
     const std::vector<std::uint16_t> brdf_of_vertex = chooseSlots(command, header.mesh, common.threads);
+    const std::optional<PictureSurface> pictures = picturesOf(command, header.mesh, report);
     const EnvironmentLight light = readLightOf(command);
     const SurfaceColors colors = colorsOf(command, header);
     if (common.dry_run) {
@@ -268,6 +320,8 @@ void runReference(ReferenceCommand& command, const CommonOptions& common, Report
     input.back_of_vertex = blockers.other_side;
     input.albedo = colors.albedo;
     input.transmission = colors.transmission;
+    const PicturePart part{0, pictures ? &*pictures : nullptr};
+    if (pictures) input.pictures = {&part, 1};
     const Image image = renderReference(input, camera, light, command.options, common.threads, common.progress);
     report.phase("write");
     writePicture(command, common, image, report);
@@ -299,6 +353,10 @@ void defineReference(CLI::App& app, ReferenceCommand& command) {
            "a measured one (FILE.csv:ROW of fits); any number of them, the other parts have the one above. Of a scene: "
            "MATERIAL=SPEC, what a material of its assets is")
         ->allow_extra_args(false);
+    app.add_option("--materials-of", command.materials_of,
+                   "RIG.glb (.gltf, .vrm, .fbx, .dae, .x): every slot has the material that the file describes, "
+                   "with its pictures; --slot goes before it")
+        ->excludes(scene);
     app.add_option("--occluder", command.occluders,
                    "of the bake, each as it was given there and in that order; not drawn")
         ->allow_extra_args(false)

@@ -1,5 +1,6 @@
 // penumbra-fit brdf (--analytic SPEC | --merl FILE | --table FILE) -o M.brdf.h5 [--operators K]: fits a material as
 // reflectance slices, and beside them the papers' operators when they are asked for.
+#include <bit>
 #include <cstdio>
 #include <memory>
 
@@ -39,10 +40,12 @@ struct BrdfCommand {
 };
 
 void define(CLI::App& app, BrdfCommand& command) {
-    app.add_option(
-        "--analytic", command.source.analytic,
-        "NAME[:key=value,...][,color=R/G/B], as in ggx:alpha=0.3,f0=0.9; NAME is one of " + joined(brdfNames()) +
-            ", or membrane (docs/cloth.md); one parameter may have a range, as alpha=0.1..0.6, for a slider");
+    app.add_option("--analytic", command.source.analytic,
+                   "NAME[:key=value,...][,color=R/G/B], as in ggx:alpha=0.3,f0=0.9; NAME is one of " +
+                       joined(brdfNames()) +
+                       ", membrane (docs/cloth.md) or principled (glTF's material); models add up, as in "
+                       "lambert:color=0.2+ggx; one "
+                       "parameter may have a range, as alpha=0.1..0.6, for a slider");
     app.add_option("--merl", command.source.merl, "measurements of the MERL database (.binary)");
     app.add_option("--table", command.source.table,
                    "scattered measurements (Cornell's .brdf), fits (.csv) or a Penumbra BRDF table");
@@ -134,6 +137,12 @@ void measure(const BrdfCommand& command, const BrdfReading& reading, BrdfFile& b
     if (command.operators.count > 0) addOperators(command.operators, truth, reading.brdf, brdf, common, report);
 }
 
+// The parameter that steps change.
+const BrdfParameter* parameterOf(const BrdfFile& brdf) {
+    const std::size_t lobe = std::size_t(std::countr_zero(brdf.steps->lobes));
+    return &parametersOf(brdf.lobes[lobe].model)[brdf.steps->parameter];
+}
+
 void describe(const BrdfFile& brdf) {
     const auto error = [&](const char* name) { return brdf.errors.at(name); };
     if (brdf.isLive()) {
@@ -151,7 +160,7 @@ void describe(const BrdfFile& brdf) {
                 brdf.lobes.size() == 1 ? "lobe" : "lobes", brdf.lobe_error);
     if (brdf.steps)
         std::printf("%zu steps of %s, error between them at most %.4f\n", brdf.steps->values.size(),
-                    parametersOf(brdf.lobes[0].model)[brdf.steps->parameter].name, brdf.steps->error);
+                    parameterOf(brdf)->name, brdf.steps->error);
     if (brdf.operators.count > 0) describeOperators(brdf);
 }
 
@@ -175,6 +184,7 @@ void run(const BrdfCommand& command, const CommonOptions& common, Report& report
     const SliceOrders orders = reading.membrane ? SliceOrders{kMaxOrder, 1} : command.orders;
     BrdfFile brdf = is_live ? liveFile(reading) : fitBrdf(reading.brdf, orders, common.threads);
     brdf.membrane = reading.membrane;
+    brdf.emission = toFloat(reading.emission);
     if (reading.range) {
         report.phase("steps");
         brdf.steps =

@@ -1,9 +1,14 @@
 // penumbra-pack asset X.model.h5 --brdf M.brdf.h5 --light E.light.h5 -o X.pnb: the run-time asset.
+#include <algorithm>
 #include <cstdio>
 
 #include "formats/common/errors.h"
 #include "formats/common/options.h"
+#include "formats/common/warning.h"
 #include "formats/common/write_file.h"
+#include "formats/rig/rig_surface.h"
+#include "formats/source/source_looks.h"
+#include "formats/source/source_readers.h"
 #include "formats/stage/blocker_file.h"
 #include "formats/stage/stage_file_kind.h"
 #include "pack/material_section.h"
@@ -11,6 +16,8 @@
 #include "pack/pack_asset.h"
 #include "pack/pack_transfer.h"
 #include "pack/pack_verbs.h"
+#include "pack/source_materials.h"
+#include "pack/surface_materials.h"
 
 namespace penumbra {
 
@@ -21,12 +28,16 @@ namespace fs = std::filesystem;
 constexpr Word<AssetPrecision> kPrecisionWords[] = {
     {"f32", AssetPrecision::kF32}, {"f16", AssetPrecision::kF16}, {"i8", AssetPrecision::kI8}};
 
+constexpr Word<std::optional<TextureStorage>> kTextureWords[] = {
+    {"embed", TextureStorage::kEmbed}, {"link", TextureStorage::kLink}, {"none", {}}};
+
 struct AssetCommand {
-    fs::path model, output, blockers;
+    fs::path model, output, blockers, materials_of;
     std::vector<fs::path> brdfs, lights;
     std::vector<std::string> slots;
     PackOptions options;
     std::string albedo;
+    std::optional<TextureStorage> textures;
     bool no_playback = false;
     const CLI::App* app = nullptr;
 
@@ -41,6 +52,7 @@ struct AssetCommand {
         all.insert(all.end(), brdfs.begin(), brdfs.end());
         all.insert(all.end(), lights.begin(), lights.end());
         all.push_back(blockers);
+        all.push_back(materials_of);
         return namedFiles(all);
     }
 };
@@ -55,6 +67,8 @@ std::string provenanceOf(const AssetCommand& command) {
     if (given.indirect_bytes_per_vertex) options["bounce_bytes"] = *given.indirect_bytes_per_vertex;
     if (command.no_playback) options["playback"] = false;
     if (!command.albedo.empty()) options["albedo"] = command.albedo;
+    if (!command.materials_of.empty()) options["materials_of"] = command.materials_of.filename();
+    if (command.textures) options["textures"] = wordOf(kTextureWords, command.textures);
     return toJson(makeProvenance("penumbra-pack asset", options.dump(), command.inputs()));
 }
 
@@ -140,17 +154,65 @@ void checkNames(const std::vector<File>& files, const std::vector<fs::path>& pat
                                    "\": penumbra-fit " + verb + " --name gives one another name");
 }
 
+// Adds the materials that the source file describes, says them, and returns those of the slots of the mesh. Without a
+// mesh they are those of the whole file.
+std::vector<std::string> addSourceMaterials(const AssetCommand& command, const Mesh* mesh, const CommonOptions& common,
+                                            Report& report, std::vector<BrdfFile>& brdfs) {
+    report.phase("materials");
+    const SourceLooks looks = readSourceLooks(command.materials_of);
+    report.willRead(looks.files_read);
+    std::vector<std::string> slots = mesh ? mesh->slots : std::vector<std::string>();
+    if (mesh && slots.empty()) slots.emplace_back();
+    SourceMaterials made;
+    try {
+        made = materialsOf(looks, slots, common.threads);
+    } catch (const InvalidInput& error) {
+        throw InvalidInput(command.materials_of.string() + ": " + error.what());
+    }
+    for (const std::string& warning : made.warnings)
+        reportWarning("penumbra-pack", command.materials_of.string() + ": " + warning);
+    for (const std::string& line : made.said)
+        if (!common.quiet) std::printf("  %s\n", line.c_str());
+    report.figures["slots"] = made.said;
+    for (BrdfFile& brdf : made.materials)
+        if (std::ranges::find(brdfs, brdf.name, &BrdfFile::name) == brdfs.end()) brdfs.push_back(std::move(brdf));
+    return mesh && mesh->slots.empty() ? std::vector<std::string>() : std::move(made.of_slot);
+}
+
 SphereBlockers readBlockersOf(const Model& model, const fs::path& path) {
     BlockerFile file = readBlockers(path);
     naming(path, [&] { checkCharacter(file, model.mesh, model.skin); });
     return std::move(file.blockers);
 }
 
+// Reads the materials of the rig with their pictures, and says them.
+SurfaceLook readSurface(const AssetCommand& command, const Model& model, const CommonOptions& common, Report& report) {
+    RigOptions options;
+    if (model.mesh.two_sided) options.sides = RigSides::kFronts;
+    const std::string name = command.materials_of.string();
+    const SourceLooks looks = readSourceLooks(command.materials_of);
+    const Rig rig = readRig({command.materials_of}, options);
+    report.willRead(rig.files_read);
+    RigSurface read = surfaceOf(rig, name);
+    fitSurface(rig, model.mesh, name, read.surface);
+    const std::vector<std::string> said = setLooks(looks, model.mesh.slots, name, read);
+    report.willRead(storeTextures(*command.textures, command.output.parent_path(), name, read.surface));
+    for (const std::string& note : read.notes) reportWarning("penumbra-pack", note);
+    SurfaceLook look{std::move(read.surface), {}};
+    addSurfaceMaterials(look, common.threads);
+    for (const std::string& line : said)
+        if (!common.quiet) std::printf("  %s\n", line.c_str());
+    report.figures["slots"] = said;
+    report.figures["textures"] = look.surface.textures.size();
+    return look;
+}
+
 // Packs a linear model of transfer. Without a material it gets one of --albedo.
 void runTransfer(const AssetCommand& command, const std::vector<SlotChoice>& slots, const CommonOptions& common,
                  Report& report) {
-    command.refuse({"--max-error", "--max-bytes-per-vertex", "--bounce-bytes", "--no-playback", "--blockers"},
-                   command.model.string() + " has linear transfer, whose size is that of its components");
+    command.refuse(
+        {"--max-error", "--max-bytes-per-vertex", "--bounce-bytes", "--no-playback", "--blockers", "--materials-of"},
+        command.model.string() + " has linear transfer, whose size is that of its components");
     const TransferModel model = readTransfer(command.model);
     TransferPackOptions options;
     options.slots = slots;
@@ -197,15 +259,19 @@ void runAsset(const AssetCommand& command, const CommonOptions& common, Report& 
     for (const fs::path& path : command.lights) lights.push_back(readLight(path));
     checkNames(brdfs, command.brdfs, "brdf");
     checkNames(lights, command.lights, "light");
+    if (!command.materials_of.empty() && !command.textures)
+        options.slot_materials = addSourceMaterials(command, model ? &model->mesh : nullptr, common, report, brdfs);
     if (!model) {
         command.refuse({"--blockers", "--slot", "--precision", "--max-error", "--max-bytes-per-vertex"},
                        "needs a model");
+        command.refuse({"--textures"}, "needs a model");
         const std::vector<std::byte> library = packLibrary(brdfs, lights, provenanceOf(command));
         if (!common.quiet)
             std::printf("%s: %zu materials, %zu lights\n", command.output.c_str(), brdfs.size(), lights.size());
         if (!common.dry_run) writeWholeFile(command.output, library);
         return;
     }
+    if (command.textures) options.surface = readSurface(command, *model, common, report);
     report.phase("quantise");
     const Packed packed = naming(command.model, [&] {
         return packAsset(*model, brdfs, lights, options, provenanceOf(command), common.threads);
@@ -239,8 +305,16 @@ void defineAsset(CLI::App& app, AssetCommand& command) {
                    "SLOT=MATERIAL: the material of a part of the mesh (penumbra-bake info lists the "
                    "slots); any number of them, the other parts have the first --brdf")
         ->allow_extra_args(false);
+    app.add_option(
+        "--materials-of", command.materials_of,
+        "RIG.glb (.gltf, .vrm, .fbx, .dae, .x): every slot gets the material that the file describes; --slot "
+        "goes before it");
     app.add_option("--blockers", command.blockers,
                    "X.blockers.h5 of penumbra-fit blockers: spheres that cast in the place of the character");
+    addChoice(app, "--textures", command.textures, kTextureWords,
+              "the pictures of --materials-of: inside the asset, by the names of their files, or left out")
+        ->default_str("none")
+        ->needs(app.get_option("--materials-of"));
     app.add_option("--albedo", command.albedo,
                    "R/G/B of the one material of transfer that has no --brdf (default 0.8/0.8/0.8)")
         ->check(readableBy(parseAlbedo))

@@ -164,7 +164,7 @@ std::span<std::byte> finishAsset(FlatBufferBuilder& builder, const AssetSections
     const auto asset =
         fbs::CreateAsset(builder, kAssetFormat.version, convention, std::uint8_t(sh_order), made_by, kPlaceholder,
                          sections.mesh, sections.animation, sections.model, sections.transfer, sections.truth,
-                         materials, slot_material, lights, spheres, joints);
+                         materials, slot_material, lights, spheres, joints, sections.surface);
     fbs::FinishAssetBuffer(builder, asset);
     const std::span<std::byte> bytes(reinterpret_cast<std::byte*>(builder.GetBufferPointer()), builder.GetSize());
     [[maybe_unused]] const bool sealed = sealAsset(bytes);

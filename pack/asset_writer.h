@@ -91,6 +91,7 @@ struct AssetSections {
     std::vector<std::uint16_t> slot_material;
     SphereBlockers blockers;  // empty where there are none
     Offset<fbs::Transfer> transfer = {};
+    Offset<fbs::Surface> surface = {};
 };
 std::span<std::byte> finishAsset(FlatBufferBuilder& builder, const AssetSections& sections, int sh_order,
                                  const std::string& provenance);

@@ -76,10 +76,12 @@ void checkLooks(const Mesh& mesh, std::span<const BrdfFile> materials) {
 }
 
 std::vector<std::uint16_t> slotMaterials(const Mesh& mesh, std::span<const BrdfFile> materials,
-                                         std::span<const SlotChoice> choices) {
-    if (choices.empty()) return {};
+                                         std::span<const std::string> of_slot, std::span<const SlotChoice> choices) {
+    if (choices.empty() && of_slot.empty()) return {};
     const std::vector<std::string_view> slots(mesh.slots.begin(), mesh.slots.end());
     std::vector<std::uint16_t> chosen(slots.size(), 0);
+    for (std::size_t slot = 0; slot < of_slot.size(); ++slot)
+        if (!of_slot[slot].empty()) chosen[slot] = std::uint16_t(findByName(materials, of_slot[slot], "slot"));
     for (const SlotChoice& choice : choices)
         for (const std::size_t slot : findSlots(slots, choice.slot))
             chosen[slot] = std::uint16_t(findByName(materials, choice.material, "slot"));

@@ -18,9 +18,10 @@ void checkNames(std::span<const BrdfFile> materials, std::span<const LightFile> 
 // Throws Unsupported when the mesh lacks what a material needs.
 void checkLooks(const Mesh& mesh, std::span<const BrdfFile> materials);
 
-// Returns the material of each slot: the one that was asked for, or else the first. Empty without choices. Throws
-// UsageError when a slot or its material does not exist.
+// Returns the material of each slot: the one that was chosen, or else the one of this name in `of_slot` ([slots] or
+// empty; "": none), or else the first. Empty without both. Throws UsageError when a slot or its material does not
+// exist.
 std::vector<std::uint16_t> slotMaterials(const Mesh& mesh, std::span<const BrdfFile> materials,
-                                         std::span<const SlotChoice> choices);
+                                         std::span<const std::string> of_slot, std::span<const SlotChoice> choices);
 
 }  // namespace penumbra

@@ -113,6 +113,9 @@ Offset<fbs::Material> writeMaterial(FlatBufferBuilder& builder, const BrdfFile& 
         const auto& [rho, tau, open_back] = *brdf.membrane;
         membrane = builder.CreateVector(std::vector<float>{rho.x, rho.y, rho.z, tau.x, tau.y, tau.z});
     }
+    Offset<flatbuffers::Vector<float>> emission;
+    if (brdf.emission != Vec3{})
+        emission = builder.CreateVector(std::vector<float>{brdf.emission.x, brdf.emission.y, brdf.emission.z});
     Offset<flatbuffers::Vector<double>> steps;
     Offset<flatbuffers::Vector<float>> step_slices;
     if (brdf.steps) {
@@ -123,7 +126,8 @@ Offset<fbs::Material> writeMaterial(FlatBufferBuilder& builder, const BrdfFile& 
                                color_vector, fbs::SliceForm(form), slices, lobes, float(brdf.lobe_error),
                                operator_table, membrane, brdf.membrane && brdf.membrane->open_back, steps, step_slices,
                                brdf.steps ? std::uint8_t(brdf.steps->parameter) : std::uint8_t(0),
-                               brdf.steps ? float(brdf.steps->error) : 0);
+                               brdf.steps ? float(brdf.steps->error) : 0,
+                               brdf.steps ? brdf.steps->lobes : std::uint8_t(1), emission);
 }
 
 }  // namespace penumbra

@@ -224,17 +224,25 @@ struct Additions {
     std::vector<std::uint16_t> slot_material;
     SphereBlockers blockers;
     PackedIndirect indirect = {};
+    const SurfaceLook* surface = nullptr;  // its materials follow `materials`
 };
 
 std::vector<std::byte> packOnce(const Model& model, const Additions& additions, Precisions precisions, double error,
                                 FramesOf frames, const std::string& provenance) {
     FlatBufferBuilder builder(1 << 20);
     AssetSections sections;
-    sections.mesh = writeMesh(builder, reorderedMesh(model, clusterOrder(model)));
+    const MeshSection mesh = reorderedMesh(model, clusterOrder(model));
+    sections.mesh = writeMesh(builder, mesh);
     sections.slot_material = additions.slot_material;
     sections.animation = writeAnimation(builder, animationOf(model, frames));
     sections.model = writeModelSection(builder, model, precisions, error, additions.indirect);
     for (const BrdfFile& brdf : additions.materials) sections.materials.push_back(writeMaterial(builder, brdf));
+    if (additions.surface) {
+        for (const BrdfFile& brdf : additions.surface->materials)
+            sections.materials.push_back(writeMaterial(builder, brdf));
+        sections.surface = writeSurface(builder, *additions.surface, mesh.triangles, mesh.positions.size(),
+                                        additions.materials.size());
+    }
     for (const LightFile& light : additions.lights) sections.lights.push_back(writeLightSection(builder, light));
     sections.blockers = additions.blockers;
     const std::span<std::byte> bytes = finishAsset(builder, sections, model.convention.order, provenance);
@@ -313,13 +321,36 @@ std::optional<double> indirectBound(const PackOptions& options) {
 
 }  // namespace
 
+namespace {
+
+// Gives the slots that the options do not name the diffuse material of their surface.
+std::vector<std::uint16_t> surfaceSlotMaterials(const Mesh& mesh, std::span<const BrdfFile> materials,
+                                                const PackOptions& options) {
+    std::vector<std::uint16_t> out;
+    for (const SlotSurface& slot : options.surface->surface.slots)
+        out.push_back(std::uint16_t(materials.size() + slot.materials.diffuse));
+    const std::vector<std::string_view> slots(mesh.slots.begin(), mesh.slots.end());
+    const std::vector<std::uint16_t> chosen = slotMaterials(mesh, materials, options.slot_materials, options.slots);
+    for (const SlotChoice& choice : options.slots)
+        for (const std::size_t slot : findSlots(slots, choice.slot)) out[slot] = chosen[slot];
+    if (mesh.slots.empty()) out.clear();
+    return out;
+}
+
+}  // namespace
+
 Packed packAsset(const Model& given, std::span<const BrdfFile> materials, std::span<const LightFile> lights,
                  const PackOptions& options, const std::string& provenance, int threads) {
     checkNames(materials, lights);
     checkModel(given);
     checkLooks(given.mesh, materials);
     Model model = given;
-    Additions additions{materials, lights, slotMaterials(model.mesh, materials, options.slots), options.blockers};
+    Additions additions{materials, lights, slotMaterials(model.mesh, materials, options.slot_materials, options.slots),
+                        options.blockers};
+    if (options.surface) {
+        additions.surface = &*options.surface;
+        additions.slot_material = surfaceSlotMaterials(model.mesh, materials, options);
+    }
     if (model.indirect)
         additions.indirect = shrinkIndirect(
             model, options.precision.value_or(AssetPrecision::kI8), indirectBound(options),

@@ -11,6 +11,7 @@
 #include "formats/stage/brdf_file.h"
 #include "formats/stage/light_file.h"
 #include "formats/stage/model_file.h"
+#include "pack/surface_section.h"
 
 namespace penumbra {
 
@@ -21,11 +22,15 @@ struct PackOptions {
     std::optional<AssetPrecision> precision = {};     // unset: I8, or what max_error asks for
     std::optional<double> max_error = {};             // bound on Packed::quantization_error, > 0
     std::optional<double> max_bytes_per_vertex = {};  // bound on modelBytes() / V, > 0
-    std::vector<SlotChoice> slots = {};               // slots that are not listed have the first material
-    bool playback = true;                             // store the positions of a deforming mesh in every frame
-    SphereBlockers blockers = {};                     // none, or those of the model's character (checkCharacter())
+    // [slots] the material of each slot, "" for the first; none: all have the first. The choices go before these.
+    std::vector<std::string> slot_materials = {};
+    std::vector<SlotChoice> slots = {};
+    bool playback = true;          // store the positions of a deforming mesh in every frame
+    SphereBlockers blockers = {};  // none, or those of the model's character (checkCharacter())
     // Bound on the light that bounces, > 0. Unset: kBouncedBytes, or none where the precision alone is given.
     std::optional<double> indirect_bytes_per_vertex = {};
+    // The pictures on the mesh. Slots that `slots` do not name then have the diffuse materials of their surface.
+    std::optional<SurfaceLook> surface = {};
 };
 
 struct Packed {

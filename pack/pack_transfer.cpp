@@ -108,7 +108,7 @@ std::vector<std::byte> packTransfer(const TransferModel& model, std::span<const 
     FlatBufferBuilder builder(std::size_t(1) << 20);
     AssetSections sections;
     sections.mesh = writeMesh(builder, meshOf(model));
-    sections.slot_material = slotMaterials(model.mesh, materials, options.slots);
+    sections.slot_material = slotMaterials(model.mesh, materials, {}, options.slots);
     sections.animation = writeAnimation(builder, animationOf(model));
     sections.transfer = writeTransferSection(builder, model, options.precision);
     for (const BrdfFile& brdf : materials) sections.materials.push_back(writeMaterial(builder, brdf));

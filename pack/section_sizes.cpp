@@ -57,6 +57,12 @@ std::vector<SizeOf> sectionSizes(const AssetView& asset, std::size_t file_size) 
                                          bytesOf(t.basis) + t.mean.size_bytes()});
     }
     if (!asset.blockers.spheres.empty()) sizes.push_back({"blockers", asset.blockers.byteCount()});
+    if (asset.surface) {
+        std::size_t textures = 0;
+        for (const TextureView& texture : asset.surface->textures) textures += texture.bytes.size();
+        sizes.push_back({"surface", asset.surface->byteCount() - textures});
+        sizes.push_back({"textures", textures});
+    }
     if (pictures > 0) sizes.push_back({"light pictures", pictures});
     std::size_t sum = 0;
     for (const SizeOf& size : sizes) sum += size.bytes;

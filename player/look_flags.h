@@ -20,6 +20,11 @@ inline void addShadingFlags(CLI::App& app, ShadingChoice& shading) {
 
 // Which materials and which light of an asset: render and bench have these.
 inline void addMaterialFlags(CLI::App& app, RenderOptions& options) {
+    options.textures = true;
+    addChoice(app, "--textures", options.textures, kTextureWords,
+              "whether pictures are drawn where the asset has them and --brdf names no other material; the CPU path "
+              "draws them")
+        ->group(kLookGroup);
     app.add_option("--brdf", options.brdf,
                    "name of one material for all parts, or a unique prefix (default: what the asset gives each)")
         ->group(kLookGroup);

@@ -134,6 +134,22 @@ PENUMBRA_API const char* penumbra_asset_slot_name(const penumbra_asset* asset, s
 PENUMBRA_API const char* penumbra_asset_input_name(const penumbra_asset* asset, size_t input);
 PENUMBRA_API size_t penumbra_asset_find_input(const penumbra_asset* asset, const char* name);
 PENUMBRA_API size_t penumbra_asset_find_joint(const penumbra_asset* asset, const char* name);
+/* The look of a slot of an asset with textures (penumbra-pack asset --materials-of --textures), in linear Rec.709.
+ * Three materials of the asset stand for it: shade with each of them (penumbra_shading_set_material), which gives D, A
+ * and B. With the numbers below times their textures, a pixel then shows base (1 - metallic) D + mix(f0, base,
+ * metallic) A + mix(f90, 1, metallic) B + emissive as penumbra_join_terms() of the GLSL text does. A and B exist at one
+ * or more roughnesses, ascending; interpolate between two of them. */
+#define PENUMBRA_MAX_ROUGHNESS_STEPS 3
+typedef struct penumbra_slot_surface {
+    float base[3], emissive[3], f0[3];
+    float f90, metallic, roughness;
+    size_t diffuse; /* material of D */
+    size_t steps;   /* 1..PENUMBRA_MAX_ROUGHNESS_STEPS of the next three */
+    float step_roughness[PENUMBRA_MAX_ROUGHNESS_STEPS];
+    size_t step_f0[PENUMBRA_MAX_ROUGHNESS_STEPS], step_f90[PENUMBRA_MAX_ROUGHNESS_STEPS]; /* materials of A and B */
+} penumbra_slot_surface;
+/* Returns 0 where the asset has no textures or no such slot; slot 0 is that of a mesh without slots. */
+PENUMBRA_API int penumbra_asset_slot_surface(const penumbra_asset* asset, size_t slot, penumbra_slot_surface* surface);
 PENUMBRA_API size_t penumbra_asset_find_slot(const penumbra_asset* asset, const char* name);
 PENUMBRA_API size_t penumbra_asset_find_clip(const penumbra_asset* asset, const char* name);
 PENUMBRA_API size_t penumbra_asset_find_material(const penumbra_asset* asset, const char* name);
@@ -182,6 +198,9 @@ typedef struct penumbra_lobe {
 } penumbra_lobe;
 PENUMBRA_API penumbra_status penumbra_asset_get_lobe(const penumbra_asset* asset, size_t material, size_t lobe,
                                                      penumbra_lobe* out);
+/* Writes the radiance that the surface sends out by itself, [3], 0 for most materials. All shading adds it; lobes and
+ * slices do not have it. */
+PENUMBRA_API penumbra_status penumbra_asset_get_emission(const penumbra_asset* asset, size_t material, float* out);
 
 typedef struct penumbra_light {
     const char* name;

@@ -92,7 +92,7 @@ EDGES = {
     r"EGL/|GL/": ["player/gl/"],
     r"GLFW/": ["player/view/window/view_window.cpp"],
     r"imgui|backends/imgui": ["player/view/"],
-    r"Eigen/": ["fit/", "pack/", "formats/camera/tag_pose.cpp", "tests/"],
+    r"Eigen/": ["fit/", "pack/", "formats/brdf/fit_slices.cpp", "formats/camera/tag_pose.cpp", "tests/"],
     r"apriltag/": ["formats/camera/tag_family"],
     r"linux/videodev2\.h": ["formats/camera/video_device.cpp", "tests/formats/test_video_device.cpp"],
     r"ceres/|glog/": ["fit/numerics/quasi_newton.cpp", "fit/camera/align_tracks.cpp", "fit/camera/solve_camera.cpp"],  # GPL parts: never in the player or in pack

@@ -43,6 +43,7 @@ Json describeMaterial(const MaterialView& material) {
     if (material.hasSteps())
         json["steps"] = {{"values", std::vector(material.steps.begin(), material.steps.end())},
                          {"error", material.step_error}};
+    if (const Vec3 e = material.emission; e != Vec3{}) json["emission"] = {e.x, e.y, e.z};
     json["bytes"] = material.stored_slices.size_bytes() + material.stored_step_slices.size_bytes() +
                     material.operators.u.size_bytes() + material.operators.w.size_bytes();
     return json;

@@ -37,6 +37,7 @@ Json describeBrdf(const std::filesystem::path& path) {
     if (brdf.isLive()) json["live"] = nameOf(brdf.lobes[0].model);
     if (brdf.steps) json["steps"] = {{"values", brdf.steps->values}, {"error", brdf.steps->error}};
     if (brdf.membrane) json["membrane"] = toString(*brdf.membrane);
+    if (const Vec3 e = brdf.emission; e != Vec3{}) json["emission"] = {e.x, e.y, e.z};
     json["errors"] = brdf.errors;
     json["provenance"] = describe(brdf.provenance);
     return json;

@@ -28,9 +28,33 @@ Vec3d reflectedFrom(const ReferenceScene& scene, const Corners& corners, const S
     return sum;
 }
 
+// Returns the radiance of a point with the material of its pictures. Light from below the surface is stopped by the
+// surface itself, also where the normal of the picture leans.
+Vec3d picturedFrom(const ReferenceScene& scene, const PictureSurface& pictures, const SurfacePlace& place,
+                   const Corners& corners, SurfacePoint point, const EnvironmentLight& light, int samples,
+                   std::uint64_t seed) {
+    const PointMaterial material = pictures.materialAt(place);
+    if (point.closed) return material.emissive;
+    if (material.picture_normal) {
+        const Triangle& front = scene.input.mesh.triangles[corners.triangle];
+        std::array<Vec3d, 3> at;
+        for (std::size_t k = 0; k < 3; ++k) at[k] = toDouble(scene.positions[front[k]]);
+        const Vec3d level{point.frame(2, 0), point.frame(2, 1), point.frame(2, 2)};
+        point.frame = shadingFrame(pictures.bentNormal(place, at, level, *material.picture_normal));
+    }
+    const SampledBrdf brdf = scene.point_brdfs->brdfOf(material);
+    const ShadowCaster caster{scene.blocking(), scene.input.ground};
+    Vec3d sum = directLight(caster, point, light, brdf, samples, seed);
+    if (scene.bounces > 0) sum += bouncedLight(scene, point, light, brdf, samples, seed);
+    return sum * material.occlusion + material.emissive;
+}
+
 // A membrane mixes what falls on its two sides, each by rays of its own.
 Vec3d litFrom(const ReferenceScene& scene, const Corners& corners, const SurfacePoint& point,
               const EnvironmentLight& light, int samples, std::uint64_t seed) {
+    SurfacePlace place;
+    if (const PictureSurface* pictures = picturesAt(scene.input, corners, place))
+        return picturedFrom(scene, *pictures, place, corners, point, light, samples, seed);
     const std::size_t material = materialAt(scene.input, corners);
     const Vec3d own = reflectedFrom(scene, corners, point, light, samples, seed);
     if (scene.membranes.empty() || !scene.membranes[material]) return own;
@@ -40,6 +64,10 @@ Vec3d litFrom(const ReferenceScene& scene, const Corners& corners, const Surface
     constexpr std::uint64_t kOther = std::uint64_t(1) << 40;  // other random numbers than those of the own side
     return toDouble(membrane.rho) * own +
            toDouble(membrane.tau) * reflectedFrom(scene, behind, other, light, samples, seed + kOther);
+}
+
+Vec3d emissionOf(const ReferenceScene& scene, const Corners& corners, const ReferenceOptions& options) {
+    return options.emissions.empty() ? Vec3d{} : toDouble(options.emissions[materialAt(scene.input, corners)]);
 }
 
 // Returns what one camera ray sees at a point.
@@ -55,7 +83,7 @@ Vec3d shade(const ReferenceScene& scene, const Corners& corners, const SurfacePo
             return {v, v, v};
         }
         default:
-            return litFrom(scene, corners, point, light, samples, seed);
+            return litFrom(scene, corners, point, light, samples, seed) + emissionOf(scene, corners, options);
     }
 }
 
@@ -66,6 +94,21 @@ double pixelOffset(int i, int n, bool vertical) {
     double inverse = 0.5 / n, digit = 0.5;
     for (int rest = i; rest > 0; rest /= 2, digit /= 2) inverse += (rest % 2) * digit;
     return inverse;
+}
+
+// Returns what a camera ray meets behind the holes of pictures.
+std::optional<SurfaceHit> seenBy(const ReferenceScene& scene, Vec3 eye, Vec3d direction) {
+    constexpr int kMostHoles = 64;
+    constexpr double kBehind = 1e-5;  // in the ray tracer's frame
+    std::optional<SurfaceHit> hit = scene.scene.closestHit(eye, toFloat(direction));
+    for (int holes = 0; hit && holes < kMostHoles; ++holes) {
+        SurfacePlace place;
+        const PictureSurface* pictures = picturesAt(scene.input, cornersOf(scene.input, *hit, direction), place);
+        if (!pictures || !pictures->isHole(place)) return hit;
+        eye = toFloat(toDouble(eye) + direction * (double(hit->distance) + kBehind));
+        hit = scene.scene.closestHit(eye, toFloat(direction));
+    }
+    return hit;
 }
 
 // Renders one pixel: the mean over its camera rays, whose seeds depend on the pixel alone.
@@ -79,7 +122,7 @@ void renderPixel(const ReferenceScene& scene, const Camera& camera, const Enviro
         const Vec3d direction =
             pixelDirection(camera, x + pixelOffset(i, options.camera_rays, false),
                            y + pixelOffset(i, options.camera_rays, true), options.width, options.height);
-        const std::optional<SurfaceHit> hit = scene.scene.closestHit(eye, toFloat(direction));
+        const std::optional<SurfaceHit> hit = seenBy(scene, eye, direction);
         if (!hit) continue;
         ++covered;
         const std::uint64_t seed = index * std::uint64_t(options.camera_rays) + std::uint64_t(i);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "bake/reference/environment_light.h"
+#include "bake/reference/picture_surface.h"
 #include "bake/reference/posed_tangents.h"
 #include "bake/trace/ray_start.h"
 #include "formats/common/progress.h"
@@ -25,6 +26,8 @@ struct ReferenceOptions {
     // There is one for each BRDF, or none at all. Where one is set, the BRDF is a white Lambertian surface, and both
     // sides of a sheet are mixed.
     std::vector<std::optional<Membrane>> membranes = {};
+    // Radiance that a surface sends out by itself, for each BRDF, or none at all. It is seen, and lights nothing.
+    std::vector<Vec3> emissions = {};
     int width = 512, height = 512;        // pixels, each 1..16384
     int samples = 256;                    // shadow rays a pixel, 4..2^20, shared by its camera rays
     int camera_rays = 4;                  // a pixel, 1..64
@@ -57,6 +60,8 @@ struct ReferenceFrame {
     std::span<const Vec3> albedo = {};  // [V] what the mesh reflects; needed with bounces
     // [V] what a two-sided mesh sends to the side of the vertex of the light on its other side; empty: nothing
     std::span<const Vec3> transmission = {};
+    // Pictures on the mesh, which stand in the place of the BRDFs of their triangles.
+    std::span<const PicturePart> pictures = {};
     // The ray tracer's frame, of which floats are finest near its center; unset: that of the box of the mesh.
     std::optional<SceneScale> scale = {};
 };

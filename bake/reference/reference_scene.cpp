@@ -37,9 +37,18 @@ ReferenceScene makeReferenceScene(const ReferenceFrame& input, const ReferenceOp
     }
     std::vector<SampledBrdf> materials(brdfs.size());
     parallelFor(brdfs.size(), threads, [&](std::size_t i) { materials[i] = sampledBrdf(brdfs[i]); });
-    return {
-        input,        scale,           std::move(positions), std::move(scene), std::move(shadows), std::move(materials),
-        options.bias, options.bounces, options.membranes};
+    std::optional<PointBrdfs> point_brdfs;
+    if (!input.pictures.empty()) point_brdfs.emplace(threads);
+    return {input,
+            scale,
+            std::move(positions),
+            std::move(scene),
+            std::move(shadows),
+            std::move(materials),
+            options.bias,
+            options.bounces,
+            options.membranes,
+            std::move(point_brdfs)};
 }
 
 namespace {
@@ -79,7 +88,8 @@ RayStart startOfShadowRays(const ReferenceScene& scene, const Corners& corners, 
 SurfacePoint surfacePoint(const ReferenceScene& scene, const Corners& corners, Vec3d to_eye) {
     constexpr double kMinSteps = 4;  // of floats as large as the triangle's corners: what rounding may move a ray by
     double bias = scene.bias;
-    const auto& [corner, weight] = corners;
+    const Triangle& corner = corners.vertex;
+    const std::array<double, 3>& weight = corners.weight;
     Vec3d p[3], n[3], point, normal;
     for (std::size_t k = 0; k < 3; ++k) {
         p[k] = toDouble(scene.positions[corner[k]]);
@@ -97,6 +107,15 @@ SurfacePoint surfacePoint(const ReferenceScene& scene, const Corners& corners, V
     return {start.position, frameAt(scene.input, corners, normal), to_eye, start.closed};
 }
 
+const PictureSurface* picturesAt(const ReferenceFrame& input, const Corners& corners, SurfacePlace& place) {
+    for (const PicturePart& part : input.pictures) {
+        place = {corners.triangle - part.first_triangle, corners.weight};
+        if (corners.triangle < part.first_triangle || place.triangle >= part.surface->triangles()) continue;
+        return part.surface->has(place.triangle) ? part.surface : nullptr;
+    }
+    return nullptr;
+}
+
 Corners otherSide(const ReferenceFrame& input, const Corners& corners) {
     Corners other = corners;
     const auto fronts = std::uint32_t(input.mesh.frontVertexCount());
@@ -109,7 +128,7 @@ Corners otherSide(const ReferenceFrame& input, const Corners& corners) {
 
 Corners cornersOf(const ReferenceFrame& input, const SurfaceHit& hit, Vec3d ray_direction) {
     const Mesh& mesh = input.mesh;
-    Corners corners{mesh.triangles[hit.triangle], {1.0 - double(hit.u) - double(hit.v), hit.u, hit.v}};
+    Corners corners{mesh.triangles[hit.triangle], {1.0 - double(hit.u) - double(hit.v), hit.u, hit.v}, hit.triangle};
     if (dot(toDouble(hit.normal), ray_direction) <= 0) return corners;
     for (std::uint32_t& corner : corners.vertex) {
         if (mesh.two_sided) corner += std::uint32_t(mesh.frontVertexCount());

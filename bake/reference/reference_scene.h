@@ -21,6 +21,7 @@ struct ReferenceScene {
     double bias = 1e-4;                                       // ReferenceOptions::bias
     int bounces = 0;                                          // ReferenceOptions::bounces
     std::span<const std::optional<Membrane>> membranes = {};  // ReferenceOptions::membranes
+    std::optional<PointBrdfs> point_brdfs = {};               // of surfaces with pictures
 
     const OcclusionScene& blocking() const { return shadows ? *shadows : scene; }
 };
@@ -32,11 +33,15 @@ ReferenceScene makeReferenceScene(const ReferenceFrame& input, const ReferenceOp
 struct Corners {
     Triangle vertex;
     std::array<double, 3> weight;  // barycentric
+    std::uint32_t triangle = 0;    // of Mesh::triangles
 
     std::uint32_t nearest() const {
         return vertex[std::size_t(std::max_element(weight.begin(), weight.end()) - weight.begin())];
     }
 };
+
+// Returns the pictures at a point, and its place in them; null where it has none.
+const PictureSurface* picturesAt(const ReferenceFrame& input, const Corners& corners, SurfacePlace& place);
 
 // Returns the corners of the triangle on the side that a ray meets.
 Corners cornersOf(const ReferenceFrame& input, const SurfaceHit& hit, Vec3d ray_direction);

@@ -42,7 +42,7 @@ double errorOf(const Step& low, const Step& high, const Step& middle) {
 BrdfSteps fitSteps(const BrdfRange& range, const SliceOrders& orders, int most_steps, int threads) {
     assert(most_steps >= 3);
     const auto fit = [&](double value) {
-        const RgbBrdf brdf = rgbBrdf(specAt(range, value));
+        const RgbBrdf brdf = sumBrdf(sumAt(range, value));
         return Step{value, fitSlices(settledSlices(brdf, orders.slice_order, threads), orders)};
     };
     const auto interval = [&](const Step& low, const Step& high) {
@@ -66,6 +66,7 @@ BrdfSteps fitSteps(const BrdfRange& range, const SliceOrders& orders, int most_s
     }
     BrdfSteps all;
     all.parameter = range.parameter;
+    all.lobes = range.terms;
     all.error = between[std::size_t(worst())].error;
     for (const Step& step : steps) {
         all.values.push_back(step.value);

@@ -345,6 +345,7 @@ AssetView viewOfAsset(const fbs::Asset& stored, const std::string& file) {
     asset.lights = lightsOf(stored, at / "lights");
     asset.slot_material = slotMaterialsOf(stored, at, asset);
     checkLooks(asset, at);
+    asset.surface = surfaceOfAsset(stored, at, asset);
     asset.blockers = blockersOf(stored, at, joints);
     return asset;
 }

@@ -41,6 +41,10 @@ void setPlayback(const fbs::Animation& stored, const Field& at, const AssetView&
 // `model` has its kind of features already. Reads the mesh and the animation of `asset`.
 void setDeforming(const fbs::Model& stored, const Field& file, const AssetView& asset, ModelView& model);
 
+// The pictures on the mesh, in asset_checks_surface.cpp. Reads the mesh and the materials of `view`. `file` is the
+// file.
+std::optional<SurfaceView> surfaceOfAsset(const fbs::Asset& asset, const Field& file, const AssetView& view);
+
 // Checks that the mesh and the model have what the materials need of them.
 void checkLooks(const AssetView& asset, const Field& file);
 

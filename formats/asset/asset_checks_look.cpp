@@ -1,4 +1,5 @@
 // Checks what a mesh looks like: materials, lights, and which material each slot has.
+#include <bit>
 #include <cmath>
 #include <cstddef>
 
@@ -61,31 +62,51 @@ void checkLive(const fbs::Material& stored, const Field& at, const MaterialView&
     (at / "membrane").require(!material.membrane, "is given for a material without slices");
 }
 
-// Steps are of one lobe, which the material is. `material` has all else.
+// Checks which lobes the steps change: all have the parameter, by one name and with one value.
+void checkChange(const fbs::Material& stored, const Field& at, MaterialView& material) {
+    material.step_parameter = stored.step_parameter();
+    material.step_lobes = stored.step_lobes();
+    const Field lobes = at / "step_lobes";
+    lobes.require(material.step_lobes != 0 && material.step_lobes >> material.lobes.size() == 0,
+                  "names lobes that there are not");
+    const BrdfLobe& first = material.lobes[std::size_t(std::countr_zero(material.step_lobes))];
+    for (std::size_t i = 0; i < material.lobes.size(); ++i) {
+        if (!(material.step_lobes >> i & 1)) continue;
+        const std::span<const BrdfParameter> known = parametersOf(material.lobes[i].model);
+        checkRange(at / "step_parameter", std::int64_t(material.step_parameter), 0, std::int64_t(known.size()) - 1);
+        const std::string_view name = parametersOf(first.model)[material.step_parameter].name;
+        lobes.require(
+            name == known[material.step_parameter].name &&
+                material.lobes[i].parameters[material.step_parameter] == first.parameters[material.step_parameter],
+            "have no parameter in common");
+    }
+}
+
+// Steps are of lobes, which the material is. `material` has all else.
 void setSteps(const fbs::Material& stored, const Field& at, MaterialView& material) {
     const Field here = at / "steps";
     material.step_error = stored.step_error();
     (at / "step_error").require(std::isfinite(material.step_error) && material.step_error >= 0, "is not 0 or more");
     if (!stored.steps()) {
-        here.require(!stored.step_slices() && stored.step_parameter() == 0 && material.step_error == 0,
+        here.require(!stored.step_slices() && stored.step_parameter() == 0 && stored.step_lobes() == 1 &&
+                         material.step_error == 0,
                      "are missing, but there are numbers of them");
         return;
     }
-    here.require(!material.slices.empty() && !material.membrane && !stored.operators() && material.lobes.size() == 1 &&
-                     material.lobe_error == 0,
-                 "are given, but the material is not one lobe with slices, without operators or a membrane");
-    const std::span<const BrdfParameter> parameters = parametersOf(material.lobes[0].model);
-    material.step_parameter = stored.step_parameter();
-    checkRange(at / "step_parameter", std::int64_t(material.step_parameter), 0, std::int64_t(parameters.size()) - 1);
+    here.require(
+        !material.slices.empty() && !material.membrane && !stored.operators() && material.lobe_error == 0,
+        "are given, but the material is not one lobe or more, all exact, with slices, without operators or a membrane");
+    checkChange(stored, at, material);
+    const BrdfLobe& lobe = material.lobes[std::size_t(std::countr_zero(material.step_lobes))];
     material.steps = spanOf<double>(stored.steps(), here);
     const std::size_t count = material.steps.size();
     checkRange(here, std::int64_t(count), 2, std::int64_t(kMaxBrdfSteps));
-    const auto [name, fallback, least, most] = parameters[material.step_parameter];
+    const auto [name, fallback, least, most] = parametersOf(lobe.model)[material.step_parameter];
     for (std::size_t s = 0; s < count; ++s) {
         here[s].require(material.steps[s] >= least && material.steps[s] <= most, "is out of the parameter's range");
         here[s].require(s == 0 || material.steps[s] > material.steps[s - 1], "is not above the one before");
     }
-    const float now = material.lobes[0].parameters[material.step_parameter];
+    const float now = lobe.parameters[material.step_parameter];
     here.require(now >= float(material.steps.front()) && now <= float(material.steps.back()),
                  "do not enclose the parameter of the lobe");
     const int j = material.slice_order, view = material.view_order;
@@ -113,6 +134,15 @@ std::optional<Membrane> membraneOf(const fbs::Material& stored, const Field& at)
     return membrane;
 }
 
+Vec3 emissionOf(const fbs::Material& stored, const Field& at) {
+    if (!stored.emission()) return {};
+    const auto* values = stored.emission();
+    checkRange(at, std::int64_t(values->size()), 3, 3);
+    const Vec3 emission{values->Get(0), values->Get(1), values->Get(2)};
+    for (int c = 0; c < 3; ++c) at.require(std::isfinite(emission[c]) && emission[c] >= 0, "is not 0 or more");
+    return emission;
+}
+
 MaterialView materialOf(const fbs::Material& stored, const Field& at) {
     MaterialView material;
     material.name = textOf(stored.name());
@@ -133,6 +163,8 @@ MaterialView materialOf(const fbs::Material& stored, const Field& at) {
     material.membrane = membraneOf(stored, at);
     if (material.isLive()) checkLive(stored, at, material);
     setSteps(stored, at, material);
+    material.emission = emissionOf(stored, at / "emission");
+    (at / "emission").require(!material.membrane || material.emission == Vec3{}, "is given for a membrane");
     return material;
 }
 

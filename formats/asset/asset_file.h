@@ -14,6 +14,7 @@
 
 #include "formats/common/file_format.h"
 #include "formats/common/model_kind.h"
+#include "formats/common/surface.h"
 #include "sh/brdf/brdf_lobe.h"
 #include "sh/brdf/membrane.h"
 #include "sh/brdf/reflection_operator.h"
@@ -242,13 +243,15 @@ struct MaterialView {
     float lobe_error = 0;  // of the lobes against the material, fit/reflectance/shading_error.h; 0: exact
     std::optional<Membrane> membrane = {};  // set: slices and lobes are those of a white Lambertian surface
 
-    // Slices at steps of a parameter of the one lobe; asset.fbs has the rule.
+    // Slices at steps of a parameter of some lobes; asset.fbs has the rule.
     std::span<const double> steps = {};                                  // [S] ascending; empty: there are none
     std::span<const float> step_slices = {};                             // [S, channels, J^2, E] for every form
     std::span<const float> stored_step_slices = {};                      // as in the file
     std::shared_ptr<const std::vector<float>> unfolded_steps = nullptr;  // the numbers behind `step_slices`, if compact
     std::size_t step_parameter = 0;
     float step_error = 0;
+    std::uint8_t step_lobes = 1;  // bit i: lobe i has the parameter
+    Vec3 emission = {};           // radiance of the surface itself
     bool hasSteps() const { return !steps.empty(); }
 
     // A live material is one lobe about the mirror direction (sh/brdf/mirror_lobe.h) and has no slices.
@@ -284,6 +287,34 @@ struct BlockersView {
     std::size_t byteCount() const { return spheres.size_bytes() + joints.size_bytes(); }
 };
 
+struct TextureView {
+    std::string_view name, file;
+    std::span<const std::byte> bytes;  // where `file` is empty
+};
+
+// Pictures on the mesh, as asset.fbs has it.
+struct SurfaceView {
+    std::span<const std::uint32_t> seam_vertices;                 // [E], < V
+    std::span<const std::uint32_t> seam_corners, seam_of_corner;  // [S], < 3T ascending, and < E
+    std::size_t uv_sets = 0;
+    std::span<const Uv> uv;              // [uv_sets, V + E]
+    std::span<const SlotSurface> slots;  // [max(1, slots)]
+    std::vector<TextureView> textures;
+
+    // Returns the texture coordinates of a set, [V + E].
+    std::span<const Uv> uvOf(std::size_t set) const {
+        return uv.subspan(set * (uv.size() / uv_sets), uv.size() / uv_sets);
+    }
+    // Returns the corners of `triangles`, those of the mesh, with the copies in their places.
+    std::vector<std::uint32_t> drawnTriangles(std::span<const std::uint32_t> triangles, std::size_t vertices) const {
+        std::vector<std::uint32_t> out(triangles.begin(), triangles.end());
+        for (std::size_t s = 0; s < seam_corners.size(); ++s)
+            out[seam_corners[s]] = std::uint32_t(vertices + seam_of_corner[s]);
+        return out;
+    }
+    std::size_t byteCount() const;
+};
+
 struct AssetView {
     std::string_view provenance;
     bool has_mesh = false, has_model = false, has_truth = false;
@@ -297,6 +328,7 @@ struct AssetView {
     TruthView truth;
     std::vector<MaterialView> materials;
     std::vector<LightView> lights;
+    std::optional<SurfaceView> surface;
     std::vector<std::uint16_t> slot_material;  // [slots], < materials; empty without slots or materials
     BlockersView blockers;                     // empty where the file has none
     std::string name = "asset";                // the file's name, for messages

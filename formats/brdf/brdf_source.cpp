@@ -10,6 +10,7 @@
 #include "formats/common/check_readable.h"
 #include "formats/common/errors.h"
 #include "formats/common/warning.h"
+#include "sh/brdf/principled.h"
 
 namespace penumbra {
 
@@ -45,8 +46,10 @@ std::vector<std::filesystem::path> BrdfSource::files() const {
 
 BrdfSource brdfSource(const std::string& word) {
     BrdfSource source;
-    const std::vector<std::string> models = brdfNames();
-    const bool is_model = std::find(models.begin(), models.end(), word.substr(0, word.find(':'))) != models.end();
+    std::vector<std::string> models = brdfNames();
+    models.emplace_back(kPrincipledName);
+    const std::string first = word.substr(0, word.find_first_of(":+"));
+    const bool is_model = std::find(models.begin(), models.end(), first) != models.end();
     const auto exists = [](const std::string& path) {
         std::error_code error;
         return std::filesystem::exists(path, error);
@@ -78,12 +81,12 @@ BrdfReading readAnalytic(const BrdfSource& source) {
         }
         if (const std::optional<BrdfRange> range = parseBrdfRange(source.analytic)) {
             if (!source.takes_ranges) throw std::invalid_argument("a range has no one picture: give one value");
-            BrdfReading reading{rgbBrdf(range->spec), {}, {lobeOf(range->spec)}, {}, range};
-            reading.brdf.name = toString(*range);
+            BrdfReading reading{sumBrdf(range->sum), {}, lobesOf(range->sum), {}, range, range->sum.emission};
+            reading.brdf.name = range->name;
             return reading;
         }
-        const BrdfSpec spec = parseBrdf(source.analytic);
-        return {rgbBrdf(spec), {}, {lobeOf(spec)}};
+        const BrdfSum sum = parseBrdfSum(source.analytic);
+        return {sumBrdf(sum), {}, lobesOf(sum), {}, {}, sum.emission};
     } catch (const std::invalid_argument& error) {
         throw BadOption(source.analytic_option, error.what());
     }

@@ -16,7 +16,7 @@ namespace penumbra {
 
 // Exactly one of the first three members is set.
 struct BrdfSource {
-    std::string analytic = {};                 // NAME[:key=value,...], sh/brdf/brdf.h
+    std::string analytic = {};                 // NAME[:key=value,...], sums too, sh/brdf/brdf_sum.h
     std::filesystem::path merl = {};           // .binary of the MERL database
     std::filesystem::path table = {};          // scattered .brdf, fits .csv or our own table
     std::string material = {};                 // the row, for a file of fits
@@ -38,6 +38,7 @@ struct BrdfReading {
     std::vector<BrdfLobe> lobes = {};
     std::optional<Membrane> membrane = {};  // set: `brdf` and `lobes` are a white Lambertian surface
     std::optional<BrdfRange> range = {};    // set: `brdf` and `lobes` are those of the middle of it
+    Vec3d emission = {};                    // radiance of the surface itself; it is in none of these
 };
 
 // Reads the material. Throws UsageError for a source that makes no sense, IoError, and InvalidInput, which names file

@@ -16,6 +16,8 @@ TexturePicture readTexture(const std::filesystem::path& path, const std::string&
     return decodeTexture(readImageBytes(path), name);
 }
 
+std::vector<std::byte> readTextureBytes(const std::filesystem::path& path) { return readImageBytes(path); }
+
 void checkTextureSize(std::uint64_t width, std::uint64_t height, std::uint64_t most_pixels, const std::string& name) {
     const std::string size = std::to_string(width) + " x " + std::to_string(height) + " pixels";
     if (width == 0 || height == 0 || width > kMaxTextureSide || height > kMaxTextureSide)

@@ -24,6 +24,8 @@ constexpr int kMaxTextureSide = 16384;
 TexturePicture decodeTexture(std::span<const std::byte> bytes, const std::string& name);
 // Does the same with a file. Throws IoError where it cannot be read.
 TexturePicture readTexture(const std::filesystem::path& path, const std::string& name);
+// Returns the bytes of a file as they are. Throws IoError where it cannot be read.
+std::vector<std::byte> readTextureBytes(const std::filesystem::path& path);
 
 // Writes the codes as a PNG of 8 bits a channel, whole or not at all, and fast rather than small. Throws IoError.
 void writeTexturePng(const std::filesystem::path& path, const TexturePicture& picture);

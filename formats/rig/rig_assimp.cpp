@@ -13,6 +13,7 @@
 #include <map>
 
 #include "formats/common/errors.h"
+#include "formats/rig/rig_assimp_look.h"
 #include "formats/rig/rig_build.h"
 #include "formats/rig/rig_import.h"
 #include "formats/rig/rig_named_nodes.h"
@@ -205,6 +206,7 @@ void convertMesh(AssimpImport& import, int node, const aiMesh& mesh) {
         const std::string name = textOf(import.scene->mMaterials[mesh.mMaterialIndex]->GetName());
         if (!name.empty()) part.material = name;
         part.color = colorOf(import, *import.scene->mMaterials[mesh.mMaterialIndex], mesh);
+        part.look = readAssimpLook(*import.scene->mMaterials[mesh.mMaterialIndex]);
     }
     if (mesh.mNormals != nullptr) {
         std::vector<Vec3> normals;

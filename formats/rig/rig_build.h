@@ -9,6 +9,7 @@
 #include "formats/rig/rig_matrix.h"
 #include "formats/rig/rig_morphs.h"
 #include "formats/rig/rig_options.h"
+#include "formats/rig/source_look.h"
 
 namespace penumbra {
 
@@ -30,6 +31,7 @@ struct SourcePart {
     Visible visible = Visible::kShown;
     std::string material = kDefaultSlot;
     PartColor color;
+    SourceLook look;  // that of glTF's default where there is no material
     std::vector<Vec3> positions;
     std::vector<Vec3> normals;          // [vertices] unit, in the space of positions; empty: the file has none
     std::vector<Triangle> triangles;    // indices into positions

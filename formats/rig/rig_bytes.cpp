@@ -27,10 +27,21 @@ void visit(auto& archive, Is<MaterialColor> auto& color) {
     archive(color.base, color.texture, color.wrap_u, color.wrap_v, color.problem);
     archive(color.alpha_mode, color.alpha_cutoff, color.alpha, color.double_sided);
 }
-void visit(auto& archive, Is<PartColor> auto& color) { archive(color.material, color.uv); }
+void visit(auto& archive, Is<PartTexture> auto& picture) {
+    archive(picture.role, picture.texture, picture.wrap_u, picture.wrap_v, picture.strength, picture.uv);
+}
+void visit(auto& archive, Is<PartColor> auto& color) {
+    archive(color.material, color.uv, color.textures, color.textures_problem);
+}
+void visit(auto& archive, Is<Principled> auto& look) {
+    archive(look.color, look.metallic, look.roughness, look.ior, look.specular, look.specular_color, look.emission);
+}
+void visit(auto& archive, Is<SourceLook> auto& look) {
+    archive(look.material, look.principled, look.textures, look.notes, look.problem);
+}
 void visit(auto& archive, Is<SourcePart> auto& part) {
     archive(part.node, part.skin, part.material, part.color, part.positions, part.normals, part.triangles,
-            part.influences, part.joints, part.weights, part.visible);
+            part.influences, part.joints, part.weights, part.visible, part.look);
 }
 void visit(auto& archive, Is<Channel> auto& channel) {
     archive(channel.node, channel.path, channel.interpolation, channel.times, channel.values);
@@ -44,7 +55,7 @@ void visit(auto& archive, Is<RigSource> auto& source) {
 // Numbers, enums, and arrays of these: their bytes are their value.
 template <class T>
 concept Plain = std::is_arithmetic_v<T> || std::is_enum_v<T> || std::same_as<T, std::byte> || std::same_as<T, Vec3> ||
-    requires(T value) {
+    std::same_as<T, Vec3d> || requires(T value) {
     []<class U, std::size_t n>(const std::array<U, n>&) {}(value);
 };
 

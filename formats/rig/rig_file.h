@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "formats/common/mesh.h"
+#include "formats/common/surface.h"
 
 namespace penumbra {
 
@@ -58,8 +59,6 @@ struct Node {
     std::optional<std::array<double, 16>> matrix;  // column-major; a node with a matrix is not animated
 };
 
-enum class TextureWrap : std::uint8_t { kRepeat, kMirror, kClamp };
-
 // A picture that a material names: a PNG or JPEG file. The reader of the rig does not open it.
 struct Texture {
     std::string name;            // the field that names it, for messages
@@ -83,12 +82,23 @@ struct MaterialColor {
     bool double_sided = false;
 };
 
+// A picture of a material beside that of its base colour, and where it lies.
+struct PartTexture {
+    TextureRole role = TextureRole::kNormal;
+    std::shared_ptr<const Texture> texture;
+    TextureWrap wrap_u = TextureWrap::kRepeat, wrap_v = TextureWrap::kRepeat;
+    float strength = 1;                     // of normals: the factor on what leaves the plane; of occlusion
+    std::vector<std::array<double, 2>> uv;  // [vertices] v points down
+};
+
 // What the surface of one part of the source looks like: the product of base, texture and tint.
 struct PartColor {
     MaterialColor material;
     std::vector<std::array<double, 2>> uv;  // [vertices] v points down; empty without texture
     std::vector<Vec3> tints;                // [vertices] linear; empty: white
     std::vector<float> alphas;              // [vertices]; empty: 1
+    std::vector<PartTexture> textures;      // of other roles than kBaseColor, each at most once
+    std::string textures_problem = "";      // a message that says why `textures` are not all; "" when they are
 };
 
 // A part in the rig. Its vertices stand together in Mesh::source_vertex.

@@ -13,6 +13,7 @@
 
 #include "formats/rig/rig_file.h"
 #include "formats/rig/rig_gltf_extensions.h"
+#include "formats/rig/source_look.h"
 
 namespace penumbra {
 
@@ -21,12 +22,21 @@ struct GltfEffect {
     std::string feature, effect;
 };
 
+// Which texture coordinates a picture takes.
+struct GltfUv {
+    int set = 0;                                        // of TEXCOORD_n
+    std::array<double, 6> transform{1, 0, 0, 0, 1, 0};  // row-major 2x3, from these to the texture's coordinates
+};
+
 struct GltfMaterial {
     std::string name;  // "" where it has none
     std::vector<GltfEffect> effects;
     MaterialColor color;
-    int uv_set = 0;                                        // the TEXCOORD_n that its texture takes
-    std::array<double, 6> uv_transform{1, 0, 0, 0, 1, 0};  // row-major 2x3, from these to the texture's coordinates
+    SourceLook look;
+    GltfUv uv;                          // of the base colour
+    std::vector<PartTexture> textures;  // without coordinates
+    std::vector<GltfUv> textures_uv;    // one for each
+    std::string textures_problem;       // as PartColor has it
 };
 
 struct GltfFile {

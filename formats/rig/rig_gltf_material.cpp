@@ -7,6 +7,7 @@
 #include "formats/common/errors.h"
 #include "formats/rig/rig_build.h"
 #include "formats/rig/rig_gltf.h"
+#include "formats/rig/rig_gltf_look.h"
 
 namespace penumbra {
 
@@ -85,26 +86,63 @@ std::array<double, 6> uvTransform(const Json& extension) {
     return {c * scale[0], s * scale[1], offset[0], -s * scale[0], c * scale[1], offset[1]};
 }
 
-// Reads a textureInfo: the texture, its sampler, and which texture coordinates it takes.
-void readTexture(MaterialReader& reader, const Json& info, GltfMaterial& material) {
+// Reads a textureInfo: the texture, its sampler, and which texture coordinates it takes. `what` names it.
+PartTexture readTexture(MaterialReader& reader, const Json& info, const std::string& what, GltfUv& uv) {
+    PartTexture out;
     const Json& texture = reader.element("textures", info.at("index"), "texture");
-    if (!texture.contains("source")) reader.fail("its base colour texture has no PNG or JPEG picture");
+    if (!texture.contains("source")) reader.fail("its " + what + " texture has no PNG or JPEG picture");
     const Json& source = texture.at("source");
     std::shared_ptr<const Texture>& image =
         reader.textures[source.is_number_unsigned() ? source.get<std::size_t>() : 0];
     if (!image) image = readImage(reader, source);
-    material.color.texture = image;
+    out.texture = image;
     if (texture.contains("sampler")) {
         const Json& sampler = reader.element("samplers", texture.at("sampler"), "sampler");
-        material.color.wrap_u = wrapOf(reader, sampler, "wrapS");
-        material.color.wrap_v = wrapOf(reader, sampler, "wrapT");
+        out.wrap_u = wrapOf(reader, sampler, "wrapS");
+        out.wrap_v = wrapOf(reader, sampler, "wrapT");
     }
-    material.uv_set = info.value("texCoord", 0);
+    uv.set = info.value("texCoord", 0);
     const Json extensions = info.value("extensions", Json::object());
     if (const auto transform = extensions.find("KHR_texture_transform"); transform != extensions.end()) {
-        material.uv_transform = uvTransform(*transform);
-        material.uv_set = transform->value("texCoord", material.uv_set);
+        uv.transform = uvTransform(*transform);
+        uv.set = transform->value("texCoord", uv.set);
     }
+    return out;
+}
+
+// Reads the pictures beside that of the base colour.
+void readTextures(MaterialReader& reader, const Json& from, GltfMaterial& material) {
+    struct Place {
+        TextureRole role;
+        const char *key, *what, *strength;
+    };
+    constexpr Place kPlaces[] = {
+        {TextureRole::kMetallicRoughness, "metallicRoughnessTexture", "metalness and roughness", ""},
+        {TextureRole::kNormal, "normalTexture", "normal", "scale"},
+        {TextureRole::kEmissive, "emissiveTexture", "emissive", ""},
+        {TextureRole::kOcclusion, "occlusionTexture", "occlusion", "strength"}};
+    const Json metallic = from.value("pbrMetallicRoughness", Json::object());
+    for (const Place& place : kPlaces) {
+        const Json& look = place.role == TextureRole::kMetallicRoughness ? metallic : from;
+        const auto info = look.find(place.key);
+        if (info == look.end()) continue;
+        GltfUv uv;
+        PartTexture texture = readTexture(reader, *info, place.what, uv);
+        texture.role = place.role;
+        if (*place.strength) texture.strength = info->value(place.strength, 1.0f);
+        if (!std::isfinite(texture.strength)) reader.fail(std::string(place.key) + " has a wrong " + place.strength);
+        material.textures.push_back(std::move(texture));
+        material.textures_uv.push_back(uv);
+    }
+}
+
+// Keeps what is wrong with these pictures for those who want them: bakes need none.
+void readTexturesOf(MaterialReader& reader, const Json& from, const std::string& where, GltfMaterial& material) try {
+    readTextures(reader, from, material);
+} catch (const Json::exception& error) {
+    material.textures_problem = where + error.what();
+} catch (const InvalidInput& error) {
+    material.textures_problem = where + error.what();
 }
 
 // Reads the base colour, which is linear and white where the material does not tell it. The older extension of shiny
@@ -119,7 +157,11 @@ void readColor(MaterialReader& reader, const Json& from, GltfMaterial& material)
     material.color.base = Vec3{factor[0], factor[1], factor[2]};
     material.color.alpha = factor[3];
     const auto texture = look.find(old ? "diffuseTexture" : "baseColorTexture");
-    if (texture != look.end()) readTexture(reader, *texture, material);
+    if (texture == look.end()) return;
+    PartTexture picture = readTexture(reader, *texture, "base colour", material.uv);
+    material.color.texture = std::move(picture.texture);
+    material.color.wrap_u = picture.wrap_u;
+    material.color.wrap_v = picture.wrap_v;
 }
 
 // Reads which sides a material is drawn on, and how it stops light. Every field is checked before any is set.
@@ -163,6 +205,41 @@ MaterialColor damagedColor(const MaterialColor& color, std::string problem) {
     return out;
 }
 
+// Returns the places of a primitive's vertices in a picture. `what` is the picture's name in messages.
+std::vector<std::array<double, 2>> readTextureUv(const GltfFile& file, const tinygltf::Primitive& primitive,
+                                                 const GltfUv& from, const std::string& where,
+                                                 const std::string& what) {
+    const std::size_t vertices = file.model.accessors[std::size_t(primitive.attributes.at("POSITION"))].count;
+    const std::string name = "TEXCOORD_" + std::to_string(from.set);
+    const auto uv = primitive.attributes.find(name);
+    if (uv == primitive.attributes.end())
+        failAtFile(file.path, where + ": has no " + name + ", which its " + what + " texture takes");
+    const AccessorValues values = readAccessor(file, uv->second, where + " " + name);
+    if (values.components != 2 || values.count() != vertices)
+        failAtFile(file.path, where + ": " + name + " does not have 2 numbers for every vertex");
+    std::vector<std::array<double, 2>> out;
+    const std::array<double, 6>& m = from.transform;
+    for (std::size_t at = 0; at < values.values.size(); at += 2) {
+        const double u = values.values[at], v = values.values[at + 1];
+        const std::array<double, 2> moved{m[0] * u + m[1] * v + m[2], m[3] * u + m[4] * v + m[5]};
+        if (!(std::abs(moved[0]) < kFarthestUv && std::abs(moved[1]) < kFarthestUv))
+            failAtFile(file.path, where + ": " + name + " of vertex " + std::to_string(at / 2) + " is out of range");
+        out.push_back(moved);
+    }
+    return out;
+}
+
+void readPartTextures(const GltfFile& file, const tinygltf::Primitive& primitive, const std::string& where,
+                      const GltfMaterial& material, PartColor& color) try {
+    color.textures_problem = material.textures_problem;
+    for (std::size_t i = 0; i < material.textures.size(); ++i) {
+        PartTexture& texture = color.textures.emplace_back(material.textures[i]);
+        texture.uv = readTextureUv(file, primitive, material.textures_uv[i], where, "further");
+    }
+} catch (const InvalidInput& error) {
+    color.textures_problem = error.what();
+}
+
 }  // namespace
 
 std::vector<GltfMaterial> readMaterials(const std::filesystem::path& path, const nlohmann::json& document,
@@ -171,6 +248,7 @@ std::vector<GltfMaterial> readMaterials(const std::filesystem::path& path, const
     std::vector<GltfMaterial> materials;
     for (const Json& from : document.value("materials", Json::array())) {
         GltfMaterial& material = materials.emplace_back();
+        material.look = readGltfLook(from);
         material.name = cleanText(from.value("name", ""));
         const std::string where = path.string() + ": materials[" + std::to_string(materials.size() - 1) + "]" +
                                   (material.name.empty() ? "" : " '" + material.name + "'") + ": ";
@@ -178,6 +256,7 @@ std::vector<GltfMaterial> readMaterials(const std::filesystem::path& path, const
             readCoverage(from, material.color);
             readColor(reader, from, material);
             material.effects = effectsOf(from);
+            readTexturesOf(reader, from, where, material);
         } catch (const Json::exception& error) {
             material.color = damagedColor(material.color, where + error.what());
         } catch (const InvalidInput& error) {
@@ -193,6 +272,7 @@ void readPartColor(const GltfFile& file, const tinygltf::Primitive& primitive, c
     const bool has_material = primitive.material >= 0 && std::size_t(primitive.material) < file.materials.size();
     if (has_material) material = file.materials[std::size_t(primitive.material)];
     part.color.material = material.color;
+    part.look = has_material ? material.look : readGltfLook(nlohmann::json::object());
     if (const auto color = primitive.attributes.find("COLOR_0"); color != primitive.attributes.end()) {
         const AccessorValues values = readAccessor(file, color->second, where + " COLOR_0");
         if ((values.components != 3 && values.components != 4) || values.count() != part.positions.size())
@@ -203,24 +283,10 @@ void readPartColor(const GltfFile& file, const tinygltf::Primitive& primitive, c
             part.color.alphas.push_back(float(values.values[at]));
         if (!has_material) part.color.material.base = Vec3{1, 1, 1};
     }
-    if (!material.color.texture) return;
-    const std::string name = "TEXCOORD_" + std::to_string(material.uv_set);
-    const auto uv = primitive.attributes.find(name);
-    if (uv == primitive.attributes.end())
-        failAtFile(file.path, where + ": has no " + name + ", which its base colour texture takes");
-    const AccessorValues values = readAccessor(file, uv->second, where + " " + name);
-    if (values.components != 2 || values.count() != part.positions.size())
-        failAtFile(file.path, where + ": " + name + " does not have 2 numbers for every vertex");
-    const std::array<double, 6>& m = material.uv_transform;
-    for (std::size_t at = 0; at < values.values.size(); at += 2) {
-        const double u = values.values[at], v = values.values[at + 1];
-        const std::array<double, 2> moved{m[0] * u + m[1] * v + m[2], m[3] * u + m[4] * v + m[5]};
-        if (!(std::abs(moved[0]) < kFarthestUv && std::abs(moved[1]) < kFarthestUv))
-            failAtFile(file.path, where + ": " + name + " of vertex " + std::to_string(at / 2) + " is out of range");
-        part.color.uv.push_back(moved);
-    }
+    if (material.color.texture) part.color.uv = readTextureUv(file, primitive, material.uv, where, "base colour");
+    readPartTextures(file, primitive, where, material, part.color);
 } catch (const InvalidInput& error) {
-    part.color = {damagedColor(part.color.material, error.what()), {}, {}, {}};
+    part.color = {damagedColor(part.color.material, error.what()), {}, {}, {}, {}, ""};
 }
 
 }  // namespace penumbra

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cassert>
 #include <cmath>
 #include <functional>
@@ -71,6 +72,7 @@ void writeSteps(hid_t file, const BrdfFile& brdf) {
     writeDoubles(file, "/steps/slices", steps.slices, {count, rows, columns, 3});
     writeIntegerAttribute(file, "/steps", "parameter", std::int64_t(steps.parameter));
     writeNumberAttribute(file, "/steps", "error", steps.error);
+    if (steps.lobes != 1) writeIntegerAttribute(file, "/steps", "lobes", steps.lobes);
 }
 
 }  // namespace
@@ -89,6 +91,11 @@ void writeBrdf(const std::filesystem::path& path, const BrdfFile& brdf) {
     writeLobes(file, brdf);
     if (brdf.membrane) writeMembrane(file, *brdf.membrane);
     if (brdf.steps) writeSteps(file, brdf);
+    if (brdf.emission != Vec3{}) {
+        makeGroup(file, "/emission");
+        const std::vector<double> radiance = {brdf.emission.x, brdf.emission.y, brdf.emission.z};
+        writeDoubles(file, "/emission/radiance", radiance, {3});
+    }
     closeHdf5(file);
     partial.commit();
 }
@@ -192,25 +199,55 @@ Membrane readMembrane(const Hdf5Reader& in) {
     return membrane;
 }
 
-// The steps are those of one lobe, which the material is.
+Vec3 readEmission(const Hdf5Reader& in) {
+    std::vector<hsize_t> shape{3};
+    const std::vector<double> values = readDoubles(in, "/emission/radiance", shape);
+    Vec3 emission;
+    for (int c = 0; c < 3; ++c) emission[c] = float(values[std::size_t(c)]);
+    for (int c = 0; c < 3; ++c)
+        if (!(emission[c] >= 0 && std::isfinite(emission[c])))
+            throw InvalidInput(in.name + ": /emission/radiance: is not 0 or more");
+    return emission;
+}
+
+// Finds a fault of which lobes a step changes, and of the parameter's place; empty: there is none.
+std::string problemOfChange(const BrdfFile& brdf, const BrdfSteps& steps) {
+    if (steps.lobes == 0 || steps.lobes >> brdf.lobes.size() != 0) return ": lobes names lobes that there are not";
+    const char* name = nullptr;
+    float value = 0;
+    for (std::size_t i = 0; i < brdf.lobes.size(); ++i) {
+        if (!(steps.lobes >> i & 1)) continue;
+        const std::span<const BrdfParameter> known = parametersOf(brdf.lobes[i].model);
+        if (known.empty()) return std::string(": ") + nameOf(brdf.lobes[i].model) + " has no parameter";
+        if (steps.parameter >= known.size()) return ": parameter is none of the lobe's";
+        const float own = brdf.lobes[i].parameters[steps.parameter];
+        if (name && (std::string_view(name) != known[steps.parameter].name || own != value))
+            return ": the lobes have no parameter in common";
+        name = known[steps.parameter].name;
+        value = own;
+    }
+    return "";
+}
+
+// The steps are those of lobes that the material is.
 BrdfSteps readSteps(const Hdf5Reader& in, const BrdfFile& brdf) {
     const auto require = [&](bool holds, const std::string& what) {
         if (!holds) throw InvalidInput(in.name + ": /steps" + what);
     };
-    require(brdf.lobes.size() == 1 && brdf.lobe_error == 0 && !brdf.slices.empty() && !brdf.membrane &&
-                brdf.operators.count == 0,
-            ": the material is not one lobe with slices, without operators or a membrane");
-    const BrdfLobe& lobe = brdf.lobes[0];
-    const std::span<const BrdfParameter> parameters = parametersOf(lobe.model);
-    require(!parameters.empty(), std::string(": ") + nameOf(lobe.model) + " has no parameter");
+    require(brdf.lobe_error == 0 && !brdf.slices.empty() && !brdf.membrane && brdf.operators.count == 0,
+            ": the material is not one lobe or more, all exact, with slices, without operators or a membrane");
     BrdfSteps steps;
-    steps.parameter =
-        std::size_t(readIntegerAttribute(in, "/steps", "parameter", 0, std::int64_t(parameters.size()) - 1));
+    if (hasAttribute(in, "/steps", "lobes"))
+        steps.lobes = std::uint8_t(readIntegerAttribute(in, "/steps", "lobes", 0, 255));
+    steps.parameter = std::size_t(readIntegerAttribute(in, "/steps", "parameter", 0, 3));
+    const std::string problem = problemOfChange(brdf, steps);
+    require(problem.empty(), problem);
+    const BrdfLobe& lobe = brdf.lobes[std::size_t(std::countr_zero(steps.lobes))];
     std::vector<hsize_t> count{0};
     steps.values = readDoubles(in, "/steps/values", count);
     require(count[0] >= 2 && count[0] <= kMaxBrdfSteps,
             "/values: " + std::to_string(count[0]) + " steps; 2.." + std::to_string(kMaxBrdfSteps) + " are possible");
-    const BrdfParameter& parameter = parameters[steps.parameter];
+    const BrdfParameter& parameter = parametersOf(lobe.model)[steps.parameter];
     require(steps.values.front() >= parameter.least && steps.values.back() <= parameter.most,
             std::string("/values: out of the range of ") + parameter.name);
     require(std::ranges::adjacent_find(steps.values, std::greater_equal()) == steps.values.end(),
@@ -242,6 +279,8 @@ BrdfFile readBrdf(const std::filesystem::path& path) {
     if (!has_slices) checkLive(in, brdf);
     if (exists(in, "/membrane")) brdf.membrane = readMembrane(in);
     if (exists(in, "/steps")) brdf.steps = readSteps(in, brdf);
+    if (exists(in, "/emission")) brdf.emission = readEmission(in);
+    if (brdf.membrane && brdf.emission != Vec3{}) throw InvalidInput(in.name + ": /emission: a membrane has none");
     return brdf;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 // m.brdf.h5: a material as reflectance slices (HDF5, format "penumbra.brdf"), with the operators of Nowrouzezahrai 2009
 // beside them where the user asked for these.
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -29,12 +30,13 @@ struct BrdfOperators {
     bool operator==(const BrdfOperators&) const = default;
 };
 
-// Slices at steps of a parameter of the material's one lobe. The run time interpolates them between two steps.
+// Slices at steps of a parameter of some of the material's lobes. The run time interpolates them between two steps.
 struct BrdfSteps {
-    std::size_t parameter = 0;   // index into parametersOf() of the lobe's model
+    std::size_t parameter = 0;   // index into parametersOf() of the model of each of these, which call it alike
     std::vector<double> values;  // 2..kMaxBrdfSteps, ascending
     std::vector<double> slices;  // [steps, J^2, E, 3], colour included
     double error = 0;            // largest relative error of interpolated slices in the middle between two steps
+    std::uint8_t lobes = 1;      // bit i: lobe i has the parameter
     bool operator==(const BrdfSteps&) const = default;
 };
 
@@ -51,7 +53,8 @@ struct BrdfFile {
     double lobe_error = 0;        // of that sum, fit/reflectance/shading_error.h; 0: exact
     // Set: the slices and lobes are those of a white Lambertian surface, and the membrane says what it makes of them.
     std::optional<Membrane> membrane;
-    std::optional<BrdfSteps> steps;  // set: `slices` are those of the parameter that the lobe has
+    std::optional<BrdfSteps> steps;  // set: `slices` are those of the parameter that the lobes have
+    Vec3 emission{};                 // radiance of the surface itself, linear Rec.709; neither slices nor lobes have it
 
     // A live material is one lobe about the mirror direction (sh/brdf/mirror_lobe.h) and has no slices.
     bool isLive() const { return slices.empty(); }

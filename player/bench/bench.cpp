@@ -24,6 +24,8 @@ struct Subject {
     FrameVertices vertices;
     std::vector<Vec3> values;
     FrameView view;
+
+    SunlitSurface surface() const { return {vertices.normals, vertices.tangents, {}}; }
 };
 
 void evaluateValues(Subject& subject, Evaluator& evaluator, std::size_t frame) {
@@ -43,7 +45,7 @@ void evaluateValues(Subject& subject, Evaluator& evaluator, std::size_t frame) {
 
 GlBench::WholeFrame timeWholeFrame(Subject& subject, const RenderOptions& options, int samples, int runs) {
     const OffscreenTarget target(options.width, options.height, samples, GL_RGBA8);
-    ValuePainter painter(subject.asset->mesh, subject.channel, Sides::kSeen);
+    ValuePainter painter(subject.asset->mesh, subject.channel, Sides::kSeen, 0, subject.shading);
     Evaluator evaluator(*subject.asset);
     FrameView view = subject.view;
     view.display = DisplayTransform();
@@ -51,7 +53,8 @@ GlBench::WholeFrame timeWholeFrame(Subject& subject, const RenderOptions& option
     return {samples, timeRuns(runs, [&](std::size_t run) {
                 evaluateValues(subject, evaluator, run);
                 target.begin();
-                painter.draw(view, subject.vertices.positions, subject.values);
+                painter.upload(subject.vertices.positions, subject.values, subject.surface());
+                painter.draw(view);
                 target.readBytes(picture);
             })};
 }
@@ -112,14 +115,17 @@ GlBench benchGl(Subject& subject, const RenderOptions& options, int runs) {
     bench.whole_frames.push_back(timeWholeFrame(subject, options, 1, runs));
     if (options.samples > 1) bench.whole_frames.push_back(timeWholeFrame(subject, options, options.samples, runs));
     const OffscreenTarget target(options.width, options.height, options.samples);
-    ValuePainter value_painter(subject.asset->mesh, subject.channel, Sides::kSeen);
+    ValuePainter value_painter(subject.asset->mesh, subject.channel, Sides::kSeen, 0, subject.shading);
     const auto draw_values = [&](std::size_t) {
         target.begin();
-        value_painter.draw(subject.view, subject.vertices.positions, subject.values);
+        value_painter.upload(subject.vertices.positions, subject.values, subject.surface());
+        value_painter.draw(subject.view);
         gl::Finish();
     };
     bench.draw_values = timeRuns(runs, draw_values).median;
-    if (!subject.asset->transfer) benchModelPainter(subject, target, value_painter, context->software, runs, bench);
+    const bool pictured = subject.shading && subject.shading->showsSurface();  // which the CPU path draws
+    if (!subject.asset->transfer && !pictured)
+        benchModelPainter(subject, target, value_painter, context->software, runs, bench);
     return bench;
 }
 

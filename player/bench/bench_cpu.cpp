@@ -52,8 +52,9 @@ public:
     }
     // Shades with another parameter than the last time.
     void shadeChanged(std::size_t run) {
-        const auto [name, index, least, most] = *parameter();
-        shading_->setParameter(shading_->materialOfSlot()[0], std::lerp(least, most, run % 2 == 0 ? 0.9 : 0.2));
+        const ChangingParameter range = *parameter();
+        shading_->setParameter(shading_->materialOfSlot()[0],
+                               std::lerp(range.least, range.most, run % 2 == 0 ? 0.9 : 0.2));
         shade();
     }
     void emptyCaches() {

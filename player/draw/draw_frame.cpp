@@ -8,16 +8,36 @@ namespace penumbra {
 
 namespace {
 
-constexpr GLuint kLobesLocation = 4, kSightLocation = 5;  // in value.vert
+// In value.vert.
+constexpr GLuint kNormalLocation = 2, kLobesLocation = 4, kSightLocation = 5, kPlacesLocation = 6, kTermsLocation = 7;
+
+SurfaceShader shaderOf(const std::shared_ptr<const GlSurface>& textures) {
+    return textures ? surfaceShaderOf(&textures->shading()) : SurfaceShader();
+}
+
+// Returns the bytes of values [V] and of their copies, in `out` [V + E].
+template <class T>
+std::span<const std::byte> withCopies(std::span<const T> values, std::span<const std::uint32_t> of,
+                                      std::vector<T>& out) {
+    std::copy(values.begin(), values.end(), out.begin());
+    for (std::size_t e = 0; e < of.size(); ++e) out[values.size() + e] = values[of[e]];
+    return std::as_bytes(std::span<const T>(out));
+}
 
 }  // namespace
 
 ValuePainter::ValuePainter(std::span<const std::uint32_t> triangles, Channel channel, Sides sides, BrdfModels sunlit)
-    : program_(makeProgram(valueVertexSource(channel, sunlit), channelFragmentSource(channel, sunlit))),
+    : ValuePainter(triangles, channel, sides, sunlit, nullptr) {}
+
+ValuePainter::ValuePainter(std::span<const std::uint32_t> triangles, Channel channel, Sides sides, BrdfModels sunlit,
+                           std::shared_ptr<const GlSurface> textures)
+    : program_(makeProgram(valueVertexSource(channel, sunlit, shaderOf(textures)),
+                           channelFragmentSource(channel, sunlit, shaderOf(textures)))),
       vertex_array_(makeVertexArray()),
       view_(viewUniforms(program_)),
       sides_(sides),
-      index_count_(GLsizei(triangles.size())) {
+      index_count_(GLsizei(triangles.size())),
+      textures_(std::move(textures)) {
     gl::BindVertexArray(vertex_array_.id());
     GLuint location = 0;
     for (GlObject* buffer : {&positions_, &values_}) {
@@ -37,26 +57,90 @@ ValuePainter::ValuePainter(std::span<const std::uint32_t> triangles, Channel cha
             ++location;
         }
     }
+    if (textures_) addTextures(shaderOf(textures_));
     if (sides == Sides::kSeen) surfaces_ = findClosedSurfaces(triangles);
     triangles_ = makeBuffer(GL_ELEMENT_ARRAY_BUFFER,
                             sides == Sides::kSeen ? std::span<const std::uint32_t>(surfaces_.triangles) : triangles);
     checkGl("uploading the mesh");
 }
 
-ValuePainter::ValuePainter(const MeshView& mesh, Channel channel, Sides sides, BrdfModels sunlit)
-    : ValuePainter(mesh.triangles, channel, mesh.cull_backs ? Sides::kFront : sides, sunlit) {}
+namespace {
+
+std::shared_ptr<const GlSurface> texturesFor(const ShadingSet* shading, Channel channel) {
+    if (channel != Channel::kShaded || !surfaceShaderOf(shading).on) return nullptr;
+    return std::make_shared<const GlSurface>(*shading);
+}
+
+// A textured mesh is drawn slot by slot, from both sides where its own triangles do not tell.
+Sides sidesOf(const MeshView& mesh, Sides sides, const std::shared_ptr<const GlSurface>& textures) {
+    if (mesh.cull_backs) return Sides::kFront;
+    return textures && sides == Sides::kSeen ? Sides::kBoth : sides;
+}
+
+}  // namespace
+
+ValuePainter::ValuePainter(const MeshView& mesh, Channel channel, Sides sides, BrdfModels sunlit,
+                           const ShadingSet* shading)
+    : ValuePainter(mesh, channel, sides, sunlit, texturesFor(shading, channel)) {}
+
+ValuePainter::ValuePainter(const MeshView& mesh, Channel channel, Sides sides, BrdfModels sunlit,
+                           const std::shared_ptr<const GlSurface>& textures)
+    : ValuePainter(textures ? textures->triangles() : mesh.triangles, channel, sidesOf(mesh, sides, textures), sunlit,
+                   std::shared_ptr(textures)) {}
+
+void ValuePainter::addTextures(const SurfaceShader& shader) {
+    surface_uniforms_ = surfaceUniforms(program_);
+    if (shader.slopes > 0 && !sunlight_) {
+        surface_[0] = makeBuffer(GL_ARRAY_BUFFER, std::span<const std::byte>{});
+        gl::VertexAttribPointer(kNormalLocation, 3, GL_FLOAT, GL_FALSE, 0, nullptr);
+        gl::EnableVertexAttribArray(kNormalLocation);
+    }
+    gl::BindBuffer(GL_ARRAY_BUFFER, textures_->places().id());
+    gl::VertexAttribPointer(kPlacesLocation, 4, GL_FLOAT, GL_FALSE, 0, nullptr);
+    gl::EnableVertexAttribArray(kPlacesLocation);
+    for (std::size_t term = 0; term < shader.slopes + 2 * shader.steps; ++term) {
+        terms_.push_back(makeBuffer(GL_ARRAY_BUFFER, std::span<const std::byte>{}));
+        const GLuint location = kTermsLocation + GLuint(term);
+        gl::VertexAttribPointer(location, 3, GL_FLOAT, GL_FALSE, 0, nullptr);
+        gl::EnableVertexAttribArray(location);
+    }
+    drawn_.resize(textures_->drawnVertices());
+}
+
+// Replaces the values of vertices, and of their copies at seams.
+void ValuePainter::replaceDrawn(const GlObject& buffer, std::span<const Vec3> values) {
+    if (!textures_) return replaceBuffer(GL_ARRAY_BUFFER, buffer, std::as_bytes(values));
+    replaceBuffer(GL_ARRAY_BUFFER, buffer, withCopies(values, textures_->seamVertices(), drawn_));
+}
+
+void ValuePainter::uploadSurface(const SunlitSurface& surface) {
+    replaceDrawn(surface_[0], surface.normals);
+    replaceDrawn(surface_[1], surface.tangents);
+    if (textures_) {
+        const std::span<const std::uint32_t> seams = textures_->seamVertices();
+        drawn_lobes_.resize(drawn_.size());
+        drawn_sight_.resize(surface.sight.empty() ? 0 : drawn_.size());
+        replaceBuffer(GL_ARRAY_BUFFER, surface_[2], withCopies(surface.lobes, seams, drawn_lobes_));
+        replaceBuffer(
+            GL_ARRAY_BUFFER, surface_[3],
+            surface.sight.empty() ? std::span<const std::byte>() : withCopies(surface.sight, seams, drawn_sight_));
+    } else {
+        replaceBuffer(GL_ARRAY_BUFFER, surface_[2], std::as_bytes(surface.lobes));
+        replaceBuffer(GL_ARRAY_BUFFER, surface_[3], std::as_bytes(surface.sight));
+    }
+    if (!surface.sight.empty()) gl::EnableVertexAttribArray(kSightLocation);
+}
 
 void ValuePainter::upload(std::span<const Vec3> positions, std::span<const Vec3> values, const SunlitSurface& surface) {
     gl::BindVertexArray(vertex_array_.id());
-    replaceBuffer(GL_ARRAY_BUFFER, positions_, std::as_bytes(positions));
-    replaceBuffer(GL_ARRAY_BUFFER, values_, std::as_bytes(values));
-    if (sunlight_) {
-        replaceBuffer(GL_ARRAY_BUFFER, surface_[0], std::as_bytes(surface.normals));
-        replaceBuffer(GL_ARRAY_BUFFER, surface_[1], std::as_bytes(surface.tangents));
-        replaceBuffer(GL_ARRAY_BUFFER, surface_[2], std::as_bytes(surface.lobes));
-        replaceBuffer(GL_ARRAY_BUFFER, surface_[3], std::as_bytes(surface.sight));
-        if (!surface.sight.empty()) gl::EnableVertexAttribArray(kSightLocation);
-    }
+    replaceDrawn(positions_, positions);
+    replaceDrawn(values_, values.first(positions.size()));
+    for (std::size_t term = 0; term < terms_.size(); ++term)
+        replaceDrawn(terms_[term], values.subspan((term + 1) * positions.size(), positions.size()));
+    if (sunlight_)
+        uploadSurface(surface);
+    else if (textures_ && shaderOf(textures_).slopes > 0)
+        replaceDrawn(surface_[0], surface.normals);
     outward_ = allOutward(surfaces_, positions);
 }
 
@@ -72,6 +156,12 @@ void ValuePainter::draw(const FrameView& view, const Sunlight* suns) const {
     gl::BindVertexArray(vertex_array_.id());
     setView(program_, view_, view);
     if (sunlight_) suns->bind(*sunlight_, view);
+    if (textures_) {
+        if (sides_ == Sides::kFront) gl::Enable(GL_CULL_FACE);
+        textures_->draw(surface_uniforms_);
+        if (sides_ == Sides::kFront) gl::Disable(GL_CULL_FACE);
+        return checkGl("drawing");
+    }
     const GLsizei closed = outward_ ? GLsizei(surfaces_.closedIndices()) : 0;
     const GLsizei one_sided = sides_ == Sides::kFront ? index_count_ : closed;
     if (one_sided > 0) {

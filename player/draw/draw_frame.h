@@ -1,12 +1,14 @@
 #pragma once
 // Draws one frame into the bound target.
 #include <array>
+#include <memory>
 #include <optional>
 #include <span>
 
 #include "formats/asset/asset_file.h"
 #include "player/draw/closed_surfaces.h"
 #include "player/draw/frame_view.h"
+#include "player/draw/gl_surface.h"
 #include "player/draw/sunlight.h"
 #include "player/frame/channel.h"
 #include "player/gl/gl_objects.h"
@@ -28,8 +30,10 @@ public:
     // surface and draw() with the suns. 0: no suns.
     ValuePainter(std::span<const std::uint32_t> triangles, Channel channel, Sides sides = Sides::kBoth,
                  BrdfModels sunlit = 0);
-    // Draws `sides` of a mesh that is not two-sided.
-    ValuePainter(const MeshView& mesh, Channel channel, Sides sides, BrdfModels sunlit = 0);
+    // Draws `sides` of a mesh that is not two-sided. Where `shading` shows a surface, the mesh is that of its asset,
+    // the values of upload() are [terms, V] (shadeFrame()), and both outlive this object.
+    ValuePainter(const MeshView& mesh, Channel channel, Sides sides, BrdfModels sunlit = 0,
+                 const ShadingSet* shading = nullptr);
     void draw(const FrameView& view, std::span<const Vec3> positions, std::span<const Vec3> values);
     // The two halves of draw().
     void upload(std::span<const Vec3> positions, std::span<const Vec3> values, const SunlitSurface& surface = {});
@@ -38,6 +42,13 @@ public:
     void setTriangles(std::span<const std::uint32_t> triangles);
 
 private:
+    ValuePainter(std::span<const std::uint32_t> triangles, Channel channel, Sides sides, BrdfModels sunlit,
+                 std::shared_ptr<const GlSurface> textures);
+    ValuePainter(const MeshView& mesh, Channel channel, Sides sides, BrdfModels sunlit,
+                 const std::shared_ptr<const GlSurface>& textures);
+    void uploadSurface(const SunlitSurface& surface);
+    void addTextures(const SurfaceShader& shader);
+    void replaceDrawn(const GlObject& buffer, std::span<const Vec3> values);
     GlObject program_, vertex_array_, positions_, values_, triangles_;
     std::array<GlObject, 4> surface_;  // normals, tangents, lobes and sight of a sunlit mesh
     ViewUniforms view_;
@@ -45,7 +56,13 @@ private:
     Sides sides_;
     ClosedSurfaces surfaces_;  // only for kSeen
     bool outward_ = false;     // in the uploaded pose
+    SurfaceUniforms surface_uniforms_;
+    std::vector<GlObject> terms_;  // beside the first
+    std::vector<Vec3> drawn_;      // of all vertices that are drawn, those at seams last
+    std::vector<std::uint32_t> drawn_lobes_;
+    std::vector<float> drawn_sight_;
     GLsizei index_count_;
+    std::shared_ptr<const GlSurface> textures_;  // null: there are none
 };
 
 }  // namespace penumbra

@@ -10,6 +10,7 @@
 #include "runtime/glsl/far_glsl.h"
 #include "runtime/glsl/sh_glsl.h"
 #include "runtime/glsl/shading_glsl.h"
+#include "sh/brdf/principled.h"
 #include "sh/light/dominant_light.h"
 
 namespace penumbra {
@@ -209,12 +210,25 @@ std::string evaluateSource(const ShaderRecipe& recipe) {
     return preamble(recipe.channel) + defines + text;
 }
 
-std::string valueVertexSource(Channel channel, BrdfModels sunlit) {
-    return preamble(channel) + interpolation(channel) + (sunlit ? kSunlit : "") + kShaderValueVert;
+namespace {
+
+std::string surfaceDefines(const SurfaceShader& surface) {
+    if (!surface.on) return "";
+    return "#define TEXTURED\n" + define("SLOPES", surface.slopes) + define("STEPS", surface.steps) +
+           define("TERMS", surface.slopes + 2 * surface.steps) + "#define LEAST_ROUGHNESS " +
+           glslFloat(kLeastRoughness) + "\n";
 }
 
-std::string evaluatedVertexSource(Channel channel, BrdfModels sunlit) {
-    return preamble(channel) + interpolation(channel) + evaluatedQuads(sunlit != 0) + kShaderEvaluatedVert;
+}  // namespace
+
+std::string valueVertexSource(Channel channel, BrdfModels sunlit, const SurfaceShader& surface) {
+    return preamble(channel) + interpolation(channel) + (sunlit ? kSunlit : "") + surfaceDefines(surface) +
+           (sunlit || surface.slopes > 0 ? "#define HAS_NORMALS\n" : "") + kShaderValueVert;
+}
+
+std::string evaluatedVertexSource(Channel channel, BrdfModels sunlit, const SurfaceShader& surface) {
+    return preamble(channel) + interpolation(channel) + evaluatedQuads(sunlit != 0) + surfaceDefines(surface) +
+           kShaderEvaluatedVert;
 }
 
 std::string skyVertexSource() { return preamble(Channel::kShaded) + kShaderSkyVert; }
@@ -224,13 +238,17 @@ std::string skyFragmentSource() {
            kShaderSkyFrag;
 }
 
-std::string channelFragmentSource(Channel channel, BrdfModels sunlit) {
+std::string channelFragmentSource(Channel channel, BrdfModels sunlit, const SurfaceShader& surface) {
     std::string suns;
+    if (sunlit && surface.on)
+        for (const BrdfModel model : {BrdfModel::kPrincipledDiffuse, BrdfModel::kGgxF0, BrdfModel::kGgxF90})
+            sunlit |= 1u << int(model);
     if (sunlit) suns = kSunlit + brdfGlsl(sunlit) + sunGlsl() + kShaderSkyGlsl + kShaderSunlightGlsl;
     if (sunlit & kMembranes) suns.insert(0, "#define SUN_MEMBRANES\n");
     if ((sunlit & ~kMembranes) == 1u << int(BrdfModel::kLambert)) suns.insert(0, "#define SUN_LAMBERT\n");
     if (sunlit >> int(BrdfModel::kMirror) & 1) suns.insert(0, "#define SUN_MIRRORS\n");
-    return preamble(channel) + interpolation(channel) + suns + kShaderDisplayGlsl + kShaderChannelFrag;
+    const std::string textured = surface.on ? surfaceDefines(surface) + kShaderSurfaceGlsl : "";
+    return preamble(channel) + interpolation(channel) + textured + suns + kShaderDisplayGlsl + kShaderChannelFrag;
 }
 
 }  // namespace penumbra

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "player/draw/evaluate_layout.h"
+#include "player/draw/gl_surface.h"
 #include "player/frame/channel.h"
 #include "runtime/glsl/brdf_glsl.h"
 #include "runtime/glsl/far_glsl.h"
@@ -70,9 +71,10 @@ std::string heightsAboveSource(const std::string& heights);
 std::string heightsReceiversSource(const HeightsRecipe& recipe);
 std::string heightsPointsSource(const HeightsRecipe& recipe);
 // Suns shine on a surface of materials with these models (shaders/sunlight.glsl); 0: they do not.
-std::string valueVertexSource(Channel channel, BrdfModels sunlit);
-std::string evaluatedVertexSource(Channel channel, BrdfModels sunlit);
-std::string channelFragmentSource(Channel channel, BrdfModels sunlit);
+// `surface` is of meshes with pictures, only for kShaded.
+std::string valueVertexSource(Channel channel, BrdfModels sunlit, const SurfaceShader& surface = {});
+std::string evaluatedVertexSource(Channel channel, BrdfModels sunlit, const SurfaceShader& surface = {});
+std::string channelFragmentSource(Channel channel, BrdfModels sunlit, const SurfaceShader& surface = {});
 // A light behind everything, as SkyPainter draws it.
 std::string skyVertexSource();
 std::string skyFragmentSource();

@@ -86,14 +86,16 @@ void shadeTransfer(Evaluator& evaluator, const ShadingSet& shading, int threads,
 
 void shadeFrame(const ShadingSet& shading, const FrameVertices& vertices, Vec3 eye, int threads,
                 std::vector<Vec3>& radiance) {
-    radiance.resize(vertices.positions.size());
+    const std::size_t count = vertices.positions.size(), slopes = shading.surfaceTerms().slopes;
+    radiance.resize(shading.terms() * count);
     const std::span<const std::uint32_t> order = shading.shadingOrder();
-    overVertices(radiance.size(), threads, [&](std::size_t begin, std::size_t end) {
-        shading.shade(vertices.range(begin, end), eye, radiance);
-        for (std::size_t at = begin; at < end; ++at) {
-            Vec3& v = radiance[order.empty() ? at : order[at]];
-            for (int c = 0; c < 3; ++c) v[c] = std::max(v[c], 0.0f);
-        }
+    overVertices(count, threads, [&](std::size_t begin, std::size_t end) {
+        shading.shadeTerms(vertices.range(begin, end), eye, radiance);
+        for (std::size_t term = 0; term < shading.terms(); term += term == 0 ? 1 + slopes : 1)  // slopes have signs
+            for (std::size_t at = begin; at < end; ++at) {
+                Vec3& v = radiance[term * count + (order.empty() ? at : order[at])];
+                for (int c = 0; c < 3; ++c) v[c] = std::max(v[c], 0.0f);
+            }
     });
 }
 

@@ -41,12 +41,13 @@ std::vector<float> ambientOf(const Shot& shot, const std::vector<float>& numbers
 // first (TransferEvaluator). Negative values are 0. Sizes `radiance`.
 void shadeTransfer(Evaluator& evaluator, const ShadingSet& shading, int threads, std::vector<Vec3>& radiance);
 
-// Computes the radiance of every vertex towards `eye`, with negative values as 0. Sizes `radiance`.
+// Computes the radiance of every vertex towards `eye`, with negative values as 0. Sizes `radiance`: [shading.terms(),
+// V].
 void shadeFrame(const ShadingSet& shading, const FrameVertices& vertices, Vec3 eye, int threads,
                 std::vector<Vec3>& radiance);
 
-// Returns what the picture shows of every vertex, as the fragment shader takes it: radiance, normal, or a number in
-// x. Reads `shading` only for kShaded, and `true_ambient` only for kError.
+// Returns what the picture shows of every vertex, as the fragment shader takes it: radiance ([terms, V]), normal, or a
+// number in x. Reads `shading` only for kShaded, and `true_ambient` only for kError.
 std::vector<Vec3> channelValues(const Shot& shot, Channel channel, const ShadingSet* shading,
                                 const FrameVertices& vertices, const std::vector<float>& true_ambient, Vec3 eye,
                                 int threads);

@@ -32,7 +32,7 @@ std::vector<float> takeMirrorsOut(const Convention& convention, int stride, cons
                                   int threads, const LobeTable& table, std::span<const LobeRange> lobes,
                                   std::span<Vec3> values) {
     bool any = false;
-    for (std::size_t v = 0; v < values.size(); ++v)
+    for (std::size_t v = 0; v < lobes.size(); ++v)  // the further terms of mirrors are 0 already
         if (table.isMirror(lobes[v])) {
             values[v] = {};
             any = true;

@@ -42,6 +42,7 @@ struct RenderOptions {
     std::vector<std::string> slots;
     std::vector<std::string> parameters;  // MATERIAL=VALUE of live and stepped materials
     ShadingChoice shading;
+    bool textures = false;  // pictures of an asset that has them are drawn, where `brdf` names no other material
     SunChoice suns = SunChoice::kAuto;
     Bounces bounces = Bounces::kBoth;  // of an asset that has light that bounces
     int sun_map = kSunMapSize;         // texels a side of a sun's shadow map
@@ -68,6 +69,7 @@ inline constexpr Word<VisibilitySource> kSourceWords[] = {{"model", VisibilitySo
 inline constexpr Word<std::optional<EvaluationPath>> kPathWords[] = {
     {"auto", {}}, {"cpu", EvaluationPath::kCpu}, {"glsl", EvaluationPath::kGlsl}};
 inline constexpr Word<int> kSampleWords[] = {{"1", 1}, {"2", 2}, {"4", 4}, {"8", 8}};
+inline constexpr Word<bool> kTextureWords[] = {{"on", true}, {"off", false}};
 inline constexpr Word<SunChoice> kSunWords[] = {
     {"auto", SunChoice::kAuto}, {"on", SunChoice::kOn}, {"off", SunChoice::kOff}};
 inline constexpr Word<Bounces> kBounceWords[] = {

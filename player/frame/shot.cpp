@@ -112,6 +112,8 @@ void resolveShading(const RenderOptions& options, const AssetView& asset, Shot& 
     if (!options.brdf.empty())
         std::fill(shot.material_of_slot.begin(), shot.material_of_slot.end(),
                   findByName(asset.materials, options.brdf, "brdf"));
+    shot.surface = options.textures && asset.surface && options.brdf.empty() &&
+                   options.shading.reflectance == Reflectance::kSlices;
     for (const std::string& assignment : options.slots) assignMaterial(asset, assignment, shot);
     for (const std::string& assignment : options.parameters) setParameter(asset, assignment, shot);
     shot.light = findByName(asset.lights, options.light, "light");
@@ -194,6 +196,8 @@ Shot resolveLook(const RenderOptions& options, const AssetView& asset, const Ass
     if (options.channel == Channel::kTransferError && !hasTransferOf(asset, *truth))
         throw InvalidInput(truth->name + ": SH order 1 is too low for E_transfer");
     checkForTransfer(options, asset);
+    if (shot.surface && options.path == EvaluationPath::kGlsl)
+        throw BadOption("path", asset.name + " has pictures, which the CPU path draws (or textures off)");
     resolveOverlays(options, asset, shot);
     return shot;
 }
@@ -217,6 +221,7 @@ ShadingSet shadingOf(const Shot& shot) {
     set.setLight(shot.light);
     set.setSuns(shot.suns);
     set.setBounces(shot.bounces);
+    set.setSurface(shot.surface);
     set.setLightRotation(shot.light_rotation);
     return set;
 }

@@ -17,6 +17,7 @@ struct Shot {
     ShadingChoice shading;
     bool suns = false;  // those of the light shine as such
     Bounces bounces = Bounces::kBoth;
+    bool surface = false;                                    // pictures are seen where the asset has them
     std::vector<std::size_t> material_of_slot;               // as many as ShadingSet has
     std::vector<std::pair<std::size_t, double>> parameters;  // of materials that have one that changes
     std::size_t light = 0;

@@ -32,7 +32,7 @@
     X(DISPATCHCOMPUTE, DispatchCompute) X(MEMORYBARRIER, MemoryBarrier) X(BINDBUFFERBASE, BindBufferBase) \
     X(DRAWELEMENTSINSTANCED, DrawElementsInstanced) X(MAPBUFFERRANGE, MapBufferRange) X(FENCESYNC, FenceSync) \
     X(CLIENTWAITSYNC, ClientWaitSync) X(DELETESYNC, DeleteSync) X(TEXSTORAGE3D, TexStorage3D) \
-    X(TEXIMAGE2D, TexImage2D) X(TEXPARAMETERI, TexParameteri) X(FRAMEBUFFERTEXTURELAYER, FramebufferTextureLayer)
+    X(TEXIMAGE2D, TexImage2D) X(TEXPARAMETERI, TexParameteri) X(GENERATEMIPMAP, GenerateMipmap) X(FRAMEBUFFERTEXTURELAYER, FramebufferTextureLayer)
 // These belong to OpenGL 4.4 or an extension; they are null where the context has neither.
 #define PENUMBRA_GL_OPTIONAL_FUNCTIONS(X) X(BUFFERSTORAGE, BufferStorage)
 // clang-format on

@@ -19,7 +19,7 @@ OffscreenRenderer::OffscreenRenderer(const RenderOptions& options, const Shot& l
       path_(options.path.value_or(context_->software ? EvaluationPath::kCpu : EvaluationPath::kGlsl)),
       target_(options.width, options.height, options.samples) {
     if (look.shaded) shading_.emplace(shadingOf(look));
-    if (look.asset->transfer) path_ = EvaluationPath::kCpu;
+    if (look.asset->transfer || look.surface) path_ = EvaluationPath::kCpu;
     if (!look.suns) return;
     lobes_ = lobe_table_.add(*shading_);
     slot_lobes_ = lobe_table_.addSlots(*shading_);
@@ -52,8 +52,9 @@ void OffscreenRenderer::drawValues(const Panel& panel, PosedFrame& frame, const 
     auto at = value_painters_.find(panel.channel);
     if (at == value_painters_.end())
         at = value_painters_
-                 .emplace(panel.channel, ValuePainter(asset_->mesh, panel.channel, Sides::kBoth,
-                                                      sunlit ? lobe_table_.models(lobes_) : 0))
+                 .emplace(panel.channel,
+                          ValuePainter(asset_->mesh, panel.channel, Sides::kBoth,
+                                       sunlit ? lobe_table_.models(lobes_) : 0, shading_ ? &*shading_ : nullptr))
                  .first;
     std::vector<Vec3> values = valuesOf(panel, frame, view.eye);
     const FrameVertices& vertices = sunlit ? frame.vertices(panel.source) : frame.skinned();

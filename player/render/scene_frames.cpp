@@ -261,6 +261,8 @@ std::vector<SceneMesh> SceneFrames::meshes() const {
                        looks_[m]->view.mesh.cull_backs ? Sides::kFront : Sides::kBoth,
                        channelOf(m),
                        {members_[m].normals, members_[m].tangents, looks_[m]->lobes, sight_[m]}});
+        out.back().mesh = &looks_[m]->view.mesh;
+        if (looks_[m]->shading) out.back().shading = &*looks_[m]->shading;
     }
     if (!scene_.file().ground || scene_.file().ground->catcher) return out;
     const Channel of_ground = options_.channel == Channel::kShaded ? Channel::kShaded : Channel::kAmbient;

@@ -19,9 +19,11 @@ struct SceneMesh {
     std::span<const std::uint32_t> triangles;
     std::span<const Vec3> positions, values;  // what ValuePainter takes
     Sides sides = Sides::kBoth;
-    Channel channel = Channel::kShaded;  // that the values are of
-    SunlitSurface surface = {};          // where suns shine
-    bool is_ground = false;              // whose triangles are others in every frame
+    Channel channel = Channel::kShaded;   // that the values are of
+    SunlitSurface surface = {};           // where suns shine
+    bool is_ground = false;               // whose triangles are others in every frame
+    const MeshView* mesh = nullptr;       // of a member
+    const ShadingSet* shading = nullptr;  // of a member that is shaded, whose pictures may be drawn
 };
 
 class SceneFrames {

@@ -23,6 +23,7 @@ Shot lookOf(const PosedScene& scene, const SceneMember& member, const RenderOpti
     if (options.suns == SunChoice::kOn && scene.castWay().mode != CastMode::kProduct)
         throw BadOption("suns", "needs shadows of others that join as a product");
     look.bounces = options.bounces;
+    look.textures = options.textures;
     look.suns = scene.castWay().mode == CastMode::kProduct ? options.suns : SunChoice::kOff;
     look.brdf = member.file->material;
     for (const auto& [slot, material] : member.file->slots) look.slots.push_back(slot + "=" + material);

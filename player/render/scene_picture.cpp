@@ -27,8 +27,9 @@ FrameView drawValues(const PosedScene& scene, const RenderOptions& options, int 
     const std::optional<Sunlight> suns = shiningSuns(scene, options, frames);
     target.begin();
     for (const SceneMesh& mesh : frames.meshes()) {
-        ValuePainter painter(mesh.triangles, mesh.channel, mesh.sides,
-                             suns ? frames.lobes().models(mesh.surface.lobes) : 0);
+        const BrdfModels sunlit = suns ? frames.lobes().models(mesh.surface.lobes) : 0;
+        ValuePainter painter = mesh.mesh ? ValuePainter(*mesh.mesh, mesh.channel, mesh.sides, sunlit, mesh.shading)
+                                         : ValuePainter(mesh.triangles, mesh.channel, mesh.sides, sunlit);
         painter.upload(mesh.positions, mesh.values, mesh.surface);
         painter.draw(frames.view(), suns ? &*suns : nullptr);
     }

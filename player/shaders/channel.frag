@@ -39,6 +39,17 @@ void main() {
     vec3 rgb = normalize(value) * 0.5 + 0.5;
 #else
     vec3 rgb = value;
+#ifdef TEXTURED
+    if (!surface_plain) {
+        Surface s = surfaceHere();
+        rgb = surfaceRadiance(s, value);
+#ifdef SUNLIT
+        rgb += sunlightOn(s);
+#endif
+        color = pictureColor(rgb);
+        return;
+    }
+#endif
 #ifdef SUNLIT
     rgb += sunlight();
 #endif

@@ -119,3 +119,36 @@ vec3 sunlight() {
     return sum;
 }
 #endif
+
+#ifdef TEXTURED
+uniform mat4 scene_from_model;
+
+// What suns make of a surface with pictures: the sum of D, A and B at the pixel's own normal and roughness.
+vec3 sunlightOn(Surface s) {
+    vec3 level = normalize(surface_normal), to_eye = normalize(scene_eye - surface_position);
+    vec3 face = sunFacing(surface_position, level), normal = level;
+#if SLOPES > 0
+    normal = normalize(mat3(scene_from_model) * s.normal);
+#endif
+    vec3 tangent = normalize(surface_tangent - normal * dot(normal, surface_tangent));
+    mat3 local_from_scene = transpose(mat3(tangent, cross(normal, tangent), normal));
+    vec3 wo = local_from_scene * to_eye, sum = vec3(0.0);
+    wo.z = max(abs(wo.z), 1e-3);
+    vec4 dielectric = vec4(max(surface_f0.r, max(surface_f0.g, surface_f0.b)), surface_f0.a, 0.0, 0.0);
+    int i = 0;
+    do {
+        vec3 wi = local_from_scene * sun_direction[i];
+        bool lit = wi.z > 0.0 && dot(level, sun_direction[i]) > 0.0;
+        float share = lit ? sunVisibility(i, sunPoint(face), face) : 0.0;
+        if (share <= 0.0) continue;
+        vec3 f = penumbra_brdf_lobe(PENUMBRA_PRINCIPLED_DIFFUSE, dielectric, s.diffuse, wi, wo);
+        if (surface_steps > 0) {
+            vec4 roughness = vec4(max(s.roughness, LEAST_ROUGHNESS), 0.0, 0.0, 0.0);
+            f += penumbra_brdf_lobe(PENUMBRA_GGX_F0, roughness, s.f0, wi, wo) +
+                 penumbra_brdf_lobe(PENUMBRA_GGX_F90, roughness, s.f90, wi, wo);
+        }
+        sum += share * wi.z * sun_irradiance[i] * f;
+    } while (++i < sun_count);
+    return sum;
+}
+#endif

@@ -7,8 +7,10 @@ uniform mat4 clip_from_model;
 // player/draw/shader_source.cpp defines INTERPOLATION: flat or centroid.
 INTERPOLATION out vec3 value;
 
-#ifdef SUNLIT
+#ifdef HAS_NORMALS
 layout(location = 2) in vec3 normal;
+#endif
+#ifdef SUNLIT
 layout(location = 3) in vec3 tangent;
 layout(location = 4) in uint vertex_lobes;
 layout(location = 5) in float vertex_sight;
@@ -21,8 +23,31 @@ INTERPOLATION out float surface_sight;
 flat out uint surface_lobes;
 #endif
 
+#ifdef TEXTURED
+layout(location = 6) in vec4 vertex_places;
+out vec4 surface_places;
+#if SLOPES > 0
+out vec3 shape_position;
+INTERPOLATION out vec3 shape_normal;
+#endif
+#if TERMS > 0
+layout(location = 7) in vec3 vertex_term[TERMS];
+INTERPOLATION out vec3 term[TERMS];
+#endif
+#endif
+
 void main() {
     value = vertex_value;
+#ifdef TEXTURED
+    surface_places = vertex_places;
+#if SLOPES > 0
+    shape_position = position;
+    shape_normal = normal;
+#endif
+#if TERMS > 0
+    for (int i = 0; i < TERMS; ++i) term[i] = vertex_term[i];
+#endif
+#endif
 #ifdef SUNLIT
     surface_position = (scene_from_model * vec4(position, 1.0)).xyz;
     surface_normal = mat3(scene_from_model) * normal;

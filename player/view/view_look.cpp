@@ -76,7 +76,8 @@ std::optional<ChangingParameter> shownRange(const Scene& scene, std::size_t mate
 double shownParameter(const Scene& scene, const ViewState& state, std::size_t material) {
     const auto chosen = state.lighting.parameters.find(material);
     if (chosen != state.lighting.parameters.end()) return chosen->second;
-    return double(materialOf(scene, material).lobes[0].parameters[shownRange(scene, material)->index]);
+    const ChangingParameter range = *shownRange(scene, material);
+    return double(materialOf(scene, material).lobes[range.lobe].parameters[range.index]);
 }
 
 void chooseParameter(const Scene& scene, ViewState& state, std::size_t material, double value) {
@@ -89,7 +90,7 @@ void setParameters(const Scene& scene, const ViewState& state, ShadingSet& shadi
         const std::optional<ChangingParameter> range = shownRange(scene, material);
         if (!range || !shading.hasMaterial(material)) continue;
         const double wished = shownParameter(scene, state, material);
-        if (shading.lobesOf(material)[0].parameters[range->index] != float(wished))
+        if (shading.lobesOf(material)[range->lobe].parameters[range->index] != float(wished))
             shading.setParameter(material, wished);
     }
 }

@@ -265,6 +265,29 @@ const char* penumbra_asset_slot_name(const penumbra_asset* asset, size_t slot) {
     return view && slot < view->mesh.slots.size() ? view->mesh.slots[slot].data() : nullptr;
 }
 
+int penumbra_asset_slot_surface(const penumbra_asset* asset, size_t slot, penumbra_slot_surface* surface) {
+    const AssetView* view = viewOf(asset);
+    if (!view || !surface || !view->surface || slot >= view->surface->slots.size()) return 0;
+    const SlotSurface& look = view->surface->slots[slot];
+    *surface = {};
+    for (int c = 0; c < 3; ++c) {
+        surface->base[c] = look.base[c];
+        surface->emissive[c] = look.emissive[c];
+        surface->f0[c] = look.f0[c];
+    }
+    surface->f90 = look.f90;
+    surface->metallic = look.metallic;
+    surface->roughness = look.roughness;
+    surface->diffuse = look.materials.diffuse;
+    surface->steps = look.materials.steps;
+    for (std::size_t s = 0; s < look.materials.steps; ++s) {
+        surface->step_roughness[s] = look.materials.roughness[s];
+        surface->step_f0[s] = look.materials.f0[s];
+        surface->step_f90[s] = look.materials.f90[s];
+    }
+    return 1;
+}
+
 const char* penumbra_asset_input_name(const penumbra_asset* asset, size_t input) {
     const AssetView* view = viewOf(asset);
     return view && input < view->animation.input_names.size() ? view->animation.input_names[input].data() : nullptr;
@@ -351,6 +374,13 @@ penumbra_status penumbra_asset_get_lobe(const penumbra_asset* asset, size_t mate
     const BrdfLobe& l = lobes[lobe];
     const auto& p = l.parameters;
     *out = {int(l.model), {p[0], p[1], p[2], p[3]}, {l.color.x, l.color.y, l.color.z}};
+    return PENUMBRA_OK;
+}
+
+penumbra_status penumbra_asset_get_emission(const penumbra_asset* asset, size_t material, float* out) {
+    if (!asset || !out || material >= viewOf(asset)->materials.size()) return PENUMBRA_INVALID_ARGUMENT;
+    const Vec3 emission = viewOf(asset)->materials[material].emission;
+    for (int c = 0; c < 3; ++c) out[c] = emission[c];
     return PENUMBRA_OK;
 }
 

@@ -24,9 +24,13 @@ float penumbra_cosine_power(float x, float one_minus_x, float s) {
     return exp(0.5 * s * logarithm);
 }
 
-float penumbra_schlick(float cosine, float f0) {
+float penumbra_schlick_between(float cosine, float f0, float f90) {
     float c = clamp(1.0 - cosine, 0.0, 1.0);
-    return f0 + (1.0 - f0) * (c * c * c * c * c);
+    return f0 + (f90 - f0) * (c * c * c * c * c);
+}
+
+float penumbra_schlick(float cosine, float f0) {
+    return penumbra_schlick_between(cosine, f0, 1.0);
 }
 
 float penumbra_dielectric(float cosine, float ior) {
@@ -100,10 +104,27 @@ float penumbra_ashikhmin_shirley(vec4 p, float x, float cosine, vec3 n, vec3 wi,
                           penumbra_ashikhmin_diffuse(wo.z);
 }
 
-float penumbra_ggx(vec2 p, float x, float cosine, vec3 n, vec3 wi, vec3 wo) {
+float penumbra_ggx_between(vec3 p, float x, float cosine, vec3 n, vec3 wi, vec3 wo) {
     float a2 = p.x * p.x, base = a2 * n.z * n.z + x;
     float shadowing = 1.0 / (1.0 + penumbra_ggx_lambda(a2, wi.z) + penumbra_ggx_lambda(a2, wo.z));
-    return a2 / (PENUMBRA_PI * base * base) * (shadowing / (4.0 * wi.z * wo.z)) * penumbra_schlick(cosine, p.y);
+    return a2 / (PENUMBRA_PI * base * base) * (shadowing / (4.0 * wi.z * wo.z)) *
+           penumbra_schlick_between(cosine, p.y, p.z);
+}
+
+float penumbra_ggx(vec2 p, float x, float cosine, vec3 n, vec3 wi, vec3 wo) {
+    return penumbra_ggx_between(vec3(p, 1.0), x, cosine, n, wi, wo);
+}
+
+float penumbra_principled_diffuse(vec2 p, float cosine) {
+    return (1.0 - penumbra_schlick_between(cosine, p.x, p.y)) / PENUMBRA_PI;
+}
+
+float penumbra_ggx_f0(float roughness, float x, float cosine, vec3 n, vec3 wi, vec3 wo) {
+    return penumbra_ggx_between(vec3(roughness * roughness, 1.0, 0.0), x, cosine, n, wi, wo);
+}
+
+float penumbra_ggx_f90(float roughness, float x, float cosine, vec3 n, vec3 wi, vec3 wo) {
+    return penumbra_ggx_between(vec3(roughness * roughness, 0.0, 1.0), x, cosine, n, wi, wo);
 }
 
 float penumbra_cook_torrance(vec2 p, float x, float cosine, vec3 n, vec3 wi, vec3 wo) {
@@ -135,6 +156,9 @@ vec3 penumbra_brdf_lobe(int model, vec4 parameters, vec3 color, vec3 wi, vec3 wo
         case PENUMBRA_COOK_TORRANCE: f = penumbra_cook_torrance(parameters.xy, x, cosine, n, wi, wo); break;
         case PENUMBRA_PHONG_LIVE: f = penumbra_phong_live(parameters.x, wi, wo); break;
         case PENUMBRA_GGX_LIVE: f = penumbra_ggx_live(parameters.x, wi, wo); break;
+        case PENUMBRA_PRINCIPLED_DIFFUSE: f = penumbra_principled_diffuse(parameters.xy, cosine); break;
+        case PENUMBRA_GGX_F0: f = penumbra_ggx_f0(parameters.x, x, cosine, n, wi, wo); break;
+        case PENUMBRA_GGX_F90: f = penumbra_ggx_f90(parameters.x, x, cosine, n, wi, wo); break;
         default: break;
     }
     return color * f;
@@ -149,7 +173,7 @@ vec3 penumbra_mirror_reflectance(int model, vec4 parameters, vec3 color, vec3 wo
 // PENUMBRA_OREN_NAYAR from oren-nayar.
 std::string constantOf(const char* name) {
     std::string text = "PENUMBRA_";
-    for (const char* c = name; *c; ++c) text += *c == '-' ? '_' : char(*c - 'a' + 'A');
+    for (const char* c = name; *c; ++c) text += *c == '-' ? '_' : *c < 'a' ? *c : char(*c - 'a' + 'A');
     return text;
 }
 

@@ -307,6 +307,12 @@ std::string steppedGlsl(const ShadingLayout& layout) {
            " + (int(-looks.w) - 1) * " + std::to_string(layout.entryTexels()) + " : -1;\n";
 }
 
+// Writes what a surface adds to the light that it reflects. The material's number is that of its first texel here.
+std::string emissionGlsl(const ShadingLayout& layout) {
+    if (!layout.emission) return "";
+    return " + PENUMBRA_MATERIAL(material + " + std::to_string(layout.emissionTexel()) + ").rgb";
+}
+
 }  // namespace
 
 std::string shadingGlsl(const ShadingLayout& layout) {
@@ -329,7 +335,7 @@ std::string shadingGlsl(const ShadingLayout& layout) {
                              declaredGlsl(type.c_str(), "t", layout.light_order) + transfer +
                              "    vec3 radiance = vec3(0.0);\n" +
                              (rotation ? rotationGlsl(layout, type) : lobesGlsl(layout)),
-                      end = "    return looks.rgb * radiance;\n}\n",
+                      end = "    return looks.rgb * radiance" + emissionGlsl(layout) + ";\n}\n",
                       functions =
                           (layout.membranes ? membraneGlsl(layout) : "") + (layout.stepped_count > 0 ? kEntryGlsl : "");
     if (!layout.bounces)

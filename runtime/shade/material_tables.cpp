@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cassert>
 #include <cmath>
 #include <numeric>
@@ -21,9 +22,11 @@ bool hasReflectance(const MaterialView& material, Reflectance reflectance) {
 std::optional<ChangingParameter> changingParameter(const MaterialView& material) {
     if (!material.isLive() && !material.hasSteps()) return std::nullopt;
     const std::size_t index = material.isLive() ? 0 : material.step_parameter;
-    const BrdfParameter& known = parametersOf(material.lobes[0].model)[index];
+    const std::uint8_t lobes = material.isLive() ? 1 : material.step_lobes;
+    const auto first = std::size_t(std::countr_zero(lobes));
+    const BrdfParameter& known = parametersOf(material.lobes[first].model)[index];
     if (material.isLive()) return ChangingParameter{known.name, index, known.least, known.most};
-    return ChangingParameter{known.name, index, material.steps.front(), material.steps.back()};
+    return ChangingParameter{known.name, index, material.steps.front(), material.steps.back(), first, lobes};
 }
 
 namespace {

@@ -22,8 +22,10 @@ bool hasReflectance(const MaterialView& material, Reflectance reflectance);
 // A parameter that may change while a program runs: of a live material, or of one with steps.
 struct ChangingParameter {
     std::string_view name;
-    std::size_t index = 0;  // among parametersOf() of the material's lobe
+    std::size_t index = 0;  // among parametersOf() of the lobe
     double least = 0, most = 0;
+    std::size_t lobe = 0;    // the first of the material that has it
+    std::uint8_t lobes = 1;  // bit i: lobe i has it
 };
 // Returns it, or nothing for a material that stays as it is.
 std::optional<ChangingParameter> changingParameter(const MaterialView& material);

@@ -10,7 +10,7 @@ std::size_t ShadingLayout::entryCount() const {
     return views.size() + (choice.reflectance == Reflectance::kOperators ? products.size() : 0);
 }
 
-std::size_t ShadingLayout::materialTexels() const { return 1 + entryTexels() + (membranes ? 2 : 0); }
+std::size_t ShadingLayout::materialTexels() const { return emissionTexel() + (emission ? 1 : 0) + (membranes ? 2 : 0); }
 
 std::size_t ShadingLayout::directTexels() const {
     const auto order = std::size_t(light_order), lobes = std::size_t(lobe_count);
@@ -72,6 +72,7 @@ ShadingLayout shadingLayout(const ShadingSet& set) {
         layout.live_count += material.isLive();
         layout.stepped_count += material.hasSteps();
         layout.membranes |= material.membrane.has_value();
+        layout.emission |= material.emission != Vec3{};
         if (material.isLive()) continue;
         layout.channels = std::max(layout.channels, material.channels);
         layout.view_order = std::max(layout.view_order, material.view_order);
@@ -123,6 +124,8 @@ std::vector<float> materialData(const ShadingLayout& layout, const ShadingSet& s
         const MaterialView& material = materials[m];
         const std::span<float> out = std::span(data).subspan(m * size, size);
         for (int c = 0; c < 3; ++c) out[std::size_t(c)] = material.color[c];
+        for (int c = 0; layout.emission && c < 3; ++c)
+            out[4 * layout.emissionTexel() + std::size_t(c)] = material.emission[c];
         if (material.membrane) {
             const auto& [rho, tau, open_back] = *material.membrane;
             for (std::size_t c = 0; c < 3; ++c) out[size - 8 + c] = rho[int(c)], out[size - 4 + c] = tau[int(c)];

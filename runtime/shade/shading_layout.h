@@ -30,6 +30,7 @@ struct ShadingLayout {
     // The number of entries of one material after its colour: the views and, for operators, the products.
     std::size_t entryCount() const;
     bool membranes = false;  // some material is one
+    bool emission = false;   // some material has
     // Live materials and the entries of M of each (LiveLobe::matrix()); 0 where there are none.
     std::size_t live_count = 0, live_entries = 0;
     std::size_t liveTexels() const { return (live_entries + 3) / 4; }  // of one live material
@@ -39,8 +40,10 @@ struct ShadingLayout {
     // RGBA32F texels of one material: its colour, whose alpha is 0, or one more than its number among the live
     // materials, or minus one more than its number among those with steps. Then four entries a texel follow, or one
     // entry a texel with three channels. Where there are membranes, two
-    // more: rho, whose alpha is 1 for a membrane and 2 for one whose other side sees freely; and tau.
+    // more: rho, whose alpha is 1 for a membrane and 2 for one whose other side sees freely; and tau. Where there is
+    // emission, one more before these.
     std::size_t materialTexels() const;
+    std::size_t emissionTexel() const { return 1 + entryTexels(); }  // of a material
     // Number of vec4 of the uniform block "Light": the lobe count, then axes and [lobe, band] weights, or SH
     // coefficients. Where light bounces, kBouncedLight more follow, and one that has 1 to show no direct light. M of
     // the live materials and the entries of those with steps come last, which change as often.

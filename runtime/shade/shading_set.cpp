@@ -11,6 +11,8 @@
 
 namespace penumbra {
 
+constexpr std::size_t kFirstStepPass = 3;  // of shadePass()
+
 ShadingSet::ShadingSet(const AssetView& asset, const ShadingChoice& choice)
     : asset_(&asset), choice_(choice), path_(shadePaths().back()) {
     assert(asset.hasCharacter() && !asset.materials.empty() && !asset.lights.empty());
@@ -35,15 +37,19 @@ void ShadingSet::makeTables() {
     }
     for (const MaterialView& material : asset_->materials) {
         std::vector<MaterialTables>& of_orders = tables_.emplace_back();
-        live_lobes_.push_back(changingParameter(material) ? material.lobes.front()
-                              : material.membrane         ? BrdfLobe{BrdfModel::kLambert, {}, material.membrane->rho}
-                                                          : BrdfLobe{});
+        std::vector<BrdfLobe>& own = own_lobes_.emplace_back(material.lobes.begin(), material.lobes.end());
+        if (material.membrane) own = {BrdfLobe{BrdfModel::kLambert, {}, material.membrane->rho}};
         if (asset_->transfer) continue;  // it reads the lobe alone
         if (!hasReflectance(material, choice_.reflectance)) continue;
         if (material.membrane && !asset_->mesh.two_sided) continue;
         for (const int order : orders_)
             of_orders.emplace_back(asset_->model.convention, order, material, choice_.reflectance);
     }
+    if (!asset_->surface) return;
+    surface_terms_ = surfaceTermsOf(*asset_->surface);
+    for (std::size_t axis = 0; axis < 2 && surface_terms_.slopes > 0; ++axis)
+        for (const int order : orders_)
+            slopes_[axis].push_back(slopeTables(asset_->model.convention, order, int(axis)));
 }
 
 // Sorts vertices by slot (counting sort). It is stable, so that a slot's vertices stay in the order of the arrays.
@@ -85,21 +91,19 @@ bool ShadingSet::hasLight(std::size_t light) const { return lights_[light].form(
 void ShadingSet::setParameter(std::size_t material, double value) {
     const std::optional<ChangingParameter> parameter = changingParameter(asset_->materials[material]);
     assert(parameter && hasMaterial(material));
-    BrdfLobe& lobe = live_lobes_[material];
-    checkParameter(lobe.model, parameter->index, value, parameter->least, parameter->most);
-    lobe.parameters[parameter->index] = float(value);
+    std::vector<BrdfLobe>& lobes = own_lobes_[material];
+    checkParameter(lobes[parameter->lobe].model, parameter->index, value, parameter->least, parameter->most);
+    for (std::size_t i = 0; i < lobes.size(); ++i)
+        if (parameter->lobes >> i & 1) lobes[i].parameters[parameter->index] = float(value);
     for (MaterialTables& tables : tables_[material])
         if (isLive(material))
-            tables.setLobe(lobe);
+            tables.setLobe(lobes.front());
         else
             tables.setStep(value);
     ++material_version_;
 }
 
-std::span<const BrdfLobe> ShadingSet::lobesOf(std::size_t material) const {
-    return isLive(material) || hasSteps(material) || isMembrane(material) ? std::span(&live_lobes_[material], 1)
-                                                                          : asset_->materials[material].lobes;
-}
+std::span<const BrdfLobe> ShadingSet::lobesOf(std::size_t material) const { return own_lobes_[material]; }
 
 void ShadingSet::setMaterial(std::size_t slot, std::size_t material) {
     assert(slot < slotCount() && hasMaterial(material));
@@ -149,6 +153,45 @@ void ShadingSet::setLightRotation(const Mat3& rotation) {
 }
 
 void ShadingSet::shade(const VertexFrames& vertices, Vec3 eye, std::span<Vec3> radiance) const {
+    shadePass(0, vertices, eye, radiance);
+}
+
+const MaterialTables* ShadingSet::tablesOf(std::size_t slot, std::size_t pass) const {
+    const std::size_t order = order_of_light_[light_];
+    if (pass == 0) return &tables_[material_of_slot_[slot]][order];
+    if (!showsSurface(slot)) return nullptr;
+    const SurfaceMaterials& materials = asset_->surface->slots[slot].materials;
+    if (pass < kFirstStepPass) {
+        const bool bumpy = asset_->surface->slots[slot].use(TextureRole::kNormal).any();
+        return bumpy ? &slopes_[pass - 1][order] : nullptr;
+    }
+    const std::size_t step = (pass - kFirstStepPass) / 2;
+    if (step >= materials.steps) return nullptr;
+    const bool is_f0 = (pass - kFirstStepPass) % 2 == 0;
+    const std::vector<MaterialTables>& tables = tables_[is_f0 ? materials.f0[step] : materials.f90[step]];
+    return tables.empty() ? nullptr : &tables[order];
+}
+
+void ShadingSet::shadeTerms(const VertexFrames& vertices, Vec3 eye, std::span<Vec3> terms) const {
+    const std::size_t count = terms.size() / this->terms();
+    const auto term = [&](std::size_t t) { return terms.subspan(t * count, count); };
+    shadePass(0, vertices, eye, term(0));
+    if (!surface_on_) return;
+    const std::size_t slopes = surface_terms_.slopes;
+    for (std::size_t pass = 0; pass < 2 * surface_terms_.steps; ++pass)
+        shadePass(kFirstStepPass + pass, vertices, eye, term(1 + slopes + pass));
+    if (slopes == 0) return;
+    shadePass(1, vertices, eye, term(1));
+    shadePass(2, vertices, eye, term(2));
+    for (std::size_t at = vertices.begin; at < vertices.end; ++at) {
+        const std::size_t v = order_.empty() ? at : order_[at];
+        const Vec3 x = term(1)[v], y = term(2)[v], tangent = vertices.tangents[v];
+        const Vec3 bitangent = cross(vertices.normals[v], tangent);
+        for (std::size_t c = 0; c < 3; ++c) term(1 + c)[v] = tangent * x[int(c)] + bitangent * y[int(c)];
+    }
+}
+
+void ShadingSet::shadePass(std::size_t pass, const VertexFrames& vertices, Vec3 eye, std::span<Vec3> radiance) const {
     if (asset_->transfer) return shadeTransfer(vertices, radiance);
     const ModelView& model = asset_->model;
     assert(vertices.indirect.empty() || vertices.indirect.size() == radiance.size() * kIndirectStride);
@@ -166,12 +209,22 @@ void ShadingSet::shade(const VertexFrames& vertices, Vec3 eye, std::span<Vec3> r
     for (std::size_t slot = 0; slot < slotCount() && begin < vertices.end; ++slot) {
         const std::size_t stop = std::min(vertices.end, first_of_slot_[slot + 1]);
         if (stop <= begin) continue;
-        if (isMembrane(material_of_slot_[slot]))
+        const MaterialTables* const tables = tablesOf(slot, pass);
+        if (!tables)
+            for (std::size_t n = begin; n < stop; ++n) radiance[order_.empty() ? n : order_[n]] = {};
+        else if (pass == 0 && isMembrane(material_of_slot_[slot]))
             shadeMembrane(slot, input, begin, stop);
         else
-            path_.shade(materialView(slot), light, input, begin, stop);
+            path_.shade(tables->view(), light, input, begin, stop);
+        if (pass == 0) addEmission(slot, begin, stop, radiance);
         begin = stop;
     }
+}
+
+void ShadingSet::addEmission(std::size_t slot, std::size_t begin, std::size_t end, std::span<Vec3> radiance) const {
+    const Vec3 emission = asset_->materials[material_of_slot_[slot]].emission;
+    if (emission == Vec3{}) return;
+    for (std::size_t n = begin; n < end; ++n) radiance[order_.empty() ? n : order_[n]] += emission;
 }
 
 // L = rho/pi E + tau/pi E of the other side. The table of a membrane is that of a white surface, so that it gives E/pi.
@@ -220,6 +273,7 @@ void ShadingSet::reflect(std::size_t begin, std::size_t end, std::span<Vec3> lig
         const Vec3 albedo = isLambert(material) ? material.lobes[0].color : Vec3{};
         Vec3& value = light[order_.empty() ? at : order_[at]];
         for (int c = 0; c < 3; ++c) value[c] *= albedo[c] * float(std::numbers::inv_pi);
+        if (material.emission != Vec3{}) value += material.emission;
     }
 }
 

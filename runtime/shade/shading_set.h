@@ -9,6 +9,7 @@
 
 #include "runtime/shade/indirect_light.h"
 #include "runtime/shade/shading.h"
+#include "runtime/shade/surface_terms.h"
 
 namespace penumbra {
 
@@ -92,6 +93,19 @@ public:
     // cover [0, V) together shade every vertex once. vertices.indirect counts where showsBounces(). Everything else is
     // as in VertexShader::shade().
     void shade(const VertexFrames& vertices, Vec3 eye, std::span<Vec3> radiance) const;
+    // The asset has pictures on its mesh, and they are shown where the material of a slot is that of its surface. Then
+    // one radiance a vertex is not enough: a fragment joins terms() of them with its pictures
+    // (formats/common/surface.h, docs/formulas.md, section 18). Off at first.
+    void setSurface(bool on) { surface_on_ = on && asset_->surface && choice_.reflectance == Reflectance::kSlices; }
+    bool showsSurface() const { return surface_on_; }
+    bool showsSurface(std::size_t slot) const {
+        return surface_on_ && material_of_slot_[slot] == asset_->surface->slots[slot].materials.diffuse;
+    }
+    const SurfaceTerms& surfaceTerms() const { return surface_terms_; }
+    std::size_t terms() const { return surface_on_ ? surface_terms_.count() : 1; }
+    // Computes all terms(), [terms, V]; the first is what shade() computes. Others are 0 where a slot does not show its
+    // surface.
+    void shadeTerms(const VertexFrames& vertices, Vec3 eye, std::span<Vec3> terms) const;
     // Turns light that reached vertices (l . t, of those that shade() would shade) into what an asset of transfer sends
     // to any eye: albedo / pi times it.
     void reflect(std::size_t begin, std::size_t end, std::span<Vec3> light) const;
@@ -114,9 +128,9 @@ private:
     ShadingChoice choice_;
     std::vector<int> orders_;                          // orders that lights have, ascending
     std::vector<std::vector<MaterialTables>> tables_;  // [material][orders_]; empty where hasMaterial() is false
-    std::vector<BrdfLobe> live_lobes_;                 // [material] with changed parameters; of others no meaning
-    std::vector<LightTables> lights_;          // a light without the form has the exact rotation and is never on
-    std::vector<std::size_t> order_of_light_;  // index into orders_
+    std::vector<std::vector<BrdfLobe>> own_lobes_;  // [material] with changed parameters; of a membrane its white one
+    std::vector<LightTables> lights_;               // a light without the form has the exact rotation and is never on
+    std::vector<std::size_t> order_of_light_;       // index into orders_
     std::vector<std::uint16_t> material_of_slot_;
     std::vector<std::size_t> first_of_slot_;  // [slots + 1], into the shading order
     std::vector<std::uint32_t> order_;
@@ -130,11 +144,21 @@ private:
     Mat3 rotation_;
     std::uint64_t material_version_ = 1;
     ShadePath path_;
+    bool surface_on_ = false;
+    SurfaceTerms surface_terms_;
+    std::array<std::vector<MaterialTables>, 2> slopes_;  // [orders_] each; empty without normal maps
 
     void makeTables();
     void shadeTransfer(const VertexFrames& vertices, std::span<Vec3> radiance) const;
     void sortVertices();
     void findOtherSides();
+    // Which materials the slots have in a pass: those that are on, a slope along an axis (1, 2), then A and B of each
+    // roughness.
+    void shadePass(std::size_t pass, const VertexFrames& vertices, Vec3 eye, std::span<Vec3> radiance) const;
+    // Returns the tables of a slot in a pass, or null where it shows nothing.
+    const MaterialTables* tablesOf(std::size_t slot, std::size_t pass) const;
+    // Adds what a slot sends out by itself.
+    void addEmission(std::size_t slot, std::size_t begin, std::size_t end, std::span<Vec3> radiance) const;
     void shadeMembrane(std::size_t slot, const ShadeInput& input, std::size_t begin, std::size_t end) const;
 };
 

@@ -81,3 +81,9 @@ void penumbra_numbers(int vertex, int vertex_count, int component_count, out vec
     }
 }
 #endif
+
+// Joins the radiance of the three parts of a material (penumbra_slot_surface of penumbra.h) with its colours: base
+// colour, metalness, and f0 and f90 of the dielectric. Radiance that the surface emits is added to this.
+vec3 penumbra_join_terms(vec3 d, vec3 a, vec3 b, vec3 base, float metallic, vec3 f0, float f90) {
+    return base * (1.0 - metallic) * d + mix(f0, base, metallic) * a + mix(f90, 1.0, metallic) * b;
+}

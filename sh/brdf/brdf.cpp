@@ -10,6 +10,7 @@
 
 #include "sh/brdf/fresnel.h"
 #include "sh/brdf/membrane.h"
+#include "sh/brdf/principled.h"
 #include "sh/key_values.h"
 
 namespace penumbra {
@@ -79,15 +80,24 @@ double ashikhminShirley(const Parameters& p, Vec3d i, Vec3d o) {
     return specular + diffuse;
 }
 
-// GGX with the height-correlated Smith term and Schlick's Fresnel term (Walter 2007, Heitz 2014).
-double ggx(const Parameters& p, Vec3d i, Vec3d o) {
-    const double a2 = p[0] * p[0], f0 = p[1];
+// GGX with the height-correlated Smith term (Walter 2007, Heitz 2014), and Schlick's Fresnel term of any two ends.
+double ggxBetween(double alpha, double f0, double f90, Vec3d i, Vec3d o) {
+    const double a2 = alpha * alpha;
     const Vec3d h = normalized(i + o);
-    const double fresnel = schlickFresnel(dot(h, i), f0), base = h.z * h.z * (a2 - 1) + 1;
+    const double fresnel = schlickFresnel(dot(h, i), f0, f90), base = h.z * h.z * (a2 - 1) + 1;
     const auto lambda = [a2](double cosine) { return (std::sqrt(1 + a2 * (1 / (cosine * cosine) - 1)) - 1) / 2; };
     const double distribution = a2 / (pi * base * base), shadowing = 1 / (1 + lambda(i.z) + lambda(o.z));
     return distribution * shadowing * fresnel / (4 * i.z * o.z);
 }
+
+double ggx(const Parameters& p, Vec3d i, Vec3d o) { return ggxBetween(p[0], p[1], 1, i, o); }
+
+// The parts of a glTF material (sh/brdf/principled.h).
+double principledDiffuse(const Parameters& p, Vec3d i, Vec3d o) {
+    return (1 - schlickFresnel(dot(normalized(i + o), i), p[0], p[1])) / pi;
+}
+double ggxF0(const Parameters& p, Vec3d i, Vec3d o) { return ggxBetween(p[0] * p[0], 1, 0, i, o); }
+double ggxF90(const Parameters& p, Vec3d i, Vec3d o) { return ggxBetween(p[0] * p[0], 0, 1, i, o); }
 
 // Cook and Torrance 1982 with Beckmann's distribution. It has 4 where the paper prints pi, so that D integrates to 1.
 double cookTorrance(const Parameters& p, Vec3d i, Vec3d o) {
@@ -130,6 +140,8 @@ constexpr BrdfParameter kCookTorrance[] = {{"m", 0.3, 0.01, 1}, {"ior", 1.5, 1, 
 constexpr BrdfParameter kMirror[] = {{"f0", 1, 0, 1}};
 constexpr BrdfParameter kPhongLive[] = {{"exponent", 10, 0, 1000}};
 constexpr BrdfParameter kGgxLive[] = {{"alpha", 0.3, 0.01, 1}};
+constexpr BrdfParameter kPrincipledDiffuse[] = {{"f0", 0.04, 0, 1}, {"f90", 1, 0, 1}};
+constexpr BrdfParameter kGgxSplit[] = {{"roughness", 0.5, 0.1, 1}};
 
 constexpr std::array<Model, kBrdfModels> kModels = {{
     {"lambert", {}, lambert},
@@ -144,6 +156,9 @@ constexpr std::array<Model, kBrdfModels> kModels = {{
     {"mirror", kMirror, nearMirror},
     {"phong-live", kPhongLive, phongLive},
     {"ggx-live", kGgxLive, ggxLive},
+    {"principled-diffuse", kPrincipledDiffuse, principledDiffuse},
+    {"ggx-f0", kGgxSplit, ggxF0},
+    {"ggx-f90", kGgxSplit, ggxF90},
 }};
 
 const Model& findModel(std::string_view name) {
@@ -152,7 +167,8 @@ const Model& findModel(std::string_view name) {
         if (model.name == name) return model;
         known += (known.empty() ? "" : ", ") + std::string(model.name);
     }
-    throw std::invalid_argument("no BRDF '" + std::string(name) + "': use one of " + known + ", " + kMembraneName);
+    throw std::invalid_argument("no BRDF '" + std::string(name) + "': use one of " + known + ", " + kMembraneName +
+                                ", " + std::string(kPrincipledName));
 }
 
 void setParameter(BrdfSpec& spec, const Model& model, const KeyValue& item) {
@@ -219,8 +235,9 @@ std::string describeBrdfs() {
         }
         text += "\n";
     }
-    return text + std::string("  ") + kMembraneName +
-           ":rho=0.5/0.5/0.5,tau=0.3/0.3/0.3 (0..1, rho + tau at most 1),back=own (own, open); no colour\n";
+    return text + describePrincipled() + "  " + kMembraneName +
+           ":rho=0.5/0.5/0.5,tau=0.3/0.3/0.3 (0..1, rho + tau at most 1),back=own (own, open); no colour\n"
+           "Models add up: lambert:color=0.2+ggx:alpha=0.1,color=0.9/0.6/0.3 (4 lobes at most, principled has 3)\n";
 }
 
 BrdfModel modelOf(const BrdfSpec& spec) { return BrdfModel(&findModel(spec.name) - kModels.data()); }

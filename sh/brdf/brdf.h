@@ -13,8 +13,11 @@
 //   mirror:f0=1                                 0..1; Schlick's Fresnel term; no density, so ggx:alpha=0.01 stands in
 //   phong-live:exponent=10                      0..1000; (s+1)/2pi (r.i)^s over the cosine of i: Nowrouzezahrai 2008's
 //   lobe ggx-live:alpha=0.3                          0.01..1; D/4 over the cosine of i, with GGX's D
-// The last two are lobes about the mirror direction r whose parameter may change while a program runs
-// (sh/brdf/mirror_lobe.h).
+//   principled-diffuse:f0=0.04,f90=1            0..1 each; Lambert below a dielectric: (1 - F) / pi
+//   ggx-f0:roughness=0.5                        0.1..1; GGX of alpha = roughness^2 times 1 - (1 - h.i)^5
+//   ggx-f90:roughness=0.5                       0.1..1; the same GGX times (1 - h.i)^5
+// The two live models are lobes about the mirror direction r whose parameter may change while a program runs
+// (sh/brdf/mirror_lobe.h). The last three are the parts of glTF's material (sh/brdf/principled.h).
 // Every model takes color=R/G/B (linear Rec.709), a factor on the result.
 #include <array>
 #include <cstdint>
@@ -43,8 +46,11 @@ enum class BrdfModel : std::uint8_t {
     kMirror,
     kPhongLive,
     kGgxLive,
+    kPrincipledDiffuse,
+    kGgxF0,
+    kGgxF90,
 };
-constexpr int kBrdfModels = 12;
+constexpr int kBrdfModels = 15;
 
 struct BrdfParameter {
     const char* name;

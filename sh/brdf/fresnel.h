@@ -1,13 +1,14 @@
 #pragma once
 // Fresnel terms. `cosine` is h.wi in [0, 1].
+#include <algorithm>
 #include <cmath>
 
 namespace penumbra {
 
-// Schlick 1994, eq. 15: from the reflectance f0 at normal incidence.
-inline double schlickFresnel(double cosine, double f0) {
-    const double c = 1 - cosine;
-    return f0 + (1 - f0) * (c * c * c * c * c);
+// Schlick 1994, eq. 15: from the reflectance f0 at normal incidence to f90 at grazing incidence, which is 1 there.
+inline double schlickFresnel(double cosine, double f0, double f90 = 1) {
+    const double c = std::max(1 - cosine, 0.0);  // of a cosine that rounding made larger than 1, too
+    return f0 + (f90 - f0) * (c * c * c * c * c);
 }
 
 // Returns the Fresnel reflectance of a smooth dielectric for unpolarised light from outside. `ior` >= 1.

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "fit/reflectance/slice_table.h"
+#include "formats/brdf/slice_table.h"
 #include "sh/quadrature.h"
 #include "sh/sh_basis.h"
 #include "tests/accuracy/extent.h"

@@ -75,6 +75,11 @@ TEST(CApiSuns, TheAssetTellsItsLobesAndSuns) {
     EXPECT_EQ(penumbra_asset_get_lobe(x.asset.get(), 2, 0, &lobe), PENUMBRA_INVALID_ARGUMENT);
     EXPECT_EQ(penumbra_asset_get_lobe(nullptr, 0, 0, &lobe), PENUMBRA_INVALID_ARGUMENT);
     EXPECT_EQ(penumbra_asset_get_lobe(x.asset.get(), 0, 0, nullptr), PENUMBRA_INVALID_ARGUMENT);
+    float emission[3] = {1, 1, 1};
+    ASSERT_EQ(penumbra_asset_get_emission(x.asset.get(), 0, emission), PENUMBRA_OK);
+    EXPECT_EQ(emission[2], 0);
+    EXPECT_EQ(penumbra_asset_get_emission(x.asset.get(), 9, emission), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_asset_get_emission(x.asset.get(), 0, nullptr), PENUMBRA_INVALID_ARGUMENT);
 }
 
 TEST(CApiSuns, TurnWithTheLightAndGoWithIt) {

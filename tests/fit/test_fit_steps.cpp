@@ -47,7 +47,7 @@ TEST(FitSteps, StateTheErrorBetweenThem) {
         for (std::size_t s = 0; s + 1 < steps.values.size(); s += 4)
             for (int k = 1; k < 8; ++k) {
                 const double value = std::lerp(steps.values[s], steps.values[s + 1], k / 8.0);
-                const BrdfFile exact = fitBrdf(rgbBrdf(specAt(range, value)), {}, 2);
+                const BrdfFile exact = fitBrdf(sumBrdf(sumAt(range, value)), {}, 2);
                 worst.add(relativeDifference(interpolatedSlices(steps, value), exact.slices));
             }
         EXPECT_LT(worst, 1.2 * steps.error) << text;
@@ -60,7 +60,7 @@ TEST(FitSteps, AreExactAtEveryStep) {
     const BrdfSteps steps = fitSteps(range, {3, 3}, 3, 1);
     ASSERT_EQ(steps.values.size(), 3u);
     for (const double value : steps.values) {
-        const std::vector<double> exact = fitBrdf(rgbBrdf(specAt(range, value)), {3, 3}, 1).slices;
+        const std::vector<double> exact = fitBrdf(sumBrdf(sumAt(range, value)), {3, 3}, 1).slices;
         EXPECT_EQ(interpolatedSlices(steps, value), exact) << value;
     }
     EXPECT_GT(steps.error, kMaxStepError) << "three steps are too few, and it is said";
@@ -72,7 +72,7 @@ TEST(FitSteps, ShadeAsWellBetweenAsAtThem) {
     const BrdfSteps steps = fitSteps(range, {}, int(kMaxBrdfSteps), 2);
     for (const std::size_t s : {std::size_t(0), steps.values.size() / 2}) {
         const double value = (steps.values[s] + steps.values[s + 1]) / 2;
-        const RgbBrdf brdf = rgbBrdf(specAt(range, value));
+        const RgbBrdf brdf = sumBrdf(sumAt(range, value));
         BrdfFile exact = fitBrdf(brdf, {}, 2), between = exact;
         between.slices = interpolatedSlices(steps, value);
         const ShadingTruth truth = shadingTruth(brdf, 2);

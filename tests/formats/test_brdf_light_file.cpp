@@ -110,6 +110,23 @@ TEST(BrdfFile, StepsRoundTrip) {
     EXPECT_EQ(again(steppedFile()).slices, steppedFile().slices);
 }
 
+// Two of three lobes follow the steps, and the surface glows.
+BrdfFile principledFile() {
+    BrdfFile brdf = steppedFile();
+    brdf.lobes = {lobeOf(parseBrdf("principled-diffuse")), lobeOf(parseBrdf("ggx-f0:roughness=0.2")),
+                  lobeOf(parseBrdf("ggx-f90:roughness=0.2"))};
+    brdf.steps->lobes = 0b110;
+    brdf.emission = {4, 2, 0};
+    return brdf;
+}
+
+TEST(BrdfFile, StepsOfSeveralLobesAndEmissionRoundTrip) {
+    const BrdfFile read = again(principledFile());
+    EXPECT_EQ(read.steps, principledFile().steps);
+    EXPECT_EQ(read.emission, principledFile().emission);
+    EXPECT_EQ(again(steppedFile()).emission, Vec3{});
+}
+
 TEST(BrdfFile, WrongStepsAreRefused) {
     const Folder folder("wrong_steps");
     const auto path = folder.path / "m.brdf.h5";
@@ -135,6 +152,17 @@ TEST(BrdfFile, WrongStepsAreRefused) {
     expectRefused("/steps: the material is not one lobe", [](BrdfFile& b) { b.lobe_error = 0.1; });
     expectRefused("/steps: the material is not one lobe", [](BrdfFile& b) { b.membrane = Membrane(); });
     expectRefused("/steps: lambert has no parameter", [](BrdfFile& b) { b.lobes = {lobeOf({})}; });
+    expectRefused("/steps: lobes names lobes", [](BrdfFile& b) { b.steps->lobes = 2; });
+    expectRefused("/steps: lobes names lobes", [](BrdfFile& b) { b.steps->lobes = 0; });
+    expectRefused("/steps: the lobes have no parameter in common", [](BrdfFile& b) {
+        b = principledFile();
+        b.lobes[2].parameters[0] = 0.3f;
+    });
+    expectRefused("/steps: the lobes have no parameter in common", [](BrdfFile& b) {
+        b = principledFile();
+        b.steps->lobes = 0b111;
+    });
+    expectRefused("/emission/radiance: is not 0 or more", [](BrdfFile& b) { b.emission = {0, -1, 0}; });
     expectRefused("1 steps; 2..33", [](BrdfFile& b) {
         b.steps->values = {0.2};
         b.steps->slices.resize(b.slices.size());

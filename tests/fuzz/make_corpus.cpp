@@ -45,6 +45,7 @@ void writeStageFiles(const fs::path& out) {
     brdf.operators = samples::sampleOperators();
     writeBrdf(inFolder(out / "fuzz_brdf_file", "operators.brdf.h5"), brdf);
     writeBrdf(out / "fuzz_brdf_file" / "steps.brdf.h5", tinySteps());
+    writeBrdf(out / "fuzz_brdf_file" / "principled.brdf.h5", tinyPrincipled());
     for (const BrdfFile& looks : tinyNewLooks()) writeBrdf(out / "fuzz_brdf_file" / (looks.name + ".brdf.h5"), looks);
     LightFile light = samples::sampleLight();
     light.lobes = samples::sampleLobes();

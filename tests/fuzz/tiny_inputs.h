@@ -58,9 +58,34 @@ inline BrdfFile tinySteps() {
     return steps;
 }
 
+// The same of two lobes of a material that glows.
+inline BrdfFile tinyPrincipled() {
+    BrdfFile brdf = tinySteps();
+    brdf.name = "principled";
+    brdf.lobes = {lobeOf(parseBrdf("principled-diffuse")), lobeOf(parseBrdf("ggx-f0:roughness=0.25")),
+                  lobeOf(parseBrdf("ggx-f90:roughness=0.25"))};
+    brdf.steps->lobes = 0b110;
+    brdf.emission = {1, 0.5f, 0.25f};
+    return brdf;
+}
+
+// Pictures of two roles, which lie differently on every triangle.
+inline SurfaceLook tinySurface(const Mesh& mesh) {
+    SurfaceLook look;
+    look.materials = {diffuseMaterial({1, 1, 1})};
+    std::vector<Uv>& uv = look.surface.uv.emplace_back();
+    for (std::size_t corner = 0; corner < 3 * mesh.triangles.size(); ++corner) uv.push_back({float(corner / 3), 0.5f});
+    SlotSurface slot;
+    slot.use(TextureRole::kBaseColor) = {0, 0, 4};
+    slot.use(TextureRole::kNormal) = {1, 0, 0};
+    look.surface.slots.assign(std::max<std::size_t>(1, mesh.slots.size()), slot);
+    look.surface.textures = {{"images[0]", "", {std::byte(1)}}, {"images[1]", "b.png", {}}};
+    return look;
+}
+
 // Tiny assets, one for each kind of model and of features, a composed one, one with blockers, two under a sun (with a
-// model and without), one with a live material and a membrane, two of transfer, two that light bounces to, and one with
-// steps of a material.
+// model and without), one with a live material and a membrane, two of transfer, two that light bounces to, one with
+// steps of a material, and one with pictures.
 inline const std::vector<std::vector<std::byte>>& tinyAssets() {
     static const std::vector<std::vector<std::byte>> all = [] {
         std::vector<std::vector<std::byte>> made;
@@ -111,7 +136,9 @@ inline const std::vector<std::vector<std::byte>>& tinyAssets() {
         synthetic::addIndirect(composed);
         for (const Model& lit : {synthetic::litTube({.rings = 2, .segments = 3, .joints = 2, .frames = 2}), composed})
             made.push_back(packAsset(lit, glossy, sunny, {.indirect_bytes_per_vertex = 1000}, "{}", 1).bytes);
-        made.push_back(packLibrary(std::vector<BrdfFile>{tinySteps()}, sunny, "{}"));
+        made.push_back(packLibrary(std::vector<BrdfFile>{tinySteps(), tinyPrincipled()}, sunny, "{}"));
+        const Model pictured = synthetic::tubeModel({.rings = 2, .segments = 3, .joints = 2, .frames = 2});
+        made.push_back(packAsset(pictured, glossy, sunny, {.surface = tinySurface(pictured.mesh)}, "{}", 1).bytes);
         return made;
     }();
     return all;

@@ -74,6 +74,29 @@ TEST(SteppedAsset, BrokenOnesAreRefused) {
     expect("do not enclose", [&](fbs::Material& m) { setLobe(m, 0.5f); });
 }
 
+// Two of three lobes follow the steps, and the surface glows.
+TEST(SteppedAsset, OfSeveralLobesIsReadBackAndBrokenOnesAreRefused) {
+    BrdfFile file = stepped();
+    file.lobes = {lobeOf(parseBrdf("principled-diffuse")), lobeOf(parseBrdf("ggx-f0:roughness=0.2")),
+                  lobeOf(parseBrdf("ggx-f90:roughness=0.2"))};
+    file.steps->lobes = 0b110;
+    file.emission = {4, 2, 0};
+    const std::vector<std::byte> bytes = packed({file}), plain = packed({stepped()});
+    EXPECT_EQ(openAsset(bytes).materials[0].step_lobes, 0b110);
+    EXPECT_EQ(openAsset(bytes).materials[0].emission, (Vec3{4, 2, 0}));
+    EXPECT_EQ(openAsset(plain).materials[0].step_lobes, 1);
+    EXPECT_EQ(openAsset(plain).materials[0].emission, Vec3{});
+    const auto expect = [&](const char* words, const std::function<void(fbs::Material&)>& change) {
+        const std::string said =
+            refusalOf(bytes, [&](fbs::Asset& a) { change(*a.mutable_materials()->GetMutableObject(0)); });
+        EXPECT_NE(said.find(words), std::string::npos) << said;
+    };
+    expect("materials[0].step_lobes names lobes", [](fbs::Material& m) { m.mutate_step_lobes(8); });
+    expect("materials[0].step_lobes have no parameter in common", [](fbs::Material& m) { m.mutate_step_lobes(7); });
+    expect("materials[0].emission is not 0 or more", [](fbs::Material& m) { m.mutable_emission()->Mutate(0, NAN); });
+    expectTruncationsRefused(bytes, 97);
+}
+
 TEST(SteppedAsset, RejectsEveryTruncation) { expectTruncationsRefused(packed({stepped()}), 97); }
 
 }  // namespace

@@ -132,6 +132,9 @@ TEST(BrdfGlsl, GivesWhatTheCpuGives) {
                              "cook-torrance:m=0.01,ior=1",
                              "cook-torrance:m=0.01,ior=100",
                              "cook-torrance:m=1",
+                             "principled-diffuse:f0=0.2,f90=0.7",
+                             "ggx-f0:roughness=0.1",
+                             "ggx-f90:roughness=0.3",
                              "mirror:f0=0.3"}) {
         const double worst = worstDifference(lobeOf(parseBrdf(text)), directions);
         std::printf("%s: %.2g of white\n", text, worst);

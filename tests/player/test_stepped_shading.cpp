@@ -106,6 +106,31 @@ TEST(SteppedShading, IsThatOfATableOfTheInterpolatedSlices) {
     }
 }
 
+// Both GGX lobes of glTF's material have the roughness, and what the surface sends out is added.
+TEST(SteppedShading, ChangesEveryLobeThatHasTheParameterAndAddsEmission) {
+    SteppedAsset stepped;
+    MaterialView& material = stepped.data.asset.materials[SteppedAsset::kStepped];
+    const std::array<BrdfLobe, 3> lobes = {lobeOf(parseBrdf("principled-diffuse:f0=0.3")),
+                                           lobeOf(parseBrdf("ggx-f0:roughness=0.3")),
+                                           lobeOf(parseBrdf("ggx-f90:roughness=0.3"))};
+    material.lobes = lobes;
+    material.step_lobes = 0b110;
+    const PosedAsset posed(stepped.data.asset);
+    ShadingSet set(stepped.data.asset);
+    set.setMaterial(SteppedAsset::kStepped);
+    EXPECT_EQ(changingParameter(material)->name, "roughness");
+    set.setParameter(SteppedAsset::kStepped, 0.5);
+    const std::span<const BrdfLobe> now = set.lobesOf(SteppedAsset::kStepped);
+    EXPECT_EQ(now[0], lobes[0]);
+    EXPECT_EQ(now[1].parameters[0], 0.5f);
+    EXPECT_EQ(now[2].parameters[0], 0.5f);
+    std::vector<Vec3> plain, glowing;
+    posed.shade(set, plain);
+    material.emission = {1, 2, 3};
+    posed.shade(set, glowing);
+    for (std::size_t v = 0; v < plain.size(); ++v) ASSERT_EQ(glowing[v], plain[v] + material.emission);
+}
+
 TEST(SteppedShading, WhatCannotBeIsRefused) {
     SteppedAsset stepped;
     ShadingSet set(stepped.data.asset);
@@ -189,6 +214,7 @@ TEST(SteppedShading, TheGpuGivesWhatTheCpuGives) {
     SteppedAsset stepped;
     const std::unique_ptr<GlContext> context = createGlContext(GlBackend::kAuto);
     OffscreenTarget target{64, 64, 1};
+    stepped.data.asset.materials[SteppedAsset::kStepped].emission = {0.05f, 0.1f, 0.2f};
     ShadingSet set(stepped.data.asset);
     set.setMaterial(0, SteppedAsset::kStepped);
     set.setMaterial(1, SteppedAsset::kLive);

@@ -20,10 +20,10 @@ std::vector<Vec3> manyDirections() {
 }
 
 TEST(BrdfLobe, IsTheModelItWasMadeOf) {
-    for (const char* text :
-         {"lambert:color=0.5/0.2/0.1", "oren-nayar:sigma=1.5", "phong:exponent=1e5", "blinn-phong:exponent=1e5",
-          "ward:ax=0.01,ay=10", "ward-gmd:ax=0.01,ay=0.02", "ashikhmin-shirley:nu=1e5,nv=3", "ggx:alpha=0.01,f0=0.04",
-          "cook-torrance:m=0.01,ior=100"}) {
+    for (const char* text : {"lambert:color=0.5/0.2/0.1", "oren-nayar:sigma=1.5", "phong:exponent=1e5",
+                             "blinn-phong:exponent=1e5", "ward:ax=0.01,ay=10", "ward-gmd:ax=0.01,ay=0.02",
+                             "ashikhmin-shirley:nu=1e5,nv=3", "ggx:alpha=0.01,f0=0.04", "cook-torrance:m=0.01,ior=100",
+                             "principled-diffuse:f0=0.2,f90=0.7", "ggx-f0:roughness=0.3", "ggx-f90:roughness=0.3"}) {
         const BrdfSpec spec = parseBrdf(text);
         const BrdfLobe lobe = lobeOf(spec);
         EXPECT_TRUE(isValid(lobe)) << text;

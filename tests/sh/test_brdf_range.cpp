@@ -14,10 +14,29 @@ TEST(BrdfRange, IsParsedWithAllElse) {
     EXPECT_EQ(range->parameter, 1u);
     EXPECT_EQ(range->least, 0.1);
     EXPECT_EQ(range->most, 0.5);
-    EXPECT_EQ(range->spec, parseBrdf("ward-gmd:ax=0.2,ay=0.3,color=1/0.5/0.25")) << "the middle";
-    EXPECT_EQ(toString(specAt(*range, 0.1)), "ward-gmd:ax=0.2,ay=0.1,color=1/0.5/0.25");
-    EXPECT_EQ(toString(*range), "ward-gmd:ax=0.2,ay=0.1..0.5,color=1/0.5/0.25");
-    EXPECT_EQ(toString(*parseBrdfRange("ggx:f0=1e-3..1")), "ggx:alpha=0.3,f0=0.001..1");
+    EXPECT_EQ(range->sum.terms, std::vector{parseBrdf("ward-gmd:ax=0.2,ay=0.3,color=1/0.5/0.25")}) << "the middle";
+    EXPECT_EQ(toString(sumAt(*range, 0.1).terms[0]), "ward-gmd:ax=0.2,ay=0.1,color=1/0.5/0.25");
+    EXPECT_EQ(range->name, "ward-gmd:ax=0.2,ay=0.1..0.5,color=1/0.5/0.25");
+    EXPECT_EQ(parseBrdfRange("ggx:f0=1e-3..1")->name, "ggx:alpha=0.3,f0=0.001..1");
+}
+
+TEST(BrdfRange, IsOfOneTermOfASum) {
+    const auto range = parseBrdfRange("ggx:alpha=0.3+ggx:alpha=0.1..0.5,f0=0.04+lambert:color=0.2");
+    ASSERT_TRUE(range);
+    EXPECT_EQ(range->terms, 0b010);
+    EXPECT_EQ(range->name, "ggx:alpha=0.3,f0=0.9+ggx:alpha=0.1..0.5,f0=0.04+lambert:color=0.2/0.2/0.2");
+    const BrdfSum at = sumAt(*range, 0.5);
+    EXPECT_EQ(at.terms[0].parameters.at("alpha"), 0.3);
+    EXPECT_EQ(at.terms[1].parameters.at("alpha"), 0.5);
+}
+
+// Of principled both GGX lobes follow.
+TEST(BrdfRange, OfPrincipledIsItsRoughness) {
+    const auto range = parseBrdfRange("principled:color=0.8/0.2/0.1,metallic=0.5,roughness=0.2..0.8");
+    ASSERT_TRUE(range);
+    EXPECT_EQ(range->terms, 0b110);
+    EXPECT_EQ(range->name, "principled:color=0.8/0.2/0.1,metallic=0.5,roughness=0.2..0.8,ior=1.5,specular=1");
+    for (const std::size_t t : {1, 2}) EXPECT_EQ(sumAt(*range, 0.25).terms[t].parameters.at("roughness"), 0.25);
 }
 
 TEST(BrdfRange, OthersHaveNone) {
@@ -45,6 +64,8 @@ TEST(BrdfRange, WrongOnesAreNamed) {
     expect("ggx:rough=0.1..0.5", "ggx has no 'rough'");
     expect("lambert:color=0.1..0.5", "lambert color has no range");
     expect("phong-live:exponent=1..5", "phong-live has no tables");
+    expect("principled:metallic=0..1", "principled metallic has no range: only its roughness may have one");
+    expect("lambert+ggx:alpha=0.6..0.1", "ggx alpha: the first end of its range must be below the second");
 }
 
 }  // namespace

@@ -12,7 +12,7 @@
 //
 // See docs/formulas.md, section 3 (tabulation).
 
-#include "fit/reflectance/slice_table.h"
+#include "formats/brdf/slice_table.h"
 
 #include <algorithm>
 #include <array>

@@ -1,0 +1,81 @@
+#pragma once
+// How the pictures of materials lie on a mesh: what each part takes of which picture, and where.
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "sh/vec3.h"
+
+namespace penumbra {
+
+enum class TextureWrap : std::uint8_t { kRepeat, kMirror, kClamp };
+
+// What a picture says of a material, as glTF 2.0 has it (sections 3.9.2 and 3.9.3).
+enum class TextureRole : std::uint8_t {
+    kBaseColor,          // sRGB, times the base colour
+    kMetallicRoughness,  // green times the roughness, blue times the metalness
+    kNormal,             // 2 c - 1 along tangent, bitangent and normal
+    kEmissive,           // sRGB, times the emitted radiance
+    kOcclusion,          // red: the share of the light around that reaches the point
+};
+constexpr std::size_t kTextureRoles = 5;
+constexpr std::uint16_t kNoTexture = 0xffff;
+constexpr std::size_t kMaxUvSets = 2;
+constexpr std::size_t kMaxRoughnessSteps = 3;
+
+// Which picture has a role, and how it repeats. The layout is that of asset.fbs.
+struct TextureUse {
+    std::uint16_t texture = kNoTexture;
+    std::uint8_t uv_set = 0;
+    std::uint8_t wrap = 0;  // of u + 3 * of v, as TextureWrap
+
+    bool any() const { return texture != kNoTexture; }
+    TextureWrap wrapU() const { return TextureWrap(wrap % 3); }
+    TextureWrap wrapV() const { return TextureWrap(wrap / 3); }
+    bool operator==(const TextureUse&) const = default;
+};
+constexpr std::uint8_t wrapByte(TextureWrap u, TextureWrap v) { return std::uint8_t(int(u) + 3 * int(v)); }
+
+// What the vertices of a part show before its pictures are seen: radiance of materials of the asset. D is of the
+// diffuse one, A and B of those that multiply f0 and f90 of Schlick's Fresnel term, at up to three roughnesses.
+struct SurfaceMaterials {
+    std::array<float, kMaxRoughnessSteps> roughness{};  // ascending
+    std::uint16_t diffuse = 0, steps = 0;               // steps: of the roughness; 0: A and B are nothing
+    std::array<std::uint16_t, kMaxRoughnessSteps> f0{}, f90{};
+};
+
+// The look of a part of a mesh. A pixel shows base (1 - metallic) D + f0 A + f90 B + emissive, with
+// f0 = mix(dielectric f0, base, metallic) and f90 = mix(dielectric f90, 1, metallic). Each number is multiplied by its
+// picture. The layout is that of asset.fbs.
+struct SlotSurface {
+    Vec3 base{1, 1, 1}, emissive{0, 0, 0}, f0{0, 0, 0};  // linear Rec.709; f0 and f90 of the dielectric
+    float f90 = 0;
+    float metallic = 0, roughness = 1;
+    float normal_scale = 1, occlusion_strength = 1;
+    float alpha = 1, alpha_cutoff = 0;  // a pixel below the cut-off is not there; 0: all are
+    SurfaceMaterials materials;
+    std::array<TextureUse, kTextureRoles> uses;
+
+    const TextureUse& use(TextureRole role) const { return uses[std::size_t(role)]; }
+    TextureUse& use(TextureRole role) { return uses[std::size_t(role)]; }
+};
+static_assert(sizeof(SlotSurface) == 4 * 16 + 4 * 3 + 2 * 8 + 4 * kTextureRoles);
+
+// A picture: a file, or its bytes.
+struct SurfaceTexture {
+    std::string name;  // for messages
+    std::filesystem::path file;
+    std::vector<std::byte> bytes;  // where `file` is empty
+};
+
+using Uv = std::array<float, 2>;  // v points down
+
+struct MeshSurface {
+    std::vector<std::vector<Uv>> uv;  // [sets][3T] of the corners of Mesh::triangles
+    std::vector<SlotSurface> slots;   // [slots], or one where the mesh has no slots
+    std::vector<SurfaceTexture> textures;
+};
+
+}  // namespace penumbra

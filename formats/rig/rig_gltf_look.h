@@ -1,0 +1,13 @@
+#pragma once
+#include <nlohmann/json_fwd.hpp>
+
+#include "formats/rig/source_look.h"
+
+namespace penumbra {
+
+// Reads the metallic-roughness model of a glTF material with KHR_materials_ior, KHR_materials_specular and
+// KHR_materials_emissive_strength; the older KHR_materials_pbrSpecularGlossiness becomes the same model. Numbers out
+// of range go to the nearest in range, with a note. Damage goes into the look's problem.
+SourceLook readGltfLook(const nlohmann::json& material);
+
+}  // namespace penumbra

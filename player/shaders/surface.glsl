@@ -1,0 +1,88 @@
+// Joins the terms of the vertices with the pictures of a surface (docs/formulas.md, section 18). TERMS are those beside
+// D: SLOPES vectors along the surface, one a colour, then A and B at each of STEPS roughnesses.
+in vec4 surface_places;  // texture coordinates of two sets
+#if TERMS > 0
+INTERPOLATION in vec3 term[TERMS];
+#endif
+#if SLOPES > 0
+in vec3 shape_position;                 // in the frame of the vertices, and of `term` [SLOPES]
+INTERPOLATION in vec3 shape_normal;     // not unit
+#endif
+
+uniform bool surface_plain;     // the material has been replaced by one without pictures
+uniform vec3 surface_base, surface_emissive;
+uniform vec4 surface_f0;        // of the dielectric: f0 and f90
+uniform vec4 surface_numbers;   // metallic, roughness, scale of normals (0: level), strength of occlusion
+uniform vec4 surface_alpha;     // alpha, cut-off
+uniform int surface_steps;
+uniform vec3 surface_step_roughness;
+uniform int surface_uv_set[5];
+uniform sampler2D base_picture, metal_picture, normal_picture, emissive_picture, occlusion_picture;
+
+struct Surface {
+    vec3 diffuse, f0, f90, emissive;  // weights of D, A and B, and what is added
+    vec3 level, normal;               // of the vertices, and of the picture, in the frame of the vertices
+    float roughness, occlusion;
+};
+
+#if SLOPES > 0
+// The normal of the picture. Its tangent and bitangent are those along which texture coordinates grow (Schueler 2006,
+// "Normal mapping without precomputed tangents", ShaderX 5); v points down there and up in the picture's own frame.
+vec3 bentNormal(vec3 level, vec2 place, vec3 picture) {
+    vec3 along_x = dFdx(shape_position), along_y = dFdy(shape_position);
+    vec2 place_x = dFdx(place), place_y = dFdy(place);
+    vec3 from_x = cross(level, along_x), from_y = cross(along_y, level);
+    vec3 tangent = from_y * place_x.x + from_x * place_y.x, bitangent = -(from_y * place_x.y + from_x * place_y.y);
+    float longest = max(dot(tangent, tangent), dot(bitangent, bitangent));
+    if (!(longest > 0.0)) return level;
+    picture.xy *= surface_numbers.z * sign(dot(level, cross(along_x, along_y)));  // also seen from behind
+    vec3 bent = (tangent * picture.x + bitangent * picture.y) * inversesqrt(longest) + level * picture.z;
+    return dot(bent, bent) > 0.0 ? normalize(bent) : level;
+}
+#endif
+
+vec2 placeIn(int role) { return surface_uv_set[role] == 0 ? surface_places.xy : surface_places.zw; }
+
+// Ends fragments that are not there.
+Surface surfaceHere() {
+    Surface s;
+    vec4 base = vec4(surface_base, surface_alpha.x) * texture(base_picture, placeIn(0));
+    if (base.a < surface_alpha.y) discard;
+    vec2 metal = surface_numbers.xy * texture(metal_picture, placeIn(1)).bg;
+    s.roughness = metal.y;
+    s.diffuse = base.rgb * (1.0 - metal.x);
+    s.f0 = mix(surface_f0.rgb, base.rgb, metal.x);
+    s.f90 = vec3(mix(surface_f0.a, 1.0, metal.x));
+    s.emissive = surface_emissive * texture(emissive_picture, placeIn(3)).rgb;
+    s.occlusion = mix(1.0, texture(occlusion_picture, placeIn(4)).r, surface_numbers.w);
+    s.level = s.normal = vec3(0.0, 0.0, 1.0);
+#if SLOPES > 0
+    s.level = normalize(shape_normal);
+    s.normal = s.level;
+    if (surface_numbers.z != 0.0)
+        s.normal = bentNormal(s.level, placeIn(2), 2.0 * texture(normal_picture, placeIn(2)).rgb - 1.0);
+#endif
+    return s;
+}
+
+// What the light around makes of it, without suns.
+vec3 surfaceRadiance(Surface s, vec3 value) {
+#if SLOPES > 0
+    vec3 along = vec3(dot(term[0], s.normal), dot(term[1], s.normal), dot(term[2], s.normal));
+    value = max(value * dot(s.normal, s.level) + along, 0.0);
+#endif
+    vec3 sum = s.diffuse * value;
+#if STEPS > 0
+    if (surface_steps > 0) {
+        int low = 0;
+        while (low + 2 < surface_steps && s.roughness > surface_step_roughness[low + 1]) ++low;
+        int high = min(low + 1, surface_steps - 1);
+        float between = surface_step_roughness[high] - surface_step_roughness[low];
+        float t = between > 0.0 ? clamp((s.roughness - surface_step_roughness[low]) / between, 0.0, 1.0) : 0.0;
+        vec3 a = mix(term[SLOPES + 2 * low], term[SLOPES + 2 * high], t);
+        vec3 b = mix(term[SLOPES + 2 * low + 1], term[SLOPES + 2 * high + 1], t);
+        sum += s.f0 * a + s.f90 * b;
+    }
+#endif
+    return sum * s.occlusion + s.emissive;
+}

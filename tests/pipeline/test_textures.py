@@ -1,0 +1,145 @@
+"""Textures of materials from the file to pictures: a tilted sheet with a picture of four colours, beside the reference.
+
+usage: test_textures.py BIN
+"""
+import io
+import pathlib
+import sys
+import tempfile
+
+import numpy as np
+from PIL import Image
+
+from programs import digest, good, run_tool
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent.parent / "scripts"))
+from samples.gltf import Gltf, primitive
+
+VIEW = ["--size", "96x96", "--camera", "yaw=0,pitch=-60", "--frame", 0]
+
+
+def picture(pixels):
+    out = io.BytesIO()
+    Image.fromarray(np.asarray(pixels, np.uint8)).save(out, "PNG")
+    return out.getvalue()
+
+
+COLORS = picture(np.kron([[[250, 40, 40], [40, 250, 40]], [[40, 40, 250], [250, 250, 40]]], np.ones((16, 16, 1))))
+# Rough 0.9 on the left and 0.3 on the right, metal below.
+METAL = picture(np.kron([[[0, 230, 0], [0, 77, 0]], [[0, 230, 255], [0, 77, 255]]], np.ones((16, 16, 1))))
+# Leans by 30 degrees to the left and to the right.
+BUMPS = picture(np.kron([[[64, 128, 238], [191, 128, 238]]], np.ones((16, 16, 1))))
+GLOW = picture(np.kron([[[255, 255, 255], [0, 0, 0]]], np.ones((16, 16, 1))))
+
+
+def save_sheet(path, images, material, seam=False, n=12):
+    """Writes a rig of one joint: a sheet of side 2 in n x n squares, whose picture lies mirrored behind a seam."""
+    g = Gltf()
+    joint = g.node("root")
+    skin = g.skin([joint])
+    u, v = np.meshgrid(np.linspace(0, 1, n + 1), np.linspace(0, 1, n + 1))
+    at = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
+    a, b, c, d = at[:-1, :-1].ravel(), at[:-1, 1:].ravel(), at[1:, 1:].ravel(), at[1:, :-1].ravel()
+    triangles = np.concatenate([np.stack([a, c, b], 1), np.stack([a, d, c], 1)])
+    points, uv = np.stack([2 * u.ravel() - 1, 0 * u.ravel(), 2 * v.ravel() - 1], 1), np.stack([u.ravel(), v.ravel()], 1)
+    if seam:  # the right half has vertices of its own, at the same places
+        right = points[triangles].mean(1)[:, 0] > 0
+        triangles = np.where(right[:, None], triangles + len(points), triangles)
+        points, uv = np.concatenate([points, points]), np.concatenate([uv, 1.5 - uv * [1, -1] - [0, 1.5]])
+    joints, weights = np.zeros((len(points), 4), np.uint8), np.tile([1.0, 0, 0, 0], (len(points), 1))
+    part = {**primitive(g, points, triangles, joints, weights), "material": 0}
+    part["attributes"]["TEXCOORD_0"] = g.accessor(np.asarray(uv, np.float32))
+    g.node("set", mesh=g.mesh(part), skin=skin)
+    g.clip("turn", (joint, "rotation", [0, 1], [[0, 0, 0, 1], [0, 0, np.sin(0.1), np.cos(0.1)]]))
+    g.json["materials"] = [material]
+    g.json["images"], g.json["textures"] = [], []
+    for number, image in enumerate(images):
+        name = f"{path.stem}{number}.png"
+        (path.parent / name).write_bytes(image)
+        g.json["images"].append({"uri": name})
+        g.json["textures"].append({"source": number})
+    g.save(path)
+
+
+def make_model(folder, name):
+    good("bake", "visibility", folder / f"{name}.glb", "-o", folder / f"{name}.vis.h5", "--fps", 2, "--rays", 64)
+    good("fit", "visibility", folder / f"{name}.vis.h5", "--model", "linear", "--features", "joint-angles",
+         "-o", folder / f"{name}.model.h5")
+
+
+def pack(folder, name, out, *words, code=0):
+    result = run_tool("pack", "asset", folder / f"{name}.model.h5", "--light", folder / "l.light.h5", "-o", out, *words)
+    assert result.returncode == code, (words, result.returncode, result.stderr)
+    return result
+
+
+def shot(folder, asset, *words):
+    good("player", "render", asset, "-o", folder / "p.png", *VIEW, "--exposure", 0.8, *words)
+    return np.asarray(Image.open(folder / "p.png").convert("RGBA"), float)
+
+
+def truth(folder, name):
+    good("bake", "reference", folder / f"{name}.vis.h5", "--materials-of", folder / f"{name}.glb", "--light", "uniform",
+         "--samples", 256, "--aa", 4, "--exposure", 0.8, *VIEW, "-o", folder / "r.png")
+    return np.asarray(Image.open(folder / "r.png").convert("RGBA"), float)
+
+
+def compare(folder, name, asset, bound):
+    """The mean difference of covered pixels from the reference, in 255ths of the display."""
+    a, b = shot(folder, asset), truth(folder, name)
+    both = (a[..., 3] > 250) & (b[..., 3] > 250)
+    assert both.sum() > 1500, both.sum()
+    error = abs(a - b)[both][:, :3].mean()
+    assert error < bound, (name, error)
+    return a
+
+
+def check(folder):
+    good("fit", "light", "--analytic", "uniform", "-o", folder / "l.light.h5")
+    base = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "metallicFactor": 0, "roughnessFactor": 0.6}}
+    save_sheet(folder / "flat.glb", [COLORS], base)
+    make_model(folder, "flat")
+    rig = ["--materials-of", folder / "flat.glb"]
+    pack(folder, "flat", folder / "none.pnb", *rig)
+    pack(folder, "flat", folder / "none2.pnb", *rig, "--textures", "none")
+    embedded = pack(folder, "flat", folder / "embed.pnb", *rig, "--textures", "embed")
+    pack(folder, "flat", folder / "link.pnb", *rig, "--textures", "link")
+    assert "base color" in embedded.stdout and "textures" in embedded.stdout, embedded.stdout
+    assert digest(folder / "none.pnb") == digest(folder / "none2.pnb")
+    sizes = {name: (folder / f"{name}.pnb").stat().st_size for name in ("none", "link", "embed")}
+    assert sizes["none"] < sizes["link"] < sizes["embed"], sizes
+    # Pictures are those of the reference, wherever the file is.
+    seen = compare(folder, "flat", folder / "embed.pnb", 3)
+    assert np.array_equal(seen, shot(folder, folder / "link.pnb")), "linked pictures differ"
+    colors = {tuple((c > 128).astype(int)) for c in seen[seen[..., 3] > 250][:, :3]}
+    assert {(1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 0)} <= colors, colors
+    plain = shot(folder, folder / "embed.pnb", "--textures", "off")
+    assert np.ptp(plain[plain[..., 3] > 250][:, :3], axis=1).max() < 4, "pictures are off, and there is colour"
+    # A seam, and all roles at once.
+    save_sheet(folder / "seam.glb", [COLORS], base, seam=True)
+    make_model(folder, "seam")
+    pack(folder, "seam", folder / "seam.pnb", "--materials-of", folder / "seam.glb", "--textures", "embed")
+    assert abs(compare(folder, "seam", folder / "seam.pnb", 3) - seen).mean() > 5
+    every = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "metallicRoughnessTexture": {"index": 1}},
+             "normalTexture": {"index": 2}, "emissiveTexture": {"index": 3}, "emissiveFactor": [0.2, 0.1, 0],
+             "occlusionTexture": {"index": 3, "strength": 0.5}}
+    save_sheet(folder / "every.glb", [COLORS, METAL, BUMPS, GLOW], every)
+    make_model(folder, "every")
+    pack(folder, "every", folder / "every.pnb", "--materials-of", folder / "every.glb", "--textures", "embed")
+    compare(folder, "every", folder / "every.pnb", 14)
+    # What is wrong is named, and nothing is written.
+    save_sheet(folder / "other.glb", [COLORS], base, n=8)
+    refused = pack(folder, "flat", folder / "x.pnb", "--materials-of", folder / "other.glb", "--textures", "embed", code=3)
+    assert "mesh" in refused.stderr and not (folder / "x.pnb").exists(), refused.stderr
+    (folder / "flat0.png").write_bytes(COLORS[:60])
+    refused = pack(folder, "flat", folder / "x.pnb", *rig, "--textures", "embed", code=3)
+    assert "images[0]" in refused.stderr and not (folder / "x.pnb").exists(), refused.stderr
+    (folder / "flat0.png").unlink()
+    pack(folder, "flat", folder / "x.pnb", *rig, "--textures", "link", code=2)
+    lost = run_tool("player", "render", folder / "link.pnb", "-o", folder / "x.png", *VIEW)
+    assert lost.returncode == 2 and "flat0.png" in lost.stderr, lost.stderr
+
+
+if __name__ == "__main__":
+    with tempfile.TemporaryDirectory() as temporary:
+        check(pathlib.Path(temporary))
