@@ -265,6 +265,7 @@ void runReference(ReferenceCommand& command, const CommonOptions& common, Report
     input.brdf_of_vertex = brdf_of_vertex;
     if (!blockers.blockers.triangles.empty()) input.blockers = &blockers.blockers;
     input.occluder_positions = blockers.occluder_positions;
+    input.back_of_vertex = blockers.other_side;
     input.albedo = colors.albedo;
     input.transmission = colors.transmission;
     const Image image = renderReference(input, camera, light, command.options, common.threads, common.progress);

@@ -21,6 +21,9 @@ inline void addRigFlags(CLI::App& app, RigOptions& rig) {
     app.add_option("--crease", rig.crease,
                    "degrees between triangles that make an edge, where the file has no normals (default: none)")
         ->check(within(0.0, 180.0, "degrees"));
+    app.add_flag_callback(
+        "--one-sided", [&rig] { rig.sides = RigSides::kFronts; },
+        "fronts alone, also of materials that the file draws on both sides");
     app.add_flag("--strict", rig.strict, "refuse a file of which something that is seen would be left out");
 }
 

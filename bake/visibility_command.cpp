@@ -231,7 +231,8 @@ void defineVisibility(CLI::App& app, VisibilityCommand& command) {
         addParsed(app, "--transmission", command.transfer.transmission, readColorChoice,
                   "of transfer with bounces and --two-sided: what comes through the sheet, as --albedo")
             ->needs(bounces)};
-    app.add_flag("--two-sided", options.two_sided, "a thin sheet: every vertex has a back with moments of its own");
+    app.add_flag("--two-sided", options.two_sided, "a thin sheet: every vertex has a back with moments of its own")
+        ->excludes(app.get_option("--one-sided"));
     app.add_option("--occluder", command.options.occluders,
                    "mesh that blocks rays and has no moments, still or animated; any number of them; MESH:CACHE where "
                    "what moves it is in a file of its own")

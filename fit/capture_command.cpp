@@ -178,7 +178,8 @@ void finish(const CaptureCommand& command, const CaptureSources& from, Panorama&
     if (from.tag) summary.paper = measurePaper(from.shots, paperOf(*from.tag));
     if (command.paper > 0) raiseByPaper(command, from, panorama, summary);
     requireHalfFloats(panorama, from.read.list.name);
-    describeCapture(summary, report, common.quiet);
+    if (!common.quiet) printCapture(summary);
+    describeCapture(summary, report);
     if (from.by_tag)
         report.figures["pose"] = {{"pictures", from.by_tag->pictures},
                                   {"residual", from.by_tag->estimate.residual},

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "formats/common/errors.h"
+#include "formats/common/twin_triangles.h"
 #include "sh/bounding_box.h"
 #include "sh/sh_basis.h"
 
@@ -43,10 +44,32 @@ Offset<fbs::Mesh> writeMesh(FlatBufferBuilder& builder, const MeshSection& mesh)
         slots = builder.CreateVectorOfStrings(mesh.slots);
         slot_of_vertex = writeVector<std::uint16_t>(builder, mesh.slot_of_vertex);
     }
+    Offset<flatbuffers::Vector<std::uint32_t>> casting;
+    if (!mesh.casting.empty()) casting = writeVector<std::uint32_t>(builder, mesh.casting);
     const Offset<fbs::Morphs> morphs = writeMorphs(builder, mesh.morphs);
     return fbs::CreateMesh(builder, positions, normals, tangents, triangles, shading_point, source_vertex,
                            std::uint8_t(mesh.influences), joints, weights, slots, slot_of_vertex, mesh.two_sided,
-                           morphs);
+                           morphs, mesh.cull_backs, casting);
+}
+
+// A depth map holds one depth a texel, so a triangle casts or does not. Those with the mean opacity a cast as often as
+// a says. Which ones tells the carry of the shares that were left over before (error diffusion), so that of neighbours,
+// which follow one another in most files, as many cast as their opacity says.
+void addSurface(const Mesh& mesh, const Skin* skin, std::span<const std::uint32_t> new_of_old, MeshSection& section) {
+    const std::vector<std::uint32_t> twins =
+        skin && !mesh.two_sided ? twinTriangles(mesh, *skin) : std::vector<std::uint32_t>{};
+    section.cull_backs = !twins.empty();
+    const std::vector<std::uint8_t> opacity = meanOpacity(mesh.opacity, mesh.frontTriangleCount());
+    int carry = kStopsAll / 2;
+    for (std::size_t t = 0; t < opacity.size(); ++t) {
+        if (!twins.empty() && twins[t] < t) continue;
+        carry += opacity[t];
+        const auto [a, b, c] = mesh.triangles[t];
+        if (carry >= kStopsAll) section.casting.push_back({new_of_old[a], new_of_old[b], new_of_old[c]});
+        if (carry >= kStopsAll) carry -= kStopsAll;
+    }
+    // An empty list says that all cast, so where none does there is one without area.
+    if (!opacity.empty() && section.casting.empty()) section.casting.push_back({0, 0, 0});
 }
 
 // Computes in double and rounds once to what is stored, so that the measured error is the one that readers see.

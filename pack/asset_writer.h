@@ -41,9 +41,13 @@ struct MeshSection {
     std::vector<float> skin_weights;
     std::vector<std::string> slots;
     std::vector<std::uint16_t> slot_of_vertex;
-    bool two_sided = false;
+    bool two_sided = false, cull_backs = false;
+    std::vector<Triangle> casting = {};  // asset.fbs; empty: all triangles
     MorphTargets morphs = {};
 };
+// Tells what of a mesh lets light through and what has two sides. Vertex v of the mesh is vertex new_of_old[v] of the
+// section.
+void addSurface(const Mesh& mesh, const Skin* skin, std::span<const std::uint32_t> new_of_old, MeshSection& section);
 Offset<fbs::Mesh> writeMesh(FlatBufferBuilder& builder, const MeshSection& mesh);
 
 // The positions of every frame of a deforming mesh, in 16 bits a coordinate.

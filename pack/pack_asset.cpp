@@ -51,6 +51,7 @@ MeshSection reorderedMesh(const Model& model, const std::vector<std::uint32_t>& 
     for (const Triangle& t : model.mesh.triangles)
         mesh.triangles.push_back({new_of_old[t[0]], new_of_old[t[1]], new_of_old[t[2]]});
     for (std::uint32_t old : model.mesh.source_vertex) mesh.source_vertex.push_back(new_of_old[old]);
+    addSurface(model.mesh, model.deforming ? nullptr : &model.skin, new_of_old, mesh);
     return mesh;
 }
 

@@ -29,6 +29,7 @@ MeshSection meshOf(const TransferModel& model) {
     mesh.slots = model.mesh.slots;
     mesh.slot_of_vertex = model.mesh.slot_of_vertex;
     mesh.two_sided = model.mesh.two_sided;
+    addSurface(model.mesh, model.skin.influences > 0 ? &model.skin : nullptr, mesh.shading_point, mesh);
     return mesh;
 }
 

@@ -54,6 +54,7 @@ MeshSection meshOf(const VisibilityHeader& header) {
         mesh.skin_joints = header.skin->joints;
         mesh.skin_weights = header.skin->weights;
     }
+    addSurface(header.mesh, header.skin ? &*header.skin : nullptr, mesh.shading_point, mesh);
     return mesh;
 }
 

@@ -50,7 +50,7 @@ struct CompositeRun {
           sink(options.output, source.header(), options.fps.value_or(25)),
           composer(readResponse(options.response), float(options.exposure)) {
         if (!options.character.empty()) character = readCharacter(options.character, options.alpha);
-        frames.setParts(options.shadow, options.bounce);
+        frames.setParts({options.shadow, options.bounce});
     }
 
     // Codes become the radiance that the camera would have seen.

@@ -104,7 +104,8 @@ typedef struct penumbra_asset_info {
     const uint16_t* slot_of_vertex; /* [V] */
 
     int deforming;    /* 1: vertices are given (penumbra_character_set_positions), not skinned by the caller's bones */
-    int two_sided;    /* 1: a thin sheet; every vertex has a back, every triangle one from behind: cull back faces */
+    int two_sided;    /* 1: a thin sheet; every vertex has a back, every triangle one from behind: cull back faces; */
+                      /* 2: some triangles have one from behind, with vertices like any other: cull back faces */
     int has_playback; /* 1: a deforming mesh with the positions of its frames */
     size_t input_count; /* X: numbers of a pose that the mesh does not know (penumbra_asset_input_name) */
 

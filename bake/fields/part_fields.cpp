@@ -23,6 +23,7 @@
 #include "formats/common/errors.h"
 #include "formats/common/parallel_for.h"
 #include "formats/common/part_table.h"
+#include "formats/common/twin_triangles.h"
 #include "formats/common/write_file.h"
 #include "sh/sh_basis.h"
 
@@ -75,14 +76,25 @@ void checkPart(const std::filesystem::path& file, const FieldFile& fields, std::
                            "' is too small, or too far from the origin for its size");
 }
 
-// Returns the triangles as they face outwards in the space of the rest positions, where the parts are.
-std::vector<Triangle> outwardAtRest(const BakeSource& source) {
-    std::vector<Triangle> triangles = source.mesh().triangles;
-    if (!source.rig) return triangles;
+// The triangles of a source as they face outwards in the space of the rest positions, where the parts are, with the
+// shape that the rest weights of morph targets give (part_table.h tells which parts may have it).
+Mesh meshAtRest(const BakeSource& source) {
+    const Mesh& mesh = source.mesh();
+    Mesh out;
+    out.triangles = mesh.triangles;
+    out.rest_positions =
+        restShape(mesh.morphs, {mesh.rest_positions, std::vector<Vec3>(mesh.vertexCount())}, mesh.morphs.rest_weights)
+            .positions;
+    out.opacity = mesh.opacity;
+    if (!source.rig) return out;
     const std::vector<bool> mirrored = mirroredAtRest(*source.rig);
-    for (Triangle& t : triangles)
-        if (mirrored[t[0]]) std::swap(t[1], t[2]);
-    return triangles;
+    std::vector<bool> turned;
+    for (Triangle& t : out.triangles) {
+        turned.push_back(mirrored[t[0]]);
+        if (turned.back()) std::swap(t[1], t[2]);
+    }
+    out.opacity = turnedOpacity(mesh.opacity, turned);
+    return out;
 }
 
 void addParts(const BakeSource& source, const PartTable& table, const FieldOptions& options, FieldPlan& plan) {
@@ -90,14 +102,12 @@ void addParts(const BakeSource& source, const PartTable& table, const FieldOptio
     if (range.end > table.partCount())
         throw BadOption("parts", "ends at " + std::to_string(range.end) + ", but there are " +
                                      std::to_string(table.partCount()) + " parts");
-    const Mesh& mesh = source.mesh();
-    const std::vector<Triangle> triangles = outwardAtRest(source);
+    const Mesh mesh = meshAtRest(source);
     std::vector<PartMesh> meshes;
-    // A field holds the shape that the rest weights of morph targets give (part_table.h tells which parts may have it).
-    const RestShape shape =
-        restShape(mesh.morphs, {mesh.rest_positions, std::vector<Vec3>(mesh.vertexCount())}, mesh.morphs.rest_weights);
+    const std::vector<std::uint32_t> twins =
+        source.rig ? twinTriangles(source.mesh(), source.rig->skin) : std::vector<std::uint32_t>{};
     for (std::size_t part = 0; part < table.partCount(); ++part)
-        meshes.push_back(partMesh(shape.positions, triangles, table.part_of_triangle, part));
+        meshes.push_back(partMesh(mesh, twins, table.part_of_triangle, part));
     const std::vector<PartField> fields =
         placeFields(meshes, options.cells, std::size_t(options.megabytes * kMegabyte));
     for (std::size_t part = range.begin; part < range.end; ++part) {

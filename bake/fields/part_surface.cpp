@@ -9,13 +9,17 @@
 
 namespace penumbra {
 
-PartMesh partMesh(std::span<const Vec3> positions, std::span<const Triangle> triangles,
+PartMesh partMesh(const Mesh& mesh, std::span<const std::uint32_t> twins,
                   std::span<const std::uint16_t> part_of_triangle, std::size_t part) {
     constexpr std::uint32_t kUnused = UINT32_MAX;
+    const std::vector<Vec3>& positions = mesh.rest_positions;
+    const std::vector<Triangle>& triangles = mesh.triangles;
     PartMesh out;
+    std::vector<std::uint32_t> taken;  // triangles of the mesh
     std::vector<std::uint32_t> index_of_vertex(positions.size(), kUnused);
     for (std::size_t t = 0; t < triangles.size(); ++t) {
         if (part_of_triangle[t] != part) continue;
+        taken.push_back(std::uint32_t(t));
         Triangle triangle{};
         for (std::size_t c = 0; c < 3; ++c) {
             std::uint32_t& index = index_of_vertex[triangles[t][c]];
@@ -26,6 +30,12 @@ PartMesh partMesh(std::span<const Vec3> positions, std::span<const Triangle> tri
             triangle[c] = index;
         }
         out.triangles.push_back(triangle);
+    }
+    out.opacity = opacityOf(mesh.opacity, taken);
+    for (std::uint32_t t = 0; t < taken.size() && !twins.empty(); ++t) {
+        const auto twin = std::lower_bound(taken.begin(), taken.end(), twins[taken[t]]);
+        const bool inside = twin != taken.end() && *twin == twins[taken[t]];
+        out.twins.push_back(inside ? std::uint32_t(twin - taken.begin()) : t);
     }
     return out;
 }

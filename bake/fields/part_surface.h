@@ -12,9 +12,11 @@ namespace penumbra {
 struct PartMesh {
     std::vector<Vec3> positions;
     std::vector<Triangle> triangles;
+    Opacity opacity = {};
+    std::vector<std::uint32_t> twins = {};  // twinTriangles() among these; empty: none has one
 };
-// Takes the triangles [T] for which part_of_triangle is `part` out of a mesh.
-PartMesh partMesh(std::span<const Vec3> positions, std::span<const Triangle> triangles,
+// Takes the triangles [T] for which part_of_triangle is `part` out of a mesh. `twins` are twinTriangles() of the mesh.
+PartMesh partMesh(const Mesh& mesh, std::span<const std::uint32_t> twins,
                   std::span<const std::uint16_t> part_of_triangle, std::size_t part);
 
 // A sphere around all points. It is deterministic, and at most a few percent larger than the smallest one.

@@ -59,7 +59,7 @@ PartTracer::PartTracer(const PartMesh& mesh, const PartField& field, const ConeD
       scale_(sceneScale(mesh.positions, boxDiagonal(mesh.positions))),
       center_((toDouble(field.center) - scale_.center) / scale_.diagonal),
       radius_(double(field.radius) / scale_.diagonal),
-      scene_(scaled(scale_, mesh.positions), mesh.triangles),
+      scene_(scaled(scale_, mesh.positions), mesh.triangles, Queries::kPlain, {&mesh.opacity, mesh.twins}),
       surface_(scaled(scale_, mesh.positions), exposed(scaled(scale_, mesh.positions), mesh.triangles)) {}
 
 namespace {

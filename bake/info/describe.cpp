@@ -49,9 +49,4 @@ Json describe(const std::vector<ClipError>& errors) {
     return list;
 }
 
-Json describeKind(ModelKind kind, bool composed) {
-    if (!composed) return {{"model", nameOf(kind)}};
-    return {{"model", "composed"}, {"local_model", nameOf(kind)}};
-}
-
 }  // namespace penumbra

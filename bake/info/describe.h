@@ -23,8 +23,12 @@ Json describe(const FrameList& frames);  // its clips
 Json describe(const std::vector<ClipError>& errors);
 // Adds the corners of the box around the rest positions. Who places a mesh in a scene asks where its feet are.
 void addRestBox(Json& json, std::span<const Vec3> positions);
-// Names the model by the words that the fit took.
-Json describeKind(ModelKind kind, bool composed);
+// Names a model, or that of an asset, by the words that the fit took.
+template <class Model>
+Json describeKind(const Model& model) {
+    if (!model.composition) return {{"model", nameOf(model.kind)}};
+    return {{"model", "composed"}, {"local_model", nameOf(model.kind)}};
+}
 
 // Tells what a composed model multiplies and adds. `residual` has the clusters of the residual, or none.
 template <class Clusters, class Number>

@@ -9,7 +9,7 @@ namespace {
 
 void describeAssetModel(const AssetView& asset, Json& json) {
     const ModelView& model = asset.model;
-    json["model"] = describeKind(model.kind, model.composition.has_value());
+    json["model"] = describeKind(model);
     json["model"].update({{"features", nameOf(model.features)},
                           {"convention", model.convention.name()},
                           {"clusters", model.clusters.size()},

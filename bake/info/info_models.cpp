@@ -20,7 +20,7 @@ Json rangeOf(const std::vector<ClusterModel>& clusters, Number number) {
 
 Json describeModel(const std::filesystem::path& path) {
     const Model model = readModel(path);
-    Json json = describeKind(model.kind, model.composition.has_value());
+    Json json = describeKind(model);
     json["features"] = nameOf(model.features);
     json["convention"] = model.convention.name();
     json["sh_order"] = model.convention.order;

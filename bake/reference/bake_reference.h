@@ -50,8 +50,9 @@ struct ReferenceFrame {
     // With casting_triangles: what casts but is not seen, with corners among the mesh's vertices and then these.
     std::span<const Vec3> unseen_positions = {};
     std::span<const Triangle> unseen_triangles = {};
-    // [V] for a scene, whose triangles are fronts alone: the vertex of the other side of each one. It is the vertex
-    // itself where that is no sheet. Rays of sheets start at the bias as well.
+    // [V] for a scene, whose triangles are fronts alone, and for a mesh with twins (twin_triangles.h): the vertex of
+    // the other side of each one. It is the vertex itself where that is no sheet. In a scene rays of sheets start at
+    // the bias as well.
     std::span<const std::uint32_t> back_of_vertex = {};
     std::span<const Vec3> albedo = {};  // [V] what the mesh reflects; needed with bounces
     // [V] what a two-sided mesh sends to the side of the vertex of the light on its other side; empty: nothing

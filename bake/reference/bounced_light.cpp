@@ -41,8 +41,8 @@ std::optional<PathHit> nextHit(const ReferenceScene& scene, Vec3 origin, Vec3d d
     const std::optional<SurfaceHit> hit = scene.blocking().closestHit(origin, toFloat(direction));
     if (!hit || hit->triangle >= input.mesh.frontTriangleCount()) return std::nullopt;
     const bool back = dot(toDouble(hit->normal), direction) > 0;
-    if (back && !input.mesh.two_sided) return std::nullopt;
     const Corners corners = cornersOf(input, *hit, direction);
+    if (back && !input.mesh.two_sided && corners.vertex == input.mesh.triangles[hit->triangle]) return std::nullopt;
     PathHit found{{surfacePoint(scene, corners, -direction), colorAt(input.albedo, corners)}, {}};
     if (!input.transmission.empty())
         found.other = {surfacePoint(scene, otherSide(input, corners), direction), colorAt(input.transmission, corners)};

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <numeric>
 
 #include "bake/source/frame_choice.h"
 #include "formats/cache/numbered_files.h"
@@ -9,6 +10,7 @@
 #include "formats/common/joined.h"
 #include "formats/common/mesh_places.h"
 #include "formats/common/sha256.h"
+#include "formats/common/twin_triangles.h"
 
 namespace penumbra {
 
@@ -70,7 +72,14 @@ std::vector<std::uint32_t> placesOf(const VisibilityHeader& header) {
     skin.influences = header.skin->influences;
     skin.joints.assign(header.skin->joints.begin(), header.skin->joints.begin() + std::ptrdiff_t(rows));
     skin.weights.assign(header.skin->weights.begin(), header.skin->weights.begin() + std::ptrdiff_t(rows));
-    return firstOfPlaces(std::span(header.mesh.rest_positions).first(fronts), skin);
+    Mesh mesh;
+    mesh.triangles.assign(header.mesh.frontTriangles().begin(), header.mesh.frontTriangles().end());
+    mesh.rest_positions.assign(header.mesh.rest_positions.begin(),
+                               header.mesh.rest_positions.begin() + std::ptrdiff_t(fronts));
+    std::vector<std::uint32_t> front(fronts);
+    std::iota(front.begin(), front.end(), 0u);
+    mesh.morphs = selectVertices(header.mesh.morphs, front);
+    return firstOfSides(mesh, skin);
 }
 
 }  // namespace
@@ -80,13 +89,16 @@ ReferenceBlockers blockersOfFrame(const VisibilityHeader& header, std::size_t fr
     const BakeWords words = wordsOf(header.provenance);
     checkGiven(header, name, words, occluders);
     ReferenceBlockers out;
-    if (header.skin && !header.mesh.two_sided && occluders.empty()) return out;
+    out.blockers.addSurface(header.mesh, header.skin ? &*header.skin : nullptr);
+    if (header.skin && !header.mesh.two_sided && occluders.empty() && out.blockers.twins.empty()) return out;
+    if (!out.blockers.twins.empty()) out.other_side = twinVertices(header.mesh, out.blockers.twins);
     const std::span<const Vec3> rest(header.mesh.rest_positions);
     out.blockers.add(header.mesh.frontTriangles(), rest.first(header.mesh.frontVertexCount()), placesOf(header));
     std::vector<std::string> clips = header.frames.clip_names;
     if (words.blocks)
         for (std::string& clip : clips) clip = clipOfBlock(clip);
     for (const Occluder& occluder : readOccluders(occluders, words.cache, clips)) {
+        out.blockers.addSurface(occluder.source.mesh(), occluder.source.rig ? &occluder.source.rig->skin : nullptr);
         out.blockers.add(occluder.source.mesh().triangles, sourcePositions(occluder.source, -1, 0),
                          occluder.source.places());
         appendPositions(occluder, header.frames.clip[frame], header.frames.time[frame], out.occluder_positions);

@@ -7,7 +7,8 @@ namespace penumbra {
 
 struct ReferenceBlockers {
     Blockers blockers;  // without triangles where a rig's skin alone is drawn: ray_start.h is not for it
-    std::vector<Vec3> occluder_positions;  // [Vo] in this frame, model frame
+    std::vector<Vec3> occluder_positions;   // [Vo] in this frame, model frame
+    std::vector<std::uint32_t> other_side;  // [V] twinVertices(); empty without twins
 };
 // Reads the occluders. `name` of the visibility file starts messages. Throws UsageError unless `occluders` are those
 // of the bake, by content.

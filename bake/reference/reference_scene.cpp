@@ -17,12 +17,15 @@ ReferenceScene makeReferenceScene(const ReferenceFrame& input, const ReferenceOp
     const SceneScale scale = input.scale.value_or(sceneScale(corners, diagonal > 0 ? diagonal : 1));
     std::vector<Vec3> positions;
     for (Vec3 p : model) positions.push_back(scale.apply(p));
-    OcclusionScene scene(positions, input.mesh.frontTriangles());
+    // The camera sees surfaces as the player draws them, which has no textures; light passes through them.
+    const SeeThrough through = input.blockers ? input.blockers->through() : SeeThrough{&input.mesh.opacity, {}};
+    OcclusionScene scene(positions, input.mesh.frontTriangles(), Queries::kPlain, {nullptr, through.twins});
     std::optional<OcclusionScene> shadows;
+    if (!input.mesh.opacity.empty()) shadows.emplace(positions, input.mesh.frontTriangles(), Queries::kPlain, through);
     if (input.blockers) {
         std::vector<Vec3> all(positions.begin(), positions.begin() + std::ptrdiff_t(input.mesh.frontVertexCount()));
         for (Vec3 p : input.occluder_positions) all.push_back(scale.apply(p));
-        shadows.emplace(all, input.blockers->triangles, Queries::kFiltered);
+        shadows.emplace(all, input.blockers->triangles, Queries::kFiltered, through);
     }
     if (input.casting_triangles) {
         std::vector<Vec3> all = positions;
@@ -56,13 +59,14 @@ Mat3d frameAt(const ReferenceFrame& input, const Corners& corners, Vec3d normal)
 RayStart startOfShadowRays(const ReferenceScene& scene, const Corners& corners, Vec3d point, Vec3d wanted,
                            double bias) {
     if (!scene.input.blockers) return {toFloat(wanted), false};
-    const auto fronts = std::uint32_t(scene.input.mesh.frontVertexCount());
-    Triangle own;
-    for (std::size_t k = 0; k < 3; ++k) own[k] = scene.input.blockers->placeOf(corners.vertex[k] % fronts);
+    const Blockers& blockers = *scene.input.blockers;
+    Triangle own{};
+    for (std::size_t k = 0; k < 3; ++k) own[k] = blockers.placeOf(blockers.frontOf(corners.vertex[k]));
     // On a crumpled sheet the interpolated normal may point behind the triangle.
     const Vec3d a = toDouble(scene.positions[own[0]]), b = toDouble(scene.positions[own[1]]),
                 c = toDouble(scene.positions[own[2]]);
-    const Vec3d flat = normalized(cross(b - a, c - a)) * (corners.vertex[0] < fronts ? 1.0 : -1.0);
+    const Vec3d flat =
+        normalized(cross(b - a, c - a)) * (corners.vertex[0] == blockers.frontOf(corners.vertex[0]) ? 1.0 : -1.0);
     Vec3d way = wanted - point;
     if (!(dot(way, flat) > 0)) way = flat * std::max(length(way), bias);
     return startOverSheet(scene.blocking(), *scene.input.blockers,

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 
+#include "bake/source/surface_opacity.h"
 #include "formats/common/errors.h"
 #include "formats/common/mesh_places.h"
+#include "formats/rig/rig_build.h"
 #include "formats/source/source_readers.h"
 
 namespace penumbra {
@@ -26,7 +28,7 @@ std::vector<std::string> BakeSource::notes() const {
 
 std::vector<std::uint32_t> BakeSource::places() const {
     if (!rig) return {};
-    std::vector<std::uint32_t> first = firstOfPlaces(rig->mesh.rest_positions, rig->skin);
+    std::vector<std::uint32_t> first = firstOfSides(rig->mesh, rig->skin);
     for (std::size_t v = 0; v < first.size(); ++v)
         if (first[v] != v) return first;
     return {};
@@ -43,6 +45,9 @@ BakeSource readSource(const std::vector<std::filesystem::path>& paths, const Poi
         source.cache = readPointCache(paths, options);
     else
         source.rig = readRig(paths, rig_options);
+    if (!source.rig) return source;
+    readOpacity(*source.rig);
+    if (rig_options.strict) refuseNotes(source.rig->notes);
     return source;
 }
 

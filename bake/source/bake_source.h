@@ -17,7 +17,7 @@ struct BakeSource {
     const std::vector<std::filesystem::path>& filesRead() const { return rig ? rig->files_read : cache->files_read; }
     std::vector<std::string> clipNames() const;
     std::vector<std::string> notes() const;  // what its reader has to say, a line each
-    // firstOfPlaces() of a rig that has hard edges, else empty.
+    // firstOfSides() of a rig that has hard edges, else empty.
     std::vector<std::uint32_t> places() const;
 };
 

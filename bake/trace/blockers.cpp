@@ -9,6 +9,7 @@
 #include "formats/cache/numbered_files.h"
 #include "formats/common/errors.h"
 #include "formats/common/mesh_places.h"
+#include "formats/common/twin_triangles.h"
 #include "formats/stage/pose_file.h"
 #include "sh/dihedral_angles.h"
 
@@ -71,6 +72,17 @@ void Blockers::add(std::span<const Triangle> more, std::span<const Vec3> rest, s
         solid_of_vertex.push_back(found == parts.end() ? 0 : found->second.solid);
     }
     vertices += rest.size();
+}
+
+void Blockers::addSurface(const Mesh& mesh, const Skin* skin) {
+    appendOpacity(mesh.opacity, triangles.size(), opacity);
+    const std::vector<std::uint32_t> more =
+        skin && !mesh.two_sided ? twinTriangles(mesh, *skin) : std::vector<std::uint32_t>{};
+    if (more.empty()) return;
+    const auto first = std::uint32_t(triangles.size());
+    if (first == 0) front_of_vertex = tracedVertices(mesh, more);
+    for (auto t = std::uint32_t(twins.size()); t < first; ++t) twins.push_back(t);
+    for (const std::uint32_t twin : more) twins.push_back(first + twin);
 }
 
 namespace {

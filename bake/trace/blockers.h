@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "bake/source/bake_source.h"
+#include "bake/trace/see_through.h"
 #include "bake/trace/vertex_side.h"
 
 namespace penumbra {
@@ -19,16 +20,33 @@ struct Blockers {
     // [Vs] the closed surface that each vertex of the mesh is part of; 0 = none
     std::vector<std::int32_t> solid_of_vertex;
 
+    // Of all meshes, for SeeThrough.
+    Opacity opacity;
+    std::vector<std::uint32_t> twins;  // twinTriangles(); empty: no triangle has one
+    // [V] the vertex of the traced side of each vertex of the mesh: that of the first twin, for one that only second
+    // twins use; else the vertex itself. Empty without twins.
+    std::vector<std::uint32_t> front_of_vertex;
+
     VertexFans fans;  // of the mesh
-    // [Vs] the first vertex of each vertex' place (firstOfPlaces()), which triangles, fans and solids use in its stead:
+    // [Vs] the first vertex of each vertex' place (firstOfSides()), which triangles, fans and solids use in its stead:
     // a hard edge is no border. Empty: every vertex has a place of its own.
     std::vector<std::uint32_t> place_of_vertex;
     std::uint32_t placeOf(std::uint32_t vertex) const {
         return place_of_vertex.empty() ? vertex : place_of_vertex[vertex];
     }
 
+    SeeThrough through() const { return {&opacity, twins}; }
+    // Tells the opacity of the triangles that are added next, and which of them lie on one another. Points without a
+    // skin move as they like, and have no twins.
+    void addSurface(const Mesh& mesh, const Skin* skin);
+
+    // The vertex of the traced side of a vertex [V] of the mesh.
+    std::uint32_t frontOf(std::uint32_t vertex) const {
+        return front_of_vertex.empty() ? vertex % std::uint32_t(solid_of_vertex.size()) : front_of_vertex[vertex];
+    }
+
     // Adds the triangles of a mesh, whose vertices get the next indices. The mesh of the bake comes first. `places`
-    // has firstOfPlaces() of a rig, and is empty for a cache, which has one vertex for each place.
+    // has firstOfSides() of a rig, and is empty for a cache, which has one vertex for each place.
     void add(std::span<const Triangle> more, std::span<const Vec3> rest_positions,
              std::vector<std::uint32_t> places = {});
     std::size_t vertices = 0;  // of all meshes so far

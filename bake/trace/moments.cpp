@@ -14,10 +14,10 @@ RayStart startOfVertex(const MomentTracer& tracer, Vec3 position, Vec3 normal, s
     if (!tracer.blockers || dot(normal, normal) == 0)
         return startOverSolid(scaled, tracer.start_ways.empty() ? normal : tracer.start_ways[vertex],
                               biasOf(tracer, vertex));
-    const std::size_t fronts = tracer.mesh->frontVertexCount();
-    const std::uint32_t front = tracer.blockers->placeOf(std::uint32_t(vertex % fronts));
+    const std::uint32_t of_side = tracer.blockers->frontOf(std::uint32_t(vertex));
+    const std::uint32_t front = tracer.blockers->placeOf(of_side);
     const Vec3 direction =
-        directionToSide(tracer.blockers->fans, tracer.vertices, front, normal, vertex < fronts ? 1 : -1);
+        directionToSide(tracer.blockers->fans, tracer.vertices, front, normal, vertex == of_side ? 1 : -1);
     return startOverSheet(
         tracer.scene, *tracer.blockers,
         {scaled, direction, biasOf(tracer, vertex), {front, front, front}, tracer.blockers->solid_of_vertex[front]});

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "bake/trace/ray_directions.h"
+#include "bake/trace/see_through.h"
 #include "formats/common/mesh.h"
 #include "sh/bounding_box.h"
 
@@ -56,8 +57,9 @@ enum class Queries { kPlain, kFiltered };
 // many threads.
 class OcclusionScene {
 public:
+    // Hits count the triangles as they are given. `through` is read here alone.
     OcclusionScene(std::span<const Vec3> positions, std::span<const Triangle> triangles,
-                   Queries queries = Queries::kPlain);
+                   Queries queries = Queries::kPlain, const SeeThrough& through = {});
     ~OcclusionScene();
     OcclusionScene(OcclusionScene&&) noexcept;
     OcclusionScene& operator=(OcclusionScene&&) noexcept;
@@ -81,7 +83,8 @@ public:
     void removeOccludedLocally(Vec3 origin, const RayDirections& directions, const LocalTriangles& local,
                                std::span<LaneWeights> rays, std::span<LaneWeights> near) const;
 
-    // Finds what each ray from `origin` meets first. The rays of lanes with a zero vector meet nothing.
+    // Finds what each ray from `origin` meets first. The rays of lanes with a zero vector meet nothing. Both sides of a
+    // triangle with a twin are fronts.
     // sides.size() == packets.size().
     void firstSides(Vec3 origin, std::span<const DirectionPacket> packets, std::span<LaneSides> sides) const;
 

@@ -13,6 +13,8 @@
 
 #include "bake/trace/embree.h"
 #include "bake/trace/occlusion.h"
+#include "bake/trace/scene_triangles.h"
+#include "bake/trace/waiting_rays.h"
 #include "sh/bounding_box.h"
 
 namespace penumbra {
@@ -70,6 +72,7 @@ struct OcclusionScene::Impl {
     RTCDevice device = sharedDevice();
     RTCScene scene = rtcNewScene(device);
     std::vector<Triangle> triangles;  // only for nextHit()
+    SceneTriangles numbers;
 
     Impl() = default;
     Impl(const Impl&) = delete;
@@ -86,37 +89,80 @@ void fillBuffer(RTCGeometry geometry, RTCBufferType type, RTCFormat format, std:
     if (buffer) std::memcpy(buffer, values.data(), values.size_bytes());
 }
 
+// Lets rays through where the opacity of a triangle says so. The filter belongs to the geometry, so that it runs before
+// those of queries, and triangles that stop all rays cost nothing.
+void passThrough(const RTCFilterFunctionNArguments* arguments) {
+    const auto& triangles = *static_cast<const SceneTriangles*>(arguments->geometryUserPtr);
+    const unsigned n = arguments->N;
+    RTCRayN* ray = arguments->ray;
+    RTCHitN* hit = arguments->hit;
+    for (unsigned k = 0; k < n; ++k) {
+        if (arguments->valid[k] != -1) continue;
+        const Vec3 origin{RTCRayN_org_x(ray, n, k), RTCRayN_org_y(ray, n, k), RTCRayN_org_z(ray, n, k)};
+        const Vec3 direction{RTCRayN_dir_x(ray, n, k), RTCRayN_dir_y(ray, n, k), RTCRayN_dir_z(ray, n, k)};
+        if (!triangles.stops(RTCHitN_primID(hit, n, k), RTCHitN_u(hit, n, k), RTCHitN_v(hit, n, k), origin, direction))
+            arguments->valid[k] = 0;
+    }
+}
+
+// Adds triangles to a scene as the geometry of this number. Rays pass through them if `filtered` is set.
+void attachTriangles(RTCScene scene, unsigned number, std::span<const Vec3> positions,
+                     std::span<const Triangle> triangles, SceneTriangles* filtered = nullptr) {
+    RTCGeometry geometry = rtcNewGeometry(sharedDevice(), RTC_GEOMETRY_TYPE_TRIANGLE);
+    fillBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, positions);
+    fillBuffer(geometry, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT3, triangles);
+    if (filtered) {
+        rtcSetGeometryUserData(geometry, filtered);
+        rtcSetGeometryOccludedFilterFunction(geometry, passThrough);
+        rtcSetGeometryIntersectFilterFunction(geometry, passThrough);
+    }
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometryByID(scene, geometry, number);
+    rtcReleaseGeometry(geometry);
+}
+
 // The query of nextHit(), with what its filter needs.
 struct PassingQuery {
     RayQuery query;  // first, so that the filter finds the rest by a cast
     const std::vector<Triangle>* triangles;
+    const SceneTriangles* numbers;
     Triangle passed;
+
+    const Triangle& hitOf(const RTCFilterFunctionNArguments* arguments) const {
+        return (*triangles)[numbers->numberOf(RTCHitN_geomID(arguments->hit, arguments->N, 0),
+                                              RTCHitN_primID(arguments->hit, arguments->N, 0))];
+    }
 };
 
 // Rejects a hit on a triangle that has a corner of `passed`. Embree calls the filter for each candidate of a single
 // ray.
 void passOwnTriangles(const RTCFilterFunctionNArguments* arguments) {
     const auto& passing = *reinterpret_cast<const PassingQuery*>(arguments->context);
-    for (const std::uint32_t corner : (*passing.triangles)[RTCHitN_primID(arguments->hit, arguments->N, 0)])
+    for (const std::uint32_t corner : passing.hitOf(arguments))
         for (const std::uint32_t passed : passing.passed)
             if (corner == passed) arguments->valid[0] = 0;
 }
 
 }  // namespace
 
-OcclusionScene::OcclusionScene(std::span<const Vec3> positions, std::span<const Triangle> triangles, Queries queries)
+OcclusionScene::OcclusionScene(std::span<const Vec3> positions, std::span<const Triangle> triangles, Queries queries,
+                               const SeeThrough& through)
     : impl_(std::make_unique<Impl>()) {
     const FlushDenormals flush;
     if (queries == Queries::kFiltered) {
         rtcSetSceneFlags(impl_->scene, kSceneTakesFilters);
         impl_->triangles.assign(triangles.begin(), triangles.end());
     }
-    RTCGeometry geometry = rtcNewGeometry(impl_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    fillBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, positions);
-    fillBuffer(geometry, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT3, triangles);
-    rtcCommitGeometry(geometry);
-    rtcAttachGeometry(impl_->scene, geometry);
-    rtcReleaseGeometry(geometry);
+    SceneTriangles& numbers = impl_->numbers = SceneTriangles(triangles.size(), through);
+    if (numbers.all_stop) {
+        attachTriangles(impl_->scene, 0, positions, triangles);
+    } else {
+        std::vector<Triangle> stopping, filtered;
+        for (const std::uint32_t t : numbers.stopping) stopping.push_back(triangles[t]);
+        for (const FilteredTriangle& t : numbers.filtered) filtered.push_back(triangles[t.number]);
+        if (!stopping.empty()) attachTriangles(impl_->scene, 0, positions, stopping);
+        if (!filtered.empty()) attachTriangles(impl_->scene, kFilteredGeometry, positions, filtered, &numbers);
+    }
     rtcCommitScene(impl_->scene);
     check(impl_->device, "building a scene");
 }
@@ -153,8 +199,12 @@ bool OcclusionScene::occluded(Vec3 origin, Vec3 unit_direction, float min_distan
 
 namespace {
 
-SurfaceHit surfaceHit(const RTCRayHit& hit) {
-    return {hit.hit.primID, hit.hit.u, hit.hit.v, hit.ray.tfar, {hit.hit.Ng_x, hit.hit.Ng_y, hit.hit.Ng_z}};
+SurfaceHit surfaceHit(const RTCRayHit& hit, const SceneTriangles& numbers) {
+    return {numbers.numberOf(hit.hit.geomID, hit.hit.primID),
+            hit.hit.u,
+            hit.hit.v,
+            hit.ray.tfar,
+            {hit.hit.Ng_x, hit.hit.Ng_y, hit.hit.Ng_z}};
 }
 
 }  // namespace
@@ -167,20 +217,20 @@ std::optional<SurfaceHit> OcclusionScene::closestHit(Vec3 origin, Vec3 unit_dire
     hit.hit.geomID = hit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
     intersect1(impl_->scene, query, hit);
     if (hit.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
-    return surfaceHit(hit);
+    return surfaceHit(hit, impl_->numbers);
 }
 
 std::optional<SurfaceHit> OcclusionScene::nextHit(Vec3 origin, Vec3 unit_direction, Stretch stretch,
                                                   const Triangle& passed) const {
     const FlushDenormals flush;
-    PassingQuery passing{RayQuery(passOwnTriangles), &impl_->triangles, passed};
+    PassingQuery passing{RayQuery(passOwnTriangles), &impl_->triangles, &impl_->numbers, passed};
     RTCRayHit hit{};
     hit.ray = makeRay(origin, unit_direction, std::max(stretch.from, 0.0f));
     hit.ray.tfar = stretch.to;
     hit.hit.geomID = hit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
     intersect1(impl_->scene, passing.query, hit);
     if (hit.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
-    return surfaceHit(hit);
+    return surfaceHit(hit, impl_->numbers);
 }
 
 namespace {
@@ -240,10 +290,12 @@ namespace {
 struct LocalQuery {
     RayQuery query;  // first, so that a filter finds the rest by a cast
     const LocalTriangles* local;
+    const SceneTriangles* numbers;
     LaneWeights* near;  // of the packet that is traced
 
     bool isLocal(const RTCFilterFunctionNArguments* arguments, unsigned lane) const {
-        return local->contains(RTCHitN_primID(arguments->hit, arguments->N, lane));
+        return local->contains(numbers->numberOf(RTCHitN_geomID(arguments->hit, arguments->N, lane),
+                                                 RTCHitN_primID(arguments->hit, arguments->N, lane)));
     }
 };
 
@@ -262,52 +314,6 @@ void passFar(const RTCFilterFunctionNArguments* arguments) {
         if (arguments->valid[k] == -1 && !query.isLocal(arguments, k)) arguments->valid[k] = 0;
 }
 
-// Returns how far local triangles may lie along each lane of a packet: up to where the ray leaves the last box of a
-// local part, and 0 where it meets none of these boxes.
-LaneWeights localReach(Vec3 origin, const DirectionPacket& directions, const LocalTriangles& local) {
-    constexpr float kMin = 1e-20f;     // no division by 0
-    constexpr float kPadding = 1e-5f;  // in diagonals of the model; rounding in a hit is a hundredth of that
-    LaneWeights reach;
-    DirectionPacket inverse;
-    const auto invert = [](const std::array<float, kLanes>& from, std::array<float, kLanes>& to) {
-        for (std::size_t k = 0; k < kLanes; ++k) to[k] = 1 / (std::abs(from[k]) < kMin ? kMin : from[k]);
-    };
-    invert(directions.x, inverse.x);
-    invert(directions.y, inverse.y);
-    invert(directions.z, inverse.z);
-    for (std::size_t part = 0; part < local.box_of_part.size(); ++part) {
-        if (!local.is_local[part]) continue;
-        const BoundingBox& box = local.box_of_part[part];
-        const Vec3 low = box.low - origin - Vec3{kPadding, kPadding, kPadding};
-        const Vec3 high = box.high - origin + Vec3{kPadding, kPadding, kPadding};
-        for (std::size_t k = 0; k < kLanes; ++k) {
-            const float x0 = low.x * inverse.x[k], x1 = high.x * inverse.x[k];
-            const float y0 = low.y * inverse.y[k], y1 = high.y * inverse.y[k];
-            const float z0 = low.z * inverse.z[k], z1 = high.z * inverse.z[k];
-            const float enter = std::max({std::min(x0, x1), std::min(y0, y1), std::min(z0, z1)});
-            const float leave = std::min({std::max(x0, x1), std::max(y0, y1), std::max(z0, z1)});
-            reach.lane[k] = enter <= leave ? std::max(reach.lane[k], leave) : reach.lane[k];
-        }
-    }
-    return reach;
-}
-
-// Rays of several packets that wait for their second trace. Neighbours along the Morton curve share a packet again.
-struct WaitingRays {
-    DirectionPacket directions;
-    LaneWeights reach;
-    std::array<float*, kLanes> weight{};  // where the answer of each lane goes
-    std::size_t count = 0;
-
-    void add(const DirectionPacket& from, std::size_t lane, float how_far, float& answer) {
-        directions.x[count] = from.x[lane];
-        directions.y[count] = from.y[lane];
-        directions.z[count] = from.z[lane];
-        reach.lane[count] = how_far;
-        weight[count++] = &answer;
-    }
-};
-
 // Traces the waiting rays against what the query's filter accepts. Sets the weights of those that it blocks to 0.
 void traceWaiting(RTCScene scene, RayQuery& query, WaitingRays& waiting, RTCRay8& packet) {
     std::fill(waiting.reach.lane.begin() + std::ptrdiff_t(waiting.count), waiting.reach.lane.end(), 0.0f);
@@ -324,7 +330,9 @@ void OcclusionScene::removeOccludedLocally(Vec3 origin, const RayDirections& dir
                                            std::span<LaneWeights> rays, std::span<LaneWeights> near) const {
     assert(rays.size() == directions.packets.size() && near.size() == rays.size());
     const FlushDenormals flush;
-    LocalQuery first{RayQuery(noteLocal), &local, nullptr}, second{RayQuery(passFar), &local, nullptr};
+    const SceneTriangles& numbers = impl_->numbers;
+    LocalQuery first{RayQuery(noteLocal), &local, &numbers, nullptr},
+        second{RayQuery(passFar), &local, &numbers, nullptr};
     RTCRay8 packet = packetFrom(origin);
     WaitingRays waiting;
     for (std::size_t p = 0; p < rays.size(); ++p) {
@@ -394,8 +402,9 @@ void OcclusionScene::removeOccluded(Vec3 origin, const RayDirections& directions
         for (std::size_t k = 0; k < kLanes; ++k) {
             if (!valid[k] || packet.hit.geomID[k] == RTC_INVALID_GEOMETRY_ID) continue;
             rays[p].lane[k] = 0;
-            hits.push_back({std::uint32_t(p * kLanes + k), packet.hit.primID[k], packet.hit.u[k], packet.hit.v[k],
-                            metBack(packet, k)});
+            hits.push_back({std::uint32_t(p * kLanes + k),
+                            impl_->numbers.numberOf(packet.hit.geomID[k], packet.hit.primID[k]), packet.hit.u[k],
+                            packet.hit.v[k], metBack(packet, k)});
         }
     }
 }
@@ -413,7 +422,9 @@ void OcclusionScene::firstSides(Vec3 origin, std::span<const DirectionPacket> pa
         intersectPacket(impl_->scene, query, d, valid, packet);
         for (std::size_t k = 0; k < kLanes; ++k) {
             const bool met = valid[k] && packet.hit.geomID[k] != RTC_INVALID_GEOMETRY_ID;
-            sides[p].lane[k] = !met ? MetSide::kNone : metBack(packet, k) ? MetSide::kBack : MetSide::kFront;
+            const bool back =
+                met && metBack(packet, k) && !impl_->numbers.isTwin(packet.hit.geomID[k], packet.hit.primID[k]);
+            sides[p].lane[k] = !met ? MetSide::kNone : back ? MetSide::kBack : MetSide::kFront;
         }
     }
 }

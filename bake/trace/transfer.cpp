@@ -14,6 +14,8 @@
 #include <algorithm>
 #include <cassert>
 
+#include "formats/common/twin_triangles.h"
+
 namespace penumbra {
 
 namespace {
@@ -56,16 +58,20 @@ std::size_t addHits(const MomentTracer& tracer, Vec3 normal, std::span<const Fir
     const Mesh& mesh = *tracer.mesh;
     const auto fronts = std::uint32_t(mesh.frontVertexCount());
     const std::size_t front_triangles = mesh.frontTriangleCount();
+    const std::span<const std::uint32_t> twins =
+        tracer.blockers ? std::span<const std::uint32_t>(tracer.blockers->twins) : std::span<const std::uint32_t>{};
     const float scale = 4 / float(tracer.directions.count);  // the solid angle of a ray over pi
     std::size_t backs = 0;
     for (const FirstHit& hit : hits) {
         if (hit.triangle >= front_triangles) continue;  // occluders are black
-        if (hit.back && !mesh.two_sided) {
+        const bool has_twin = hit.triangle < twins.size() && twins[hit.triangle] != hit.triangle;
+        if (hit.back && !mesh.two_sided && !has_twin) {
             ++backs;
             continue;
         }
-        const Triangle& corner = mesh.triangles[hit.triangle];
-        const std::uint32_t side = hit.back ? fronts : 0;
+        const Triangle corner =
+            hit.back && has_twin ? twinCorners(mesh, hit.triangle, twins[hit.triangle]) : mesh.triangles[hit.triangle];
+        const std::uint32_t side = hit.back && !has_twin ? fronts : 0;
         const DirectionPacket& d = tracer.directions.packets[hit.ray / kLanes];
         const std::size_t k = hit.ray % kLanes;
         const float weight = scale * (d.x[k] * normal.x + d.y[k] * normal.y + d.z[k] * normal.z);

@@ -27,8 +27,9 @@ struct RayCounts {
 
 // Writes the direct transfer and the bounce row of each point. The points are the vertices `first_vertex`,
 // `first_vertex` + 1, ... of tracer.mesh, and the rays are those that traceMoments() traces. A hit on the back of a
-// one-sided mesh and one on an occluder block light and reflect none. A hit on a two-sided mesh counts for the vertices
-// of the side that was hit. May be called from many threads; a point's result depends on that point alone.
+// one-sided mesh and one on an occluder block light and reflect none. A hit on a two-sided mesh, or on
+// a triangle with a twin, counts for the vertices of the side that was hit. May be called from many threads; a point's
+// result depends on that point alone.
 RayCounts traceTransfer(const MomentTracer& tracer, std::span<const Vec3> positions, std::span<const Vec3> normals,
                         const TransferOutput& out, std::size_t first_vertex);
 

@@ -64,10 +64,11 @@ FrameScene frameScene(const BakePlan& plan, std::size_t f) {
     if (plan.local) boxes = plan.local->boxesOf(plan.header.mesh.frontTriangles(), scaled);
     std::vector<Vec3> ways;
     if (!plan.places.empty()) ways = startWays(plan.places, frame.normals);
-    return {std::move(frame), scale,
-            OcclusionScene(scaled, plan.blockers.triangles,
-                           plan.sheet_rules || plan.local ? Queries::kFiltered : Queries::kPlain),
-            std::move(boxes), std::move(ways)};
+    return {
+        std::move(frame), scale,
+        OcclusionScene(scaled, plan.blockers.triangles,
+                       plan.sheet_rules || plan.local ? Queries::kFiltered : Queries::kPlain, plan.blockers.through()),
+        std::move(boxes), std::move(ways)};
 }
 
 MomentOutput outputOf(VisibilityFrame& frame) { return {frame.coefficients, frame.local_coefficients}; }

@@ -82,6 +82,7 @@ std::vector<std::string> differencesOf(const VisibilityHeader& other, const Visi
               other.rest_normals == expected.rest_normals,
           "another mesh");
     check(a.two_sided == b.two_sided, "another attribute two_sided");
+    check(a.opacity == b.opacity, "another /mesh/opacity_triangles");
     check(sameSkin(other.skin, expected.skin), "another skin");
     check(other.pose_size == expected.pose_size && other.pose_parameterisation == expected.pose_parameterisation &&
               other.edges == expected.edges && other.input_names == expected.input_names,

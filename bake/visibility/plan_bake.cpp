@@ -108,15 +108,19 @@ void addSurroundings(BakePlan& plan, const BakeOptions& options) {
     if (options.blocks > 1)
         for (std::string& clip : clips) clip = clipOfBlock(clip);
     plan.occluders = readOccluders(options.occluders, options.cache, clips);
-    plan.sheet_rules = plan.source.cache || options.two_sided || !plan.occluders.empty();
+    plan.blockers.addSurface(plan.source.mesh(), plan.source.rig ? &plan.source.rig->skin : nullptr);
+    plan.sheet_rules =
+        plan.source.cache || options.two_sided || !plan.occluders.empty() || !plan.blockers.twins.empty();
     if (plan.sheet_rules)
         plan.blockers.add(plan.source.mesh().triangles, sourcePositions(plan.source, -1, 0), plan.source.places());
     else
         plan.blockers.triangles = plan.source.mesh().triangles;  // nothing else will be asked of them
     if (!plan.sheet_rules) plan.places = plan.source.places();
-    for (const Occluder& occluder : plan.occluders)
+    for (const Occluder& occluder : plan.occluders) {
+        plan.blockers.addSurface(occluder.source.mesh(), occluder.source.rig ? &occluder.source.rig->skin : nullptr);
         plan.blockers.add(occluder.source.mesh().triangles, sourcePositions(occluder.source, -1, 0),
                           occluder.source.places());
+    }
     if (options.inputs) {
         plan.inputs = placeInputs(readInputTable(*options.inputs), options.inputs->string(), plan.source);
         header.input_names = plan.inputs.names;
@@ -185,7 +189,9 @@ void checkCacheOptions(const BakePlan& plan, const PointCacheOptions& options) {
 
 BakePlan planBake(const std::vector<std::filesystem::path>& paths, const BakeOptions& options) {
     BakePlan plan;
-    plan.source = readSource(paths, options.cache, options.rig);
+    RigOptions rig = options.rig;
+    if (options.two_sided) rig.sides = RigSides::kFronts;  // each vertex gets its back below
+    plan.source = readSource(paths, options.cache, rig);
     VisibilityHeader& header = plan.header;
     header.mesh = plan.source.mesh();
     describePose(plan.source, header);

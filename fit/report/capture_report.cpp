@@ -39,7 +39,7 @@ void warnOfPaper(const CaptureSummary& s, double reflectance) {
     reportWarning("penumbra-fit", text);
 }
 
-void describePaper(const CaptureSummary& s, Report& report, bool quiet) {
+void describePaper(const CaptureSummary& s, Report& report) {
     if (s.paper.places == 0) return;
     const Vec3d reflectance = impliedReflectance(s);
     report.figures["paper"] = {{"radiance", listOf(s.paper.radiance)},
@@ -47,19 +47,10 @@ void describePaper(const CaptureSummary& s, Report& report, bool quiet) {
                                {"places", s.paper.places},
                                {"clipped", s.paper.clipped},
                                {"pictures", s.paper.pictures}};
-    if (!quiet && s.paper.found())
-        std::printf("%s: under this light the paper reflects %.2f %.2f %.2f\n", s.name.c_str(), reflectance.x,
-                    reflectance.y, reflectance.z);
     if (!s.raised) return warnOfPaper(s, luminance(reflectance));
     report.figures["raised"] = {{"irradiance_of_paper", listOf(s.raised->wanted)},
                                 {"irradiance_before", listOf(s.raised->found)},
                                 {"factor", listOf(s.raised->factor)}};
-    if (!quiet)
-        std::printf(
-            "%s: the paper has the irradiance %.4g %.4g %.4g, the light gave %.4g %.4g %.4g; clipped pixels "
-            "raised by %.3g %.3g %.3g\n",
-            s.name.c_str(), s.raised->wanted.x, s.raised->wanted.y, s.raised->wanted.z, s.raised->found.x,
-            s.raised->found.y, s.raised->found.z, s.raised->factor.x, s.raised->factor.y, s.raised->factor.z);
     if (s.raised->nothing_to_raise)
         reportWarning("penumbra-fit", s.name +
                                           ": the paper has more light than the pictures show, and nothing is "
@@ -122,8 +113,37 @@ double missingShorter(const CaptureSummary& s) {
 
 double missingLonger(const CaptureSummary& s) { return s.dark > kFewDark ? std::ceil(s.dark_stops) : 0; }
 
-void describeCapture(const CaptureSummary& s, Report& report, bool quiet) {
-    const double all = luminance(s.irradiance), uncertain = all > 0 ? luminance(s.uncertain) / all : 0;
+double uncertainShare(const CaptureSummary& s) {
+    const double all = luminance(s.irradiance);
+    return all > 0 ? luminance(s.uncertain) / all : 0;
+}
+
+void printCapture(const CaptureSummary& s) {
+    std::printf("%s: %zu pictures over %.1f stops cover %.2f%% of the sphere; %d hole%s filled\n", s.name.c_str(),
+                s.pictures, std::log2(s.longest / s.shortest), 100 * (1 - s.holes.share), s.holes.holes,
+                s.holes.holes == 1 ? "" : "s");
+    std::printf("%s: irradiance on the ground %.4g %.4g %.4g, %.2g%% of it only a lower bound\n", s.name.c_str(),
+                s.irradiance.x, s.irradiance.y, s.irradiance.z, 100 * uncertainShare(s));
+    if (s.clipped > 0)
+        std::printf(
+            "%s: %.2g%% of the sphere is clipped in the shortest exposure, which is at least %.0f stops too "
+            "long\n",
+            s.name.c_str(), 100 * s.clipped, missingShorter(s));
+    if (s.paper.places == 0) return;
+    const Vec3d reflectance = impliedReflectance(s);
+    if (s.paper.found())
+        std::printf("%s: under this light the paper reflects %.2f %.2f %.2f\n", s.name.c_str(), reflectance.x,
+                    reflectance.y, reflectance.z);
+    if (s.raised)
+        std::printf(
+            "%s: the paper has the irradiance %.4g %.4g %.4g, the light gave %.4g %.4g %.4g; clipped pixels "
+            "raised by %.3g %.3g %.3g\n",
+            s.name.c_str(), s.raised->wanted.x, s.raised->wanted.y, s.raised->wanted.z, s.raised->found.x,
+            s.raised->found.y, s.raised->found.z, s.raised->factor.x, s.raised->factor.y, s.raised->factor.z);
+}
+
+void describeCapture(const CaptureSummary& s, Report& report) {
+    const double uncertain = uncertainShare(s);
     report.figures["pictures"] = s.pictures;
     report.figures["exposures"] = {{"shortest", s.shortest}, {"longest", s.longest}};
     report.figures["covered_share"] = 1 - s.holes.share;
@@ -134,19 +154,7 @@ void describeCapture(const CaptureSummary& s, Report& report, bool quiet) {
     report.figures["uncertain_irradiance"] = uncertain;
     report.figures["irradiance"] = listOf(s.irradiance);
     report.figures["missing_stops"] = {{"shorter", missingShorter(s)}, {"longer", missingLonger(s)}};
-    if (!quiet) {
-        std::printf("%s: %zu pictures over %.1f stops cover %.2f%% of the sphere; %d hole%s filled\n", s.name.c_str(),
-                    s.pictures, std::log2(s.longest / s.shortest), 100 * (1 - s.holes.share), s.holes.holes,
-                    s.holes.holes == 1 ? "" : "s");
-        std::printf("%s: irradiance on the ground %.4g %.4g %.4g, %.2g%% of it only a lower bound\n", s.name.c_str(),
-                    s.irradiance.x, s.irradiance.y, s.irradiance.z, 100 * uncertain);
-        if (s.clipped > 0)
-            std::printf(
-                "%s: %.2g%% of the sphere is clipped in the shortest exposure, which is at least %.0f stops too "
-                "long\n",
-                s.name.c_str(), 100 * s.clipped, missingShorter(s));
-    }
-    describePaper(s, report, quiet);
+    describePaper(s, report);
     warn(s, uncertain);
 }
 

@@ -32,6 +32,12 @@ double darkStops(const CameraResponse& response);
 double missingShorter(const CaptureSummary& summary);
 double missingLonger(const CaptureSummary& summary);
 
-void describeCapture(const CaptureSummary& summary, Report& report, bool quiet);
+// Of the irradiance on the ground.
+double uncertainShare(const CaptureSummary& summary);
+
+// Fills the report, and warns on stderr of what may be wrong.
+void describeCapture(const CaptureSummary& summary, Report& report);
+// Prints the lines for a reader.
+void printCapture(const CaptureSummary& summary);
 
 }  // namespace penumbra

@@ -84,6 +84,9 @@ MeshView meshOf(const fbs::Mesh& stored, const Field& at, std::size_t joints, bo
     mesh.slot_of_vertex = spanOf<std::uint16_t>(stored.slot_of_vertex(), at / "slot_of_vertex");
     checkCount(at / "slot_of_vertex", mesh.slot_of_vertex, mesh.slots.empty() ? 0 : count);
     checkIndices(at / "slot_of_vertex", mesh.slot_of_vertex, mesh.slots.size());
+    mesh.casting = spanOf<std::uint32_t>(stored.casting(), at / "casting");
+    (at / "casting").require(mesh.casting.size() % 3 == 0, "has a broken last triangle");
+    checkIndices(at / "casting", mesh.casting, count);
     setTwoSided(stored, at, mesh);
     return mesh;
 }

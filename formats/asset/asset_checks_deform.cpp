@@ -21,6 +21,7 @@ void checkFronts(const Field& at, const MeshView& mesh, std::span<const std::uin
 // Checks the pairing of fronts and backs. The run time and the viewers rely on it: they compute fronts and turn them
 // round.
 void setTwoSided(const fbs::Mesh& stored, const Field& at, MeshView& mesh) {
+    mesh.cull_backs = stored.cull_backs() || stored.two_sided();
     if (!stored.two_sided()) return;
     const std::size_t vertices = mesh.positions.size(), triangles = mesh.triangles.size() / 3;
     (at / "two_sided").require(vertices % 2 == 0, "is set, but the number of vertices is odd");

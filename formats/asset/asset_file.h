@@ -76,6 +76,9 @@ struct MeshView {
     std::span<const std::uint16_t> slot_of_vertex;  // [V], < slots; empty without slots
     bool two_sided = false;                         // asset.fbs has the rule; then V and T are even
     MorphsView morphs;
+    bool cull_backs = false;                 // two_sided, or some triangles lie on others that face the other way
+    std::span<const std::uint32_t> casting;  // [3S] as asset.fbs has it; empty: all triangles
+    std::span<const std::uint32_t> castingTriangles() const { return casting.empty() ? triangles : casting; }
     // Vs counts the shading points that are no backs. They come first in the bake's order, and their triangles come
     // first here.
     std::size_t pointCount() const { return positions.size() / (two_sided ? 2 : 1); }

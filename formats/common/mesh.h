@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "formats/common/morph_targets.h"
+#include "formats/common/opacity.h"
 #include "sh/bounding_box.h"
 #include "sh/vec3.h"
 
@@ -30,6 +31,8 @@ struct Mesh {
     bool two_sided = false;
     // What weights in the pose add to rest positions and rest normals before bones move them. Mostly empty.
     MorphTargets morphs;
+    // Of triangles that do not stop all rays. It lists fronts alone.
+    Opacity opacity;
 
     std::size_t vertexCount() const { return rest_positions.size(); }
     // Vs and Ts, the fronts, which come first. For a mesh that is not two-sided these are V and T.

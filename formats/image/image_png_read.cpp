@@ -3,6 +3,7 @@
 // (png_image_*), which writes our pictures, would apply the gamma of the file.
 #include <png.h>
 
+#include <algorithm>
 #include <csetjmp>
 #include <cstring>
 
@@ -23,7 +24,8 @@ struct PngReader {
     std::size_t size = 0, at = 0;
     std::jmp_buf out;
     char problem[200] = {};
-    std::uint8_t* rgb = nullptr;  // where readPixels() writes
+    std::uint8_t* pixels = nullptr;  // where readPixels() writes
+    std::size_t channels = 3;        // of these, 4 where the file has alpha
 };
 
 [[noreturn]] void stop(png_structp png, png_const_charp message) {
@@ -53,20 +55,29 @@ void readHeader(PngReader& reader) {
     png_read_info(reader.png, reader.info);
 }
 
-// Asks for RGB of 8 bits, whatever the file has.
+// Asks for RGB or RGBA of 8 bits, whatever the file has.
 void readPixels(PngReader& reader) {
     png_set_expand(reader.png);
     png_set_scale_16(reader.png);
     png_set_gray_to_rgb(reader.png);
-    png_set_strip_alpha(reader.png);
     const int passes = png_set_interlace_handling(reader.png);
     png_read_update_info(reader.png, reader.info);
-    const std::size_t stride = std::size_t(png_get_image_width(reader.png, reader.info)) * 3;
+    const std::size_t stride = std::size_t(png_get_image_width(reader.png, reader.info)) * reader.channels;
     if (png_get_rowbytes(reader.png, reader.info) != stride) png_error(reader.png, "has unknown channels");
     const png_uint_32 height = png_get_image_height(reader.png, reader.info);
     for (int pass = 0; pass < passes; ++pass)
-        for (png_uint_32 y = 0; y < height; ++y) png_read_row(reader.png, reader.rgb + y * stride, nullptr);
+        for (png_uint_32 y = 0; y < height; ++y) png_read_row(reader.png, reader.pixels + y * stride, nullptr);
     png_read_end(reader.png, nullptr);
+}
+
+// Takes RGBA apart.
+void splitAlpha(std::span<const std::uint8_t> pixels, TexturePicture& picture) {
+    picture.rgb.resize(pixels.size() / 4 * 3);
+    picture.alpha.resize(pixels.size() / 4);
+    for (std::size_t i = 0; i < picture.alpha.size(); ++i) {
+        std::copy_n(pixels.begin() + std::ptrdiff_t(4 * i), 3, picture.rgb.begin() + std::ptrdiff_t(3 * i));
+        picture.alpha[i] = pixels[4 * i + 3];
+    }
 }
 
 }  // namespace
@@ -92,9 +103,16 @@ TexturePicture decodePng(std::span<const std::byte> bytes, const std::string& na
     checkTextureSize(width, height, bytes.size() * kMaxPixelsOfPngByte, name);
     picture.width = int(width);
     picture.height = int(height);
-    picture.rgb.resize(std::size_t(width) * std::size_t(height) * 3);
-    reader.rgb = picture.rgb.data();
+    const bool has_alpha = (png_get_color_type(reader.png, reader.info) & PNG_COLOR_MASK_ALPHA) != 0 ||
+                           png_get_valid(reader.png, reader.info, PNG_INFO_tRNS) != 0;
+    reader.channels = has_alpha ? 4 : 3;
+    std::vector<std::uint8_t> pixels(std::size_t(width) * std::size_t(height) * reader.channels);
+    reader.pixels = pixels.data();
     run(readPixels);
+    if (has_alpha)
+        splitAlpha(pixels, picture);
+    else
+        picture.rgb = std::move(pixels);
     return picture;
 }
 

@@ -9,11 +9,12 @@
 
 namespace penumbra {
 
-// A picture as its file stores it: 8 bits a channel, which stand for sRGB. Alpha, gamma and colour profiles are left
-// out, as glTF 2.0 asks (section 3.8).
+// A picture as its file stores it: 8 bits a channel, which stand for sRGB. Gamma and colour profiles are left out, as
+// glTF 2.0 asks (section 3.8).
 struct TexturePicture {
     int width = 0, height = 0;
-    std::vector<std::uint8_t> rgb;  // [height, width, 3], row 0 at the top
+    std::vector<std::uint8_t> rgb;         // [height, width, 3], row 0 at the top
+    std::vector<std::uint8_t> alpha = {};  // [height, width]; empty: the file has none, and all is opaque
 };
 
 constexpr int kMaxTextureSide = 16384;

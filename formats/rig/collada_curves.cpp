@@ -1,6 +1,9 @@
 // Curves of Collada 1.4 (section "Interpolation curves"), which assimp takes for lines between their keys. A BEZIER
 // segment goes from key 0 with the control points OUT_TANGENT of key 0 and IN_TANGENT of key 1 to key 1. A tangent is a
 // point (time, value) for each number of a value; where it has no times, these are at the thirds of the segment.
+// Of angles assimp turns every key into a quaternion and goes the shorter way between two, so that a turn of 360
+// degrees stands still and the angles of one joint do not change alike. Keys at every 60th of a second leave it no
+// choice.
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -24,6 +27,11 @@ struct ColladaCurve {
     std::vector<double> times, values, in_tangents, out_tangents;
     std::vector<std::string_view> kinds;
     std::size_t width = 1;  // numbers of a value
+    bool is_angle = false;  // it animates the angle of a <rotate>
+
+    bool bends(std::size_t k) const {  // whether the segment that begins with key k needs keys of its own
+        return kinds[k] == "BEZIER" || (is_angle && kinds[k] == "LINEAR" && values[k] != values[k + 1]);
+    }
 };
 
 struct ColladaSources {
@@ -115,8 +123,11 @@ double bezier(double a, double b, double c, double d, double u) {
 }
 
 // Returns number `i` at `time` of the segment that begins with key `k`.
-double bezierAt(const ColladaCurve& curve, std::size_t k, std::size_t i, double time) {
+double valueAt(const ColladaCurve& curve, std::size_t k, std::size_t i, double time) {
     const double from = curve.times[k], to = curve.times[k + 1], third = (to - from) / 3;
+    if (curve.kinds[k] == "LINEAR")
+        return std::lerp(curve.values[k * curve.width + i], curve.values[(k + 1) * curve.width + i],
+                         (time - from) / (to - from));
     ColladaPoint out = controlPoint(curve, curve.out_tangents, k, i, from + third),
                  in = controlPoint(curve, curve.in_tangents, k + 1, i, to - third);
     out.time = std::clamp(out.time, from, to);  // else the curve runs backwards
@@ -157,11 +168,11 @@ void addSegment(const ColladaCurve& curve, std::size_t k, ColladaLines& lines) {
         if (span <= 2 * kRamp) return;
         lines.addKey(curve.times[k + 1] - kRamp);
         for (std::size_t i = 0; i < curve.width; ++i) ColladaLines::add(lines.values, value(k, i));
-    } else if (curve.kinds[k] == "BEZIER") {
+    } else if (curve.bends(k)) {
         for (int n = 1; n * kCurveStep < span - kCurveStep / 2; ++n) {
             const double time = curve.times[k] + n * kCurveStep;
             lines.addKey(time);
-            for (std::size_t i = 0; i < curve.width; ++i) ColladaLines::add(lines.values, bezierAt(curve, k, i, time));
+            for (std::size_t i = 0; i < curve.width; ++i) ColladaLines::add(lines.values, valueAt(curve, k, i, time));
         }
     }
 }
@@ -185,11 +196,16 @@ XmlNode sourceOf(const std::string& id, const char* array_name, const std::strin
 }
 
 // Gives a sampler sources of its own that hold lines. Their accessors keep the parameters of the old ones.
-void straightenSampler(ColladaSources& sources, XmlNode& sampler, const std::string& id, std::vector<XmlNode>& added) {
-    ColladaCurve curve = curveOf(sources, sampler, id);
+void straightenSampler(ColladaSources& sources, XmlNode& sampler, ColladaCurve curve, std::vector<XmlNode>& added) {
+    const std::string& id = curve.id;
     const auto isLine = [](std::string_view kind) { return kind == "LINEAR"; };
-    if (std::all_of(curve.kinds.begin(), curve.kinds.end(), isLine)) return;
+    const bool lines_alone = std::all_of(curve.kinds.begin(), curve.kinds.end(), isLine);
+    if (lines_alone && !curve.is_angle) return;
+    if (curve.kinds.empty()) curve.kinds.assign(curve.times.size(), "LINEAR");
     checkCurve(sources, curve);
+    bool bends = !lines_alone;
+    for (std::size_t k = 0; k + 1 < curve.times.size(); ++k) bends = bends || curve.bends(k);
+    if (!bends) return;
     const double span = curve.times.back() - curve.times.front();
     sources.samples += 2 * curve.times.size() + std::size_t(std::min(span / kCurveStep, 1e9));
     if (sources.samples * curve.width > 16 * kMostSamples) sources.fail(id, "its curves are too long");
@@ -218,13 +234,25 @@ void straightenSampler(ColladaSources& sources, XmlNode& sampler, const std::str
                   [](const XmlNode& input) { return input.attribute("semantic").ends_with("_TANGENT"); });
 }
 
+// Whether a sampler of an animation turns a node. By convention the target of such a channel ends so.
+bool turns(const XmlNode& animation, std::string_view sampler_id) {
+    return std::any_of(animation.children.begin(), animation.children.end(), [&](const XmlNode& child) {
+        const std::string_view source = child.attribute("source");
+        return child.name == "channel" && source.starts_with('#') && source.substr(1) == sampler_id &&
+               child.attribute("target").ends_with(".ANGLE");
+    });
+}
+
 void straightenAnimation(ColladaSources& sources, XmlNode& animation, const std::string& parent_id) {
     const std::string_view own_id = animation.attribute("id");
     const std::string id = own_id.empty() ? parent_id : cleanText(std::string(own_id));
     std::vector<XmlNode> added;
     for (XmlNode& child : animation.children) {
         if (child.name == "animation") straightenAnimation(sources, child, id);
-        if (child.name == "sampler") straightenSampler(sources, child, id, added);
+        if (child.name != "sampler") continue;
+        ColladaCurve curve = curveOf(sources, child, id);
+        curve.is_angle = turns(animation, child.attribute("id"));
+        straightenSampler(sources, child, std::move(curve), added);
     }
     animation.children.insert(animation.children.begin(), added.begin(), added.end());
 }

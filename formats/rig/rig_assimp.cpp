@@ -180,6 +180,8 @@ PartColor colorOf(AssimpImport& import, const aiMaterial& material, const aiMesh
         if (out.material.texture || material.GetTextureCount(type) == 0) continue;
         readUv(import, mesh, readTexture(import, material, type, out.material), out);
     }
+    int two_sided = 0;
+    out.material.double_sided = material.Get(AI_MATKEY_TWOSIDED, two_sided) == AI_SUCCESS && two_sided != 0;
     return out;
 }
 

@@ -165,10 +165,17 @@ struct WeldedPoints {
     std::vector<std::size_t> vertex_of_point;  // [V] the first vertex of each shading point
     std::vector<std::size_t> first_of_place;   // [V] the first vertex of its place, which gives position and skin row
     std::vector<std::size_t> against_winding;  // vertices whose normal the triangles' winding contradicts, ascending
+    std::vector<Triangle> source_corners;      // Rig::source_corners
 };
 // Fills mesh and the joints and weights of skin, and drops triangles without area. A place with several normals has
-// several shading points (rig_normals.h), whose rest positions and skin rows have the same bits.
+// several shading points (rig_normals.h), and so has one of several slots; their rest positions and skin rows have the
+// same bits.
 WeldedPoints weldVertices(const SourceVertices& vertices, const RigOptions& options, Mesh& mesh, Skin& skin);
+
+// Gives the triangles of double-sided materials backs, which are points and triangles like any other, behind all
+// others. rest_normals and morph targets are known. A triangle that has one in the file gets none, nor does a surface
+// that is closed but for small holes: nobody sees its inside.
+void addBacks(Rig& rig);
 // Tells whether a triangle is more than a line, by its double area against the square of its longest edge.
 bool hasArea(const std::vector<Vec3>& positions, const Triangle& triangle);
 

@@ -25,6 +25,7 @@ void visit(auto& archive, Is<SourceSkin> auto& skin) { archive(skin.nodes, skin.
 void visit(auto& archive, Is<Texture> auto& texture) { archive(texture.name, texture.file, texture.bytes); }
 void visit(auto& archive, Is<MaterialColor> auto& color) {
     archive(color.base, color.texture, color.wrap_u, color.wrap_v, color.problem);
+    archive(color.alpha_mode, color.alpha_cutoff, color.alpha, color.double_sided);
 }
 void visit(auto& archive, Is<PartColor> auto& color) { archive(color.material, color.uv); }
 void visit(auto& archive, Is<SourcePart> auto& part) {
@@ -94,6 +95,7 @@ struct ByteReader {
         rest = rest.subspan(size);
     }
     void get(Plain auto& value) { getRaw(&value, sizeof value); }
+    void get(bool& flag) { flag = getFlag(); }
     template <class T>
     void get(std::vector<T>& list) {
         std::size_t count = 0;
@@ -196,6 +198,7 @@ void checkSkins(const RigSource& source) {
 void checkColor(const RigSource& source, const SourcePart& part) {
     const MaterialColor& color = part.color.material;
     requireSound(source, color.wrap_u <= TextureWrap::kClamp && color.wrap_v <= TextureWrap::kClamp);
+    requireSound(source, color.alpha_mode <= AlphaMode::kBlend);
     requireSound(source, part.color.uv.empty() || part.color.uv.size() == part.positions.size());
     for (const auto& uv : part.color.uv) requireSound(source, allFinite(uv));
 }

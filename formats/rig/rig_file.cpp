@@ -88,9 +88,11 @@ Rig buildRig(RigSource& source, const RigOptions& options) {
     noteAgainstWinding(vertices, welded.against_winding, source);
     rig.part_colors = std::move(vertices.part_colors);
     if (rig.mesh.triangles.empty()) throw InvalidInput(source.file.string() + ": has no triangle with an area");
+    rig.source_corners = std::move(welded.source_corners);
     rig.rest_normals = std::move(welded.rest_normals);
     setMorphs(vertices.morphs, {welded.first_of_place, welded.vertex_of_point}, rig.rest_normals, rig.mesh);
     rig.weight_curves = weightCurves(source, vertices.morphs);
+    if (options.sides == RigSides::kOfMaterials) addBacks(rig);
     rig.nodes = std::move(source.nodes);
     rig.node_of_joint = table.nodes;
     rig.inverse_bind = table.inverse_bind;

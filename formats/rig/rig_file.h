@@ -67,12 +67,20 @@ struct Texture {
     std::vector<std::byte> bytes;
 };
 
+// How a material stops light (glTF 2.0, section 3.9.4): all of it, where its alpha is at least the cut-off, or as much
+// as alpha says.
+enum class AlphaMode : std::uint8_t { kOpaque, kMask, kBlend };
+
 // The colour of a material: linear Rec.709, as the file states it.
 struct MaterialColor {
     std::optional<Vec3> base;                // unset: there is no material, or it tells none
     std::shared_ptr<const Texture> texture;  // multiplies `base`; null: none
     TextureWrap wrap_u = TextureWrap::kRepeat, wrap_v = TextureWrap::kRepeat;
     std::string problem;  // a whole message that says why the colour cannot be known; "" when it can
+    AlphaMode alpha_mode = AlphaMode::kOpaque;
+    float alpha_cutoff = 0.5f;  // of kMask
+    float alpha = 1;            // of the base colour; the texture and the vertices have more factors of it
+    bool double_sided = false;
 };
 
 // What the surface of one part of the source looks like: the product of base, texture and tint.
@@ -80,6 +88,7 @@ struct PartColor {
     MaterialColor material;
     std::vector<std::array<double, 2>> uv;  // [vertices] v points down; empty without texture
     std::vector<Vec3> tints;                // [vertices] linear; empty: white
+    std::vector<float> alphas;              // [vertices]; empty: 1
 };
 
 // A part in the rig. Its vertices stand together in Mesh::source_vertex.
@@ -105,6 +114,8 @@ std::string textOf(const RigNote& note);
 struct Rig {
     Mesh mesh;
     std::vector<ColoredPart> part_colors;
+    // [T] the source vertices that the corners of mesh.triangles come from, in the same order
+    std::vector<Triangle> source_corners;
     Skin skin;
     std::vector<Vec3> rest_normals;  // [V], unit
     std::vector<Node> nodes;

@@ -184,21 +184,20 @@ std::string materialName(const GltfFile& file, int material) {
     return name.empty() ? "material" + std::to_string(material) : name;
 }
 
-// Tells that a surface which is clear in places stops all light here.
-void noteAlpha(Importer& importer, const tinygltf::Primitive& primitive, const SourcePart& part) {
-    if (primitive.material < 0 || std::size_t(primitive.material) >= importer.file.materials.size()) return;
-    const std::string& mode = importer.file.materials[std::size_t(primitive.material)].alpha_mode;
-    if (mode == "OPAQUE") return;
-    importer.source.notes.push_back({importer.file.path.string(), importer.source.nodes[std::size_t(part.node)].name,
-                                     "alphaMode " + mode,
-                                     "material '" + part.material + "' is solid where it should let light through"});
-}
-
 // Refuses more vertices of targets than memory should hold.
 void countTargets(Importer& importer, const SourcePart& part) {
     for (const std::vector<Vec3>& target : part.targets) importer.target_vertices += target.size();
     if (importer.target_vertices > kMaxTargetVertices)
         throw Unsupported(importer.file.path.string() + ": its morph targets are too large");
+}
+
+// Notes what a material shows that we do not.
+void noteEffects(Importer& importer, const tinygltf::Primitive& primitive, int our_node) {
+    if (primitive.material < 0 || std::size_t(primitive.material) >= importer.file.materials.size()) return;
+    const std::string name = "material '" + materialName(importer.file, primitive.material) + "': ";
+    for (const GltfEffect& effect : importer.file.materials[std::size_t(primitive.material)].effects)
+        importer.source.notes.push_back({importer.file.path.string(), importer.source.nodes[std::size_t(our_node)].name,
+                                         effect.feature, name + effect.effect});
 }
 
 void convertPrimitive(Importer& importer, const tinygltf::Node& node, int our_node,
@@ -211,12 +210,12 @@ void convertPrimitive(Importer& importer, const tinygltf::Node& node, int our_no
     part.node = our_node;
     part.skin = node.skin;
     part.material = materialName(importer.file, primitive.material);
-    noteAlpha(importer, primitive, part);
     for (std::size_t v = 0; v < values.count(); ++v)
         part.positions.push_back(toFloat({values.values[3 * v], values.values[3 * v + 1], values.values[3 * v + 2]}));
     readNormals(importer.file, primitive, where, importer.source, part);
     part.triangles = readTriangles(importer, primitive, part.positions.size(), where);
     readPartColor(importer.file, primitive, where, part);
+    noteEffects(importer, primitive, our_node);
     if (node.skin >= 0) readInfluences(importer, primitive, where, part);
     readMorphTargets(importer.file, node, primitive, where, part);
     countTargets(importer, part);

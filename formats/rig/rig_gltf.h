@@ -16,11 +16,16 @@
 
 namespace penumbra {
 
+// RigNote::feature and RigNote::effect of a material.
+struct GltfEffect {
+    std::string feature, effect;
+};
+
 struct GltfMaterial {
     std::string name;  // "" where it has none
+    std::vector<GltfEffect> effects;
     MaterialColor color;
     int uv_set = 0;                                        // the TEXCOORD_n that its texture takes
-    std::string alpha_mode = "OPAQUE";                     // glTF 2.0, section 3.9.4
     std::array<double, 6> uv_transform{1, 0, 0, 0, 1, 0};  // row-major 2x3, from these to the texture's coordinates
 };
 

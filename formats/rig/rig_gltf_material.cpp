@@ -117,8 +117,50 @@ void readColor(MaterialReader& reader, const Json& from, GltfMaterial& material)
     const auto factor = look.value(old ? "diffuseFactor" : "baseColorFactor", std::vector<float>{1, 1, 1, 1});
     if (factor.size() != 4) reader.fail("its base colour has " + std::to_string(factor.size()) + " numbers");
     material.color.base = Vec3{factor[0], factor[1], factor[2]};
+    material.color.alpha = factor[3];
     const auto texture = look.find(old ? "diffuseTexture" : "baseColorTexture");
     if (texture != look.end()) readTexture(reader, *texture, material);
+}
+
+// Reads which sides a material is drawn on, and how it stops light. Every field is checked before any is set.
+void readCoverage(const Json& from, MaterialColor& color) {
+    const bool double_sided = from.value("doubleSided", false);
+    const std::string mode = from.value("alphaMode", "OPAQUE");
+    const float cutoff = from.value("alphaCutoff", 0.5f);
+    if (mode != "OPAQUE" && mode != "MASK" && mode != "BLEND")
+        MaterialReader::fail("alphaMode is '" + cleanText(mode) + "'");
+    color.double_sided = double_sided;
+    color.alpha_mode = mode == "MASK" ? AlphaMode::kMask : mode == "BLEND" ? AlphaMode::kBlend : AlphaMode::kOpaque;
+    color.alpha_cutoff = cutoff;
+}
+
+// Lists the extensions by which a material is seen otherwise than we show it.
+std::vector<GltfEffect> effectsOf(const Json& from) {
+    std::vector<GltfEffect> out;
+    const Json extensions = from.value("extensions", Json::object());
+    const auto amount = [&](const char* extension, const char* field) {
+        const auto found = extensions.find(extension);
+        return found == extensions.end() ? 0.0 : found->value(field, 0.0);
+    };
+    if (amount("KHR_materials_transmission", "transmissionFactor") > 0)
+        out.push_back({"KHR_materials_transmission", "it stops light as if it was opaque"});
+    if (amount("KHR_materials_diffuse_transmission", "diffuseTransmissionFactor") > 0)
+        out.push_back({"KHR_materials_diffuse_transmission", "no light comes through it"});
+    if (amount("KHR_materials_volume", "thicknessFactor") > 0)
+        out.push_back({"KHR_materials_volume", "light is neither bent nor absorbed inside of it"});
+    if (extensions.contains("KHR_materials_unlit"))
+        out.push_back({"KHR_materials_unlit", "it is shaded as any other surface"});
+    return out;
+}
+
+// Returns a colour that cannot be known, of which the coverage still is.
+MaterialColor damagedColor(const MaterialColor& color, std::string problem) {
+    MaterialColor out;
+    out.alpha_mode = color.alpha_mode;
+    out.alpha_cutoff = color.alpha_cutoff;
+    out.double_sided = color.double_sided;
+    out.problem = std::move(problem);
+    return out;
 }
 
 }  // namespace
@@ -133,12 +175,13 @@ std::vector<GltfMaterial> readMaterials(const std::filesystem::path& path, const
         const std::string where = path.string() + ": materials[" + std::to_string(materials.size() - 1) + "]" +
                                   (material.name.empty() ? "" : " '" + material.name + "'") + ": ";
         try {
-            material.alpha_mode = cleanText(from.value("alphaMode", "OPAQUE"));
+            readCoverage(from, material.color);
             readColor(reader, from, material);
+            material.effects = effectsOf(from);
         } catch (const Json::exception& error) {
-            material.color = {{}, nullptr, TextureWrap::kRepeat, TextureWrap::kRepeat, where + error.what()};
+            material.color = damagedColor(material.color, where + error.what());
         } catch (const InvalidInput& error) {
-            material.color = {{}, nullptr, TextureWrap::kRepeat, TextureWrap::kRepeat, where + error.what()};
+            material.color = damagedColor(material.color, where + error.what());
         }
     }
     return materials;
@@ -156,6 +199,8 @@ void readPartColor(const GltfFile& file, const tinygltf::Primitive& primitive, c
             failAtFile(file.path, where + ": COLOR_0 does not have 3 or 4 numbers for every vertex");
         for (std::size_t at = 0; at < values.values.size(); at += std::size_t(values.components))
             part.color.tints.push_back(toFloat({values.values[at], values.values[at + 1], values.values[at + 2]}));
+        for (std::size_t at = 3; values.components == 4 && at < values.values.size(); at += 4)
+            part.color.alphas.push_back(float(values.values[at]));
         if (!has_material) part.color.material.base = Vec3{1, 1, 1};
     }
     if (!material.color.texture) return;
@@ -175,8 +220,7 @@ void readPartColor(const GltfFile& file, const tinygltf::Primitive& primitive, c
         part.color.uv.push_back(moved);
     }
 } catch (const InvalidInput& error) {
-    part.color = {};
-    part.color.material.problem = error.what();
+    part.color = {damagedColor(part.color.material, error.what()), {}, {}, {}};
 }
 
 }  // namespace penumbra

@@ -10,6 +10,7 @@ void listRigOptions(const RigOptions& options, nlohmann::ordered_json& json) {
     if (!options.without.empty()) json["without"] = options.without;
     if (options.split_angle != defaults.split_angle) json["split_angle"] = options.split_angle;
     if (options.crease) json["crease"] = *options.crease;
+    if (options.sides == RigSides::kFronts) json["sides"] = "fronts";
 }
 
 }  // namespace penumbra

@@ -14,9 +14,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <unordered_map>
 
 #include "formats/common/errors.h"
+#include "formats/common/mesh_places.h"
 #include "formats/rig/rig_normals.h"
 
 namespace penumbra {
@@ -285,29 +287,67 @@ void appendPoint(const SourceVertices& vertices, std::size_t vertex, std::size_t
     }
 }
 
-// Leaves out the points that no triangle uses: exporters leave vertices behind, and primitives that share a pool of
-// vertices have those of the others. Such a vertex gets the first point of its place, or else that of the vertex before
-// it. Without triangles every point stays. Both lists are of the vertices of `split`. Returns which vertices are used.
-std::vector<bool> dropUnused(const SplitVertices& split, std::span<const std::uint32_t> place_of_vertex,
-                             std::vector<std::uint32_t>& points) {
-    std::vector<bool> used(points.size(), split.triangles.empty());
+// What welding decides of the vertices of a SplitVertices. Surfaces are smooth over what is of one joint; it has a
+// point for each slot.
+struct PointNumbers {
+    std::vector<std::uint32_t> joint, point;  // [N]
+    std::vector<bool> used;                   // [N] by a triangle; without triangles all are
+};
+
+// Parts the points of joined vertices by their slots.
+PointNumbers numberPoints(const SourceVertices& vertices, const SplitVertices& split,
+                          std::vector<std::uint32_t> joint) {
+    PointNumbers out{std::move(joint), {}, std::vector<bool>(split.original.size(), split.triangles.empty())};
+    std::map<std::pair<std::uint32_t, std::uint16_t>, std::uint32_t> numbers;
+    for (std::size_t v = 0; v < out.joint.size(); ++v) {
+        const std::uint16_t slot =
+            vertices.slots.empty() ? std::uint16_t(0) : vertices.slot_of_vertex[split.original[v]];
+        out.point.push_back(numbers.try_emplace({out.joint[v], slot}, std::uint32_t(numbers.size())).first->second);
+    }
     for (const Triangle& t : split.triangles)
-        for (const std::uint32_t corner : t) used[corner] = true;
-    std::vector<std::uint32_t> new_point(points.size(), PointGrid::kNone), at_place(points.size(), PointGrid::kNone);
+        for (const std::uint32_t corner : t) out.used[corner] = true;
+    return out;
+}
+
+// Leaves out the points that no triangle uses: exporters leave vertices behind, and primitives that share a pool of
+// vertices have those of the others. Such a vertex gets the first point that it is joined with, or else the first of
+// its place, or else that of the vertex before it. Without triangles every point stays.
+void dropUnused(const SplitVertices& split, std::span<const std::uint32_t> place_of_vertex, PointNumbers& numbers) {
+    const std::size_t vertices = numbers.point.size();
+    std::vector<std::uint32_t> new_point(vertices, PointGrid::kNone), of_joint = new_point, at_place = new_point;
     std::uint32_t count = 0, last = 0;
-    for (std::size_t v = 0; v < points.size(); ++v) {
-        if (!used[v]) continue;
-        std::uint32_t& point = new_point[points[v]];
+    for (std::size_t v = 0; v < vertices; ++v) {
+        if (!numbers.used[v]) continue;
+        std::uint32_t& point = new_point[numbers.point[v]];
         if (point == PointGrid::kNone) point = count++;
-        std::uint32_t& first = at_place[place_of_vertex[split.original[v]]];
-        if (first == PointGrid::kNone) first = point;
+        for (std::uint32_t* first : {&of_joint[numbers.joint[v]], &at_place[place_of_vertex[split.original[v]]]})
+            if (*first == PointGrid::kNone) *first = point;
     }
-    for (std::size_t v = 0; v < points.size(); ++v) {
-        std::uint32_t point = new_point[points[v]];
+    for (std::size_t v = 0; v < vertices; ++v) {
+        std::uint32_t point = new_point[numbers.point[v]];
+        if (point == PointGrid::kNone) point = of_joint[numbers.joint[v]];
         if (point == PointGrid::kNone) point = at_place[place_of_vertex[split.original[v]]];
-        last = points[v] = point == PointGrid::kNone ? last : point;
+        last = numbers.point[v] = point == PointGrid::kNone ? last : point;
     }
-    return used;
+}
+
+// Returns the rest normals [V]: points that differ in their slot alone have one.
+std::vector<Vec3> smoothNormals(const SplitVertices& split, const PointNumbers& numbers, const Mesh& mesh) {
+    std::vector<std::uint32_t> of_joint(numbers.joint.size(), PointGrid::kNone), first(mesh.vertexCount());
+    for (std::size_t v = 0; v < numbers.joint.size(); ++v) {
+        if (!numbers.used[v]) continue;
+        std::uint32_t& point = of_joint[numbers.joint[v]];
+        if (point == PointGrid::kNone) point = numbers.point[v];
+        first[numbers.point[v]] = point;
+    }
+    Mesh joined;
+    joined.rest_positions = mesh.rest_positions;
+    joined.triangles = trianglesOfPlaces(mesh.triangles, first);
+    std::vector<std::uint32_t> point_of_vertex;
+    for (const std::uint32_t point : numbers.point) point_of_vertex.push_back(first[point]);
+    std::vector<Vec3> normals = restNormals(split, point_of_vertex, joined);
+    for (std::size_t p = 0; p < normals.size(); ++p) normals[p] = normals[first[p]];
+    return normals;
 }
 
 }  // namespace
@@ -322,11 +362,12 @@ WeldedPoints weldVertices(const SourceVertices& vertices, const RigOptions& opti
     for (std::size_t v = 0; v < place_of_vertex.size(); ++v)
         if (place_of_vertex[v] == first_of_place.size()) first_of_place.push_back(v);
     SplitVertices split = splitVertices(vertices, place_of_vertex, options);
-    std::vector<std::uint32_t> points = pointsOfVertices(split, place_of_vertex, options.split_angle);
-    const std::vector<bool> used = dropUnused(split, place_of_vertex, points);
+    PointNumbers numbers = numberPoints(vertices, split, pointsOfVertices(split, place_of_vertex, options.split_angle));
+    dropUnused(split, place_of_vertex, numbers);
+    const std::vector<std::uint32_t>& points = numbers.point;
     WeldedPoints out;
     for (std::size_t v = 0; v < points.size(); ++v) {
-        if (!used[v] || points[v] != mesh.vertexCount()) continue;
+        if (!numbers.used[v] || points[v] != mesh.vertexCount()) continue;
         out.vertex_of_point.push_back(split.original[v]);
         out.first_of_place.push_back(first_of_place[place_of_vertex[split.original[v]]]);
         appendPoint(vertices, out.vertex_of_point.back(), out.first_of_place.back(), mesh, skin);
@@ -335,9 +376,11 @@ WeldedPoints weldVertices(const SourceVertices& vertices, const RigOptions& opti
     // 2. Triangles follow their corners. Those that welding has made a line are dropped.
     for (const Triangle& t : split.triangles) {
         const Triangle welded{points[t[0]], points[t[1]], points[t[2]]};
-        if (hasArea(mesh.rest_positions, welded)) mesh.triangles.push_back(welded);
+        if (!hasArea(mesh.rest_positions, welded)) continue;
+        mesh.triangles.push_back(welded);
+        out.source_corners.push_back({split.original[t[0]], split.original[t[1]], split.original[t[2]]});
     }
-    out.rest_normals = restNormals(split, points, mesh);
+    out.rest_normals = smoothNormals(split, numbers, mesh);
     out.against_winding = std::move(split.against_winding);
     return out;
 }

@@ -7,6 +7,7 @@
 #include "formats/common/errors.h"
 #include "formats/common/part_table.h"
 #include "formats/common/sha256.h"
+#include "formats/common/twin_triangles.h"
 #include "formats/common/write_file.h"
 #include "formats/stage/part_fields_stored.h"
 #include "formats/stage/stage_parts.h"
@@ -17,14 +18,40 @@ namespace {
 
 bool hasMotion(const OccluderMotion& motion) { return motion.moves || !motion.follows.empty(); }
 
+// Leaves out triangles that lie behind an earlier one, and vertices of which only such triangles know: what stops light
+// is the same with and without them. Returns which vertices stay.
+std::vector<bool> leaveOutBacks(std::span<const std::uint32_t> twins, std::vector<Triangle>& triangles,
+                                std::vector<Vec3>& positions) {
+    std::vector<bool> in_front(positions.size()), behind(positions.size());
+    std::vector<Triangle> kept;
+    for (std::uint32_t t = 0; t < twins.size(); ++t) {
+        for (const std::uint32_t corner : triangles[t]) (twins[t] < t ? behind : in_front)[corner] = true;
+        if (twins[t] >= t) kept.push_back(triangles[t]);
+    }
+    std::vector<Vec3> places;
+    for (std::size_t v = 0; v < positions.size(); ++v) {
+        in_front[v] = in_front[v] || !behind[v];
+        if (in_front[v]) places.push_back(positions[v]);
+    }
+    triangles = std::move(kept);
+    positions = std::move(places);
+    return in_front;
+}
+
 }  // namespace
 
 std::string meshSha256(const Mesh& mesh) {
+    std::vector<Triangle> triangles(mesh.frontTriangles().begin(), mesh.frontTriangles().end());
+    std::vector<Vec3> positions(mesh.rest_positions.begin(),
+                                mesh.rest_positions.begin() + std::ptrdiff_t(mesh.frontVertexCount()));
+    const std::vector<std::uint32_t> twins = twinsByPlace(triangles, positions);
+    std::vector<bool> stays(positions.size(), true);
+    if (!twins.empty()) stays = leaveOutBacks(twins, triangles, positions);
     Sha256 hash;
-    hash.update(std::as_bytes(mesh.frontTriangles()));
-    hash.update(std::as_bytes(std::span(mesh.rest_positions).first(mesh.frontVertexCount())));
+    hash.update(std::as_bytes(std::span(triangles)));
+    hash.update(std::as_bytes(std::span(positions)));
     for (std::size_t r = 0; r < mesh.morphs.vertices.size(); ++r) {
-        if (mesh.morphs.vertices[r] >= mesh.frontVertexCount()) continue;
+        if (mesh.morphs.vertices[r] >= stays.size() || !stays[mesh.morphs.vertices[r]]) continue;
         hash.update(std::as_bytes(std::span(&mesh.morphs.vertices[r], 1)));
         hash.update(std::as_bytes(std::span(&mesh.morphs.positions[r], 1)));
     }

@@ -84,6 +84,50 @@ std::vector<float> readExactly(const Hdf5Reader& in, const std::string& dataset,
 
 // --- /mesh ----------------------------------------------------------------------------------------------------------
 
+namespace {
+
+void writeBytes(hid_t file, const std::string& dataset, const std::vector<std::uint8_t>& bytes) {
+    writeIntegers(file, dataset, std::vector<std::int64_t>(bytes.begin(), bytes.end()), {bytes.size()}, H5T_STD_U8LE);
+}
+
+std::vector<std::uint8_t> readBytes(const Hdf5Reader& in, const std::string& dataset, std::size_t n,
+                                    std::int64_t least) {
+    std::vector<hsize_t> shape{n};
+    const std::vector<std::int64_t> values = readIntegers(in, dataset, shape, least, 255);
+    return {values.begin(), values.end()};
+}
+
+void writeOpacity(hid_t file, const Opacity& opacity) {
+    writeIndices(file, "/mesh/opacity_triangles", opacity.triangles);
+    writeBytes(file, "/mesh/opacity_pieces", opacity.pieces);
+    writeIndices(file, "/mesh/opacity_first", opacity.first);
+    writeBytes(file, "/mesh/opacity_values", opacity.values);
+}
+
+// Reads which triangles do not stop all rays, which only few meshes have.
+Opacity readOpacity(const Hdf5Reader& in, const Mesh& mesh) {
+    Opacity out;
+    if (!exists(in, "/mesh/opacity_triangles")) return out;
+    const auto refuse = [&](const char* dataset, std::size_t at, const char* problem) {
+        throw InvalidInput(in.name + ": " + dataset + ": row " + std::to_string(at) + " " + problem);
+    };
+    out.triangles = readIndices(in, "/mesh/opacity_triangles", 0, mesh.frontTriangleCount());
+    out.values = readBytes(in, "/mesh/opacity_values", 0, 0);
+    if (out.triangles.empty()) throw InvalidInput(in.name + ": /mesh/opacity_triangles: has no entry");
+    out.pieces = readBytes(in, "/mesh/opacity_pieces", out.triangles.size(), 1);
+    out.first =
+        readIndices(in, "/mesh/opacity_first", out.triangles.size(), std::max<std::size_t>(out.values.size(), 1));
+    for (std::size_t a = 0; a < out.triangles.size(); ++a) {
+        if (a > 0 && out.triangles[a] <= out.triangles[a - 1]) refuse("/mesh/opacity_triangles", a, "does not ascend");
+        const std::size_t n = out.pieces[a];
+        if (n > kMaxOpacityPieces) refuse("/mesh/opacity_pieces", a, "has too many pieces");
+        if (out.first[a] + n * n > out.values.size()) refuse("/mesh/opacity_first", a, "reaches behind the values");
+    }
+    return out;
+}
+
+}  // namespace
+
 void writeMesh(hid_t file, const Mesh& mesh, const std::vector<Vec3>& rest_normals) {
     std::vector<std::int64_t> corners;
     for (const Triangle& triangle : mesh.triangles) corners.insert(corners.end(), triangle.begin(), triangle.end());
@@ -93,6 +137,7 @@ void writeMesh(hid_t file, const Mesh& mesh, const std::vector<Vec3>& rest_norma
     writeVectors(file, "/mesh/rest_normals", rest_normals);
     if (mesh.two_sided) writeIntegerAttribute(file, "/", "two_sided", 1);
     writeMorphs(file, mesh.morphs);
+    if (!mesh.opacity.empty()) writeOpacity(file, mesh.opacity);
     if (mesh.slots.empty()) return;
     writeStrings(file, "/mesh/slots", mesh.slots);
     writeIntegers(file, "/mesh/slot_of_vertex",
@@ -154,6 +199,7 @@ Mesh readMesh(const Hdf5Reader& in) {
     mesh.two_sided = hasAttribute(in, "/", "two_sided") && readIntegerAttribute(in, "/", "two_sided", 0, 1) == 1;
     if (mesh.two_sided) checkTwoSided(in, mesh);
     mesh.morphs = readMorphs(in, vertices);
+    mesh.opacity = readOpacity(in, mesh);
     return mesh;
 }
 

@@ -134,7 +134,7 @@ void PhotographFrames::shineSuns() {
     SunCasters real;
     for (std::size_t m = 0; m < scene_.members().size(); ++m)
         if (const SceneMember& member = *scene_.members()[m]; member.file->real && castsInSuns(*member.file))
-            real.members.push_back({frames_.members()[m].positions, member.asset->view.mesh.triangles});
+            real.members.push_back({frames_.members()[m].positions, member.asset->view.mesh.castingTriangles()});
     addRealMeshes(scene_, real);
     for (std::size_t s = 0; s < maps_.size(); ++s) {
         drawSunMaps(frames_.suns()[s], frames_.sunCasters(), options_.sun_map, threads_, maps_[s]);
@@ -220,12 +220,12 @@ void PhotographFrames::compute(const SceneView& view, std::optional<double> seco
     for (std::size_t m = 0; m < sunlit_.size(); ++m)
         if (frames_.lookOf(m).drawn) addSuns(m, toFloat(view.eye()));
     cost_.shade = watch.lap();
-    if (bounce_) findEmitters();
+    if (parts_.bounce) findEmitters();
     cost_.light = watch.lap();
     // The ground is computed beside the drawing: software draws triangles on one core.
     const auto ground = [&] {
         Stopwatch own;
-        if (scene_.file().ground && shadow_)
+        if (scene_.file().ground && parts_.shadow)
             ratio_.compute(view, scene_.file().ground->height, groundLight(), threads_, out.ratio);
         else
             out.ratio.assign(std::size_t(camera().width) * std::size_t(camera().height), Vec3{1, 1, 1});
@@ -236,7 +236,7 @@ void PhotographFrames::compute(const SceneView& view, std::optional<double> seco
     if (draws_) drawing_->lens.resample(drawing_->characters.draw(view, sunlit_, moved), threads_, out.characters);
     cost_.draw = watch.lap();
     cost_.ground = beside.get();
-    if (!surfaces_.empty() && shadow_) addSurfaces(view, out.ratio);
+    if (!surfaces_.empty() && parts_.shadow) addSurfaces(view, out.ratio);
 }
 
 }  // namespace penumbra

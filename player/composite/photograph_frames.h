@@ -19,6 +19,11 @@ struct PhotographFrame {
     std::vector<Vec3> ratio;  // [height, width]
 };
 
+// What the ground gets from characters; for comparison one can be left out.
+struct GroundParts {
+    bool shadow = true, bounce = true;
+};
+
 class PhotographFrames {
 public:
     // Of the options it reads shading, suns, sun_map, samples and backend. The scene has a photograph, light and a
@@ -30,11 +35,7 @@ public:
     const PinholeCamera& camera() const { return cameras_.camera(); }
     const SceneCameras& cameras() const { return cameras_; }
     std::size_t sunCount() const { return frames_.suns().size(); }
-    // For comparison: whether the ground gets shadows, and light from characters.
-    void setParts(bool shadow, bool bounce) {
-        shadow_ = shadow;
-        bounce_ = bounce;
-    }
+    void setParts(const GroundParts& parts) { parts_ = parts; }
     // Takes everyone to a time (as PosedScene::pose()), and adds them to the photograph of this number.
     void compute(std::size_t picture, std::optional<double> seconds, PhotographFrame& out) {
         compute(cameras_.view(picture, scene_.file().origin), seconds, out);
@@ -70,7 +71,8 @@ private:
     bool draws_;                         // characters
     std::vector<RealSurface> surfaces_;  // of those in the photograph: members, then meshes
     std::optional<double> posed_;        // the time that everyone is at
-    bool is_posed_ = false, shadow_ = true, bounce_ = true;
+    GroundParts parts_;
+    bool is_posed_ = false;
     Cost cost_;
 
     void compute(const SceneView& view, std::optional<double> seconds, PhotographFrame& out);

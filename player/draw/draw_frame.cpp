@@ -44,7 +44,7 @@ ValuePainter::ValuePainter(std::span<const std::uint32_t> triangles, Channel cha
 }
 
 ValuePainter::ValuePainter(const MeshView& mesh, Channel channel, Sides sides, BrdfModels sunlit)
-    : ValuePainter(mesh.triangles, channel, mesh.two_sided ? Sides::kFront : sides, sunlit) {}
+    : ValuePainter(mesh.triangles, channel, mesh.cull_backs ? Sides::kFront : sides, sunlit) {}
 
 void ValuePainter::upload(std::span<const Vec3> positions, std::span<const Vec3> values, const SunlitSurface& surface) {
     gl::BindVertexArray(vertex_array_.id());

@@ -238,10 +238,10 @@ void ModelPainter::draw(const FrameView& view, const Sunlight* suns) const {
     gl::ActiveTexture(GL_TEXTURE0);
     gl::BindTexture(GL_TEXTURE_BUFFER, evaluated_.texture.id());
     asset_->bindTriangles();
-    const bool two_sided = asset_->view().mesh.two_sided;  // a back has triangles of its own
-    if (two_sided) gl::Enable(GL_CULL_FACE);
+    const bool cull_backs = asset_->view().mesh.cull_backs;  // a back has triangles of its own
+    if (cull_backs) gl::Enable(GL_CULL_FACE);
     gl::DrawElementsInstanced(GL_TRIANGLES, asset_->indexCount(), GL_UNSIGNED_INT, nullptr, GLsizei(count_));
-    if (two_sided) gl::Disable(GL_CULL_FACE);
+    if (cull_backs) gl::Disable(GL_CULL_FACE);
     checkGl("drawing");
 }
 

@@ -29,7 +29,7 @@ OffscreenRenderer::OffscreenRenderer(const RenderOptions& options, const Shot& l
 }
 
 void OffscreenRenderer::shineOn(std::span<const Vec3> positions) {
-    const SunCaster body{positions, asset_->mesh.triangles};
+    const SunCaster body{positions, asset_->mesh.castingTriangles()};
     sunlight_->shine(shading_->suns(), {{body}});
 }
 

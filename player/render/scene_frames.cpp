@@ -59,7 +59,7 @@ SunCasters SceneFrames::sunCasters() const {
     SunCasters casters;
     for (std::size_t m = 0; m < members_.size(); ++m)
         if (castsInSuns(*scene_.members()[m]->file))
-            casters.members.push_back({members_[m].positions, looks_[m]->view.mesh.triangles});
+            casters.members.push_back({members_[m].positions, looks_[m]->view.mesh.castingTriangles()});
     addRealMeshes(scene_, casters);
     if (scene_.field()) {
         casters.ground = {field_casting_, field_casting_triangles_};
@@ -258,7 +258,7 @@ std::vector<SceneMesh> SceneFrames::meshes() const {
         out.push_back({looks_[m]->view.mesh.triangles,
                        members_[m].positions,
                        values_[m],
-                       looks_[m]->view.mesh.two_sided ? Sides::kFront : Sides::kBoth,
+                       looks_[m]->view.mesh.cull_backs ? Sides::kFront : Sides::kBoth,
                        channelOf(m),
                        {members_[m].normals, members_[m].tangents, looks_[m]->lobes, sight_[m]}});
     }

@@ -132,7 +132,7 @@ SunCasters SceneOnGpu::sunCasters() const {
     SunCasters casters;
     for (std::size_t m = 0; m < members_.size(); ++m)
         if (castsInSuns(*scene_.members()[m]->file))
-            casters.members.push_back({members_[m].positions, looks_[m]->view.mesh.triangles});
+            casters.members.push_back({members_[m].positions, looks_[m]->view.mesh.castingTriangles()});
     if (heights_) {
         casters.ground = {field_points_, field_triangles_};
         casters.ground_version = scene_.field()->version();

@@ -61,7 +61,7 @@ SceneSuns sceneSuns(const PosedScene& scene, SunChoice choice, int map_size, int
     for (std::size_t m = 0; m < members.size(); ++m) {
         skinMember(*scene.members()[m], threads, members[m]);
         if (castsInSuns(*scene.members()[m]->file))
-            casters.members.push_back({members[m].positions, scene.members()[m]->asset->view.mesh.triangles});
+            casters.members.push_back({members[m].positions, scene.members()[m]->asset->view.mesh.castingTriangles()});
     }
     addRealMeshes(scene, casters);
     std::vector<Vec3> points;

@@ -5,8 +5,8 @@
 
 namespace penumbra {
 
-Rectangle pictureArea(int width, int height, float scale, bool panels) {
-    const int left = panels ? int(kSidePanelWidth * scale) : 0, below = panels ? int(kTimelineHeight * scale) : 0;
+Rectangle pictureArea(int width, int height, float scale) {
+    const int left = int(kSidePanelWidth * scale), below = int(kTimelineHeight * scale);
     return {std::min(left, width - 1), 0, std::max(1, width - left), std::max(1, height - below)};
 }
 

@@ -13,8 +13,8 @@ struct Rectangle {
 // Sizes of the panels beside the picture, in units of 1/96 inch.
 constexpr int kSidePanelWidth = 290, kTimelineHeight = 120;
 
-// Returns the picture's part of a window of width x height pixels, at least 1 x 1. `scale` is pixels a unit.
-Rectangle pictureArea(int width, int height, float scale, bool panels);
+// Returns what the panels leave of a window of width x height pixels, at least 1 x 1. `scale` is pixels a unit.
+Rectangle pictureArea(int width, int height, float scale);
 
 // A part of the picture with its own view of the scene. `clip` is the part of `area` that is drawn.
 struct Pane {

@@ -33,7 +33,7 @@ std::optional<std::size_t> pickVertex(std::span<const Vec3> positions, const Mes
     distance = std::numeric_limits<double>::infinity();
     for (std::size_t t = 0; t + 2 < triangles.size(); t += 3) {
         const auto corner = [&](std::size_t i) { return toDouble(positions[triangles[t + i]]); };
-        const std::optional<Hit> hit = intersect(origin, direction, corner(0), corner(1), corner(2), mesh.two_sided);
+        const std::optional<Hit> hit = intersect(origin, direction, corner(0), corner(1), corner(2), mesh.cull_backs);
         if (!hit || hit->distance >= distance) continue;
         distance = hit->distance;
         const double w = 1 - hit->u - hit->v;

@@ -77,7 +77,7 @@ void ViewSunlight::draw(const ViewState& state, const SunsKey& key) {
     SunCasters casters;
     for (std::size_t i = 0; i < casters_.size(); ++i)
         if (const SceneCharacter* file = memberOf(*scene_, i); !file || file->casts != SceneCasts::kNothing)
-            casters.members.push_back({casters_[i].positions, scene_->characters[i]->asset.mesh.triangles});
+            casters.members.push_back({casters_[i].positions, scene_->characters[i]->asset.mesh.castingTriangles()});
     if (scene_->field) {
         casters.ground = {field_points_, field_triangles_};
         casters.ground_version = key.field;

@@ -238,7 +238,7 @@ penumbra_status penumbra_asset_get_info(const penumbra_asset* asset, penumbra_as
     *info = {};
     info->has_model = view.hasCharacter();
     info->deforming = view.model.deforming;
-    info->two_sided = view.mesh.two_sided;
+    info->two_sided = view.mesh.two_sided ? 1 : view.mesh.cull_backs ? 2 : 0;
     info->has_playback = view.model.deforming && !view.animation.playback.positions.empty();
     info->input_count = view.animation.input_names.size();
     info->provenance = view.provenance.data();

@@ -138,6 +138,8 @@ class Blender(Cloud):
         return np.load(out)
 
     def clips(self):
+        if b"<animation_clip" in pathlib.Path(self.file).read_bytes():
+            raise BAD_FILE[0]("it joins the clips of a file")
         found = self.call([])
         return [("clip0", float(found["seconds"]))] if found["seconds"] > 0 else []
 

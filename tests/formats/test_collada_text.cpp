@@ -76,7 +76,18 @@ TEST(ColladaText, BezierCurvesAreSampled) {
         }
         EXPECT_NEAR(values[k], 90 * (3 * low * low - 2 * low * low * low), 1e-9);
     }
-    EXPECT_EQ(numbersOf(prepareCollada(animation("LINEAR LINEAR"), "a.dae").text, "input").size(), 0u);
+}
+
+// A turn of 360 degrees between two keys is one, and not none.
+TEST(ColladaText, AnglesHaveKeysOnTheirWay) {
+    std::string xml = animation("LINEAR LINEAR");
+    const std::string text = prepareCollada(xml, "a.dae").text;
+    const std::vector<double> times = numbersOf(text, "input"), values = numbersOf(text, "output");
+    ASSERT_EQ(times.size(), 61u);
+    ASSERT_EQ(values.size(), 61u);
+    for (std::size_t k = 0; k < times.size(); ++k) EXPECT_NEAR(values[k], 90 * times[k], 1e-12);
+    xml.replace(xml.find("arm/r.ANGLE"), 11, "arm/t.X");
+    EXPECT_EQ(numbersOf(prepareCollada(xml, "a.dae").text, "input").size(), 0u);
 }
 
 TEST(ColladaText, StepsHoldTheirValue) {

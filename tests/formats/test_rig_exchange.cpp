@@ -97,8 +97,12 @@ TEST(RigFiles, SlotsAreNamedAfterNodeAndMaterial) {
     ASSERT_EQ(rig.mesh.slots.size() % 3, 0u);
     for (std::size_t i = 0; i < rig.mesh.slots.size(); ++i)
         EXPECT_THAT(rig.mesh.slots[i], testing::EndsWith(std::array{"/steel", "/material0", "/default"}[i % 3]));
-    // The copies lie on the first part and are welded to it.
-    for (const std::uint16_t slot : rig.mesh.slot_of_vertex) EXPECT_EQ(slot % 3, 0);
+    // The copies lie on the first part, and each slot has points of its own there.
+    std::array<std::size_t, 3> points{};
+    for (const std::uint16_t slot : rig.mesh.slot_of_vertex) ++points[slot % 3];
+    EXPECT_EQ(points[0], rig.mesh.vertexCount() / 3);
+    EXPECT_EQ(points[1], points[0]);
+    EXPECT_EQ(points[2], points[0]);
 }
 
 TEST(RigFiles, UnknownKindsMissingFilesAndFolders) {

@@ -122,6 +122,19 @@ void expectHard(const Welded& box) {
     EXPECT_EQ(std::set<std::uint32_t>(first.begin(), first.end()).size(), 8u);
 }
 
+// Lips that touch at rest are two places, because a target opens them.
+TEST(MeshPlaces, TargetsPartWhatTouchesAtRest) {
+    const std::vector<Vec3> rest(4, Vec3{1, 2, 3});
+    const MorphTargets open{.names = {"open", "other"},
+                            .rest_weights = {0, 0},
+                            .first = {0, 2, 3},
+                            .vertices = {1, 3, 2},
+                            .positions = {{0, -1, 0}, {0, -1, 0}, {0, -1, 0}},
+                            .normals = std::vector<Vec3>(3)};
+    EXPECT_THAT(firstOfPlaces(rest, {}), testing::Each(0u));
+    EXPECT_THAT(firstOfPlaces(rest, {}, open), testing::ElementsAre(0u, 1u, 2u, 1u));
+}
+
 TEST(RigNormals, HardEdgesOfTheFileStayHard) {
     SourceVertices hard = box(false);
     for (std::size_t v = 0; v < 24; ++v) {

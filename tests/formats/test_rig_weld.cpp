@@ -63,8 +63,8 @@ TEST(RigWeld, UnusedVerticesGiveNoPointTheirPlace) {
     EXPECT_THAT(mesh.source_vertex, ElementsAre(0, 0, 1, 1, 2));
 }
 
-// A point of two parts has the slot of the first.
-TEST(RigWeld, SlotsAreThoseOfTheFirstVertex) {
+// A place of two parts has a point of each.
+TEST(RigWeld, PlaceOfTwoSlotsHasTwoPoints) {
     SourceVertices source = vertices({{0, 0, 0}, {1, 0, 0}, {1, 0, 0}, {2, 0, 0}});
     source.slots = {"body/skin", "body/cloth"};
     source.slot_of_vertex = {0, 0, 1, 1};
@@ -72,7 +72,8 @@ TEST(RigWeld, SlotsAreThoseOfTheFirstVertex) {
     Skin skin;
     weldVertices(source, {}, mesh, skin);
     EXPECT_EQ(mesh.slots, source.slots);
-    EXPECT_THAT(mesh.slot_of_vertex, ElementsAre(0, 0, 1));
+    EXPECT_THAT(mesh.slot_of_vertex, ElementsAre(0, 0, 1, 1));
+    EXPECT_THAT(mesh.source_vertex, ElementsAre(0, 1, 2, 3));
 }
 
 TEST(RigWeld, TrianglesFollowAndThoseThatCollapseGo) {

@@ -53,6 +53,9 @@ TEST(TextureFile, EveryKindOfPngIsRgbOfEightBitsWithItsFirstRowAtTheTop) {
     EXPECT_THAT(decodeTexture(pngOf(1, 2, 8, PNG_COLOR_TYPE_RGB, {1, 2, 3, 4, 5, 6}), "t").rgb,
                 ElementsAre(1, 2, 3, 4, 5, 6));
     EXPECT_THAT(decodeTexture(pngOf(1, 1, 8, PNG_COLOR_TYPE_RGBA, {1, 2, 3, 7}), "t").rgb, ElementsAre(1, 2, 3));
+    EXPECT_THAT(decodeTexture(pngOf(1, 1, 8, PNG_COLOR_TYPE_RGBA, {1, 2, 3, 7}), "t").alpha, ElementsAre(7));
+    EXPECT_THAT(decodeTexture(pngOf(2, 1, 8, PNG_COLOR_TYPE_GRAY_ALPHA, {9, 7, 8, 6}), "t").alpha, ElementsAre(7, 6));
+    EXPECT_TRUE(decodeTexture(pngOf(1, 1, 8, PNG_COLOR_TYPE_RGB, {1, 2, 3}), "t").alpha.empty());
     EXPECT_THAT(decodeTexture(pngOf(2, 1, 1, PNG_COLOR_TYPE_GRAY, {0x40}), "t").rgb,
                 ElementsAre(0, 0, 0, 255, 255, 255));
     EXPECT_THAT(decodeTexture(pngOf(1, 1, 16, PNG_COLOR_TYPE_GRAY, {0x80, 0x80}), "t").rgb, ElementsAre(128, 128, 128));

@@ -227,19 +227,19 @@ def check_notes(folder):
     """What a reader does not do is one warning line, is listed by --report and info, and is an error with --strict."""
     place = lambda name: os.path.join(folder, name)
     scene, binary = read_glb(MAN)
-    scene["materials"] = [{"name": "hair", "alphaMode": "MASK"}]
+    scene["materials"] = [{"name": "lens", "extensions": {"KHR_materials_transmission": {"transmissionFactor": 1}}}]
     for mesh in scene["meshes"]:
         for primitive in mesh["primitives"]:
             primitive["material"] = 0
-    rig, out, report = place("hair.glb"), place("hair.vis.h5"), place("report.json")
+    rig, out, report = place("lens.glb"), place("lens.vis.h5"), place("report.json")
     write_glb(rig, scene, binary)
-    text = "alphaMode MASK: material 'hair' is solid where it should let light through"
+    text = "KHR_materials_transmission: material 'lens': it stops light as if it was opaque"
     strict = run("visibility", rig, "-o", out, "--rays", "16", "--fps", "1", "--strict")
     assert strict.returncode == 5 and text in strict.stderr and not os.path.exists(out), strict
     result = run("visibility", rig, "-o", out, "--rays", "16", "--fps", "1", "-q", "--report", report)
     assert result.returncode == 0 and len(result.stderr.splitlines()) == 1 and text in result.stderr, result
     notes = json.load(open(report))["figures"]["notes"]
-    assert len(notes) == 1 and "hair.glb: node '" in notes[0] and notes[0].endswith(text), notes
+    assert len(notes) == 1 and "lens.glb: node '" in notes[0] and notes[0].endswith(text), notes
     assert text in run("info", out).stdout
     for verb, name in (("fields", "x.fields.h5"), ("poses", "x.poses.h5")):
         more = ["--choose", "2"] if verb == "poses" else ["--rays", "16", "--cells", "4"]

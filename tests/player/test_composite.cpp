@@ -157,7 +157,7 @@ protected:
         options.sun_map = 256;
         options.samples = 1;
         PhotographFrames frames(scene, options, 2);
-        frames.setParts(true, bounce);
+        frames.setParts({.shadow = true, .bounce = bounce});
         PhotographFrame frame;
         frames.compute(0, {}, frame);
         return frame;

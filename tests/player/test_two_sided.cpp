@@ -65,7 +65,7 @@ TEST(TwoSided, TheSideThatIsSeenIsPicked) {
     const std::vector<std::uint32_t> triangles = {0, 1, 2, 3, 5, 4};
     MeshView mesh;
     mesh.triangles = triangles;
-    mesh.two_sided = true;
+    mesh.two_sided = mesh.cull_backs = true;
     double distance = 0;
     EXPECT_EQ(pickVertex(positions, mesh, {0.1, 0.1, 2}, {0, 0, -1}, distance), 0u);
     EXPECT_EQ(pickVertex(positions, mesh, {0.1, 0.1, -2}, {0, 0, 1}, distance), 3u);

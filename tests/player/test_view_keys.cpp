@@ -15,6 +15,7 @@
 #include "tests/difference.h"
 #include "tests/synthetic_composition.h"
 #include "tests/synthetic_indirect.h"
+#include "tests/synthetic_morphs.h"
 
 namespace penumbra {
 namespace {
@@ -225,6 +226,31 @@ TEST_P(ViewKeysTest, AChangedSceneShowsWhatAnOpenedOneShows) {
     state.characters[1].moved = {0.2f, 0, 0.1f};
     update(scene, state);
     expectFresh(scene, state, "moved");
+}
+
+// The sliders of morph targets pose the character, and "as the clip has them" gives the clip's weights back.
+TEST_P(ViewKeysTest, WeightsOfTheUserPoseTheCharacter) {
+    const Model model = synthetic::morphTube();
+    const fs::path file = folder / "face.pnb";
+    writeWholeFile(file, packAsset(model, {}, {}, {.precision = AssetPrecision::kF32}, "{}", 1).bytes);
+    Scene scene = openScene(std::array{file}, 1);
+    ViewState state = stateFor(scene, {});
+    state.playhead.time = 0;
+    update(scene, state);
+    const std::vector<Vec3> of_clip = scene.characters[0]->posed.vertices.positions;
+    state.inspect.weight_edit = WeightEdit{0, {1, 0.3f}};
+    EXPECT_TRUE(update(scene, state));
+    RestShape wanted;
+    const std::size_t joints = model.skin.jointCount();
+    const std::vector<Affine> bones(model.bones.begin(), model.bones.begin() + std::ptrdiff_t(joints));
+    skinMorphed(model.mesh, model.skin, model.rest_normals, {bones, std::array{1.0f, 0.3f}}, wanted);
+    std::vector<Vec3> in_asset;
+    for (const std::uint32_t v : scene.characters[0]->asset.mesh.shading_point) in_asset.push_back(wanted.positions[v]);
+    expectAlike(scene.characters[0]->posed.vertices.positions, in_asset, "edited");
+    EXPECT_NE(of_clip, in_asset);
+    state.inspect.weight_edit.reset();
+    EXPECT_TRUE(update(scene, state));
+    expectAlike(scene.characters[0]->posed.vertices.positions, of_clip, "as the clip has them");
 }
 
 }  // namespace

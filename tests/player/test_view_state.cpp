@@ -315,7 +315,7 @@ TEST(OrbitCamera, PanFollowsThePointer) {
 }
 
 TEST(ViewLayout, PanesCoverThePictureOnce) {
-    const Rectangle picture = pictureArea(1001, 700, 1.5f, true);
+    const Rectangle picture = pictureArea(1001, 700, 1.5f);
     EXPECT_EQ(picture.x + picture.width, 1001);
     ViewState state;
     for (const Compare compare :
@@ -325,7 +325,7 @@ TEST(ViewLayout, PanesCoverThePictureOnce) {
         for (const Pane& pane : panesOf(state, picture)) area += pane.clip.width * pane.clip.height;
         EXPECT_EQ(area, picture.width * picture.height);
     }
-    const Rectangle tiny = pictureArea(10, 10, 2, true);
+    const Rectangle tiny = pictureArea(10, 10, 2);
     EXPECT_GE(tiny.width, 1);
     EXPECT_GE(tiny.height, 1);
 }

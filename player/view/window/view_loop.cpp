@@ -222,7 +222,8 @@ void ViewLoop::drawFrame() {
     figures_.frame = 0.9 * figures_.frame + 100 * secondsSince(last_frame_);  // milliseconds, smoothed over ten frames
     last_frame_ = Clock::now();
     const int width = window_.width(), height = window_.height();
-    const Rectangle picture = pictureArea(width, height, window_.scale(), state_.window.panels);
+    const Rectangle picture =
+        state_.window.panels ? pictureArea(width, height, window_.scale()) : Rectangle{0, 0, width, height};
     updatePicture(picture);
     updateExposure(picture);
     drawn_.update(frameKey(*scene_, state_));
