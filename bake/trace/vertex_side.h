@@ -21,9 +21,9 @@ VertexFans makeFans(std::span<const Triangle> triangles, std::size_t vertices);
 // Returns a unit direction from `vertex` into the part that the triangles' fronts face (side 1) or their backs (side
 // -1). `normal` is the vertex normal of that side. It is the answer wherever it lies in the right part. Elsewhere the
 // answer is the direction that is farthest from all triangles, out of the triangles' normals, the means of two
-// neighbours' normals and, in a corner of three faces, the mean of all; it is `normal` again where none of them lies in the right part. The nearest triangle decides
-// on which side a direction lies; at an edge the sum of both normals decides (Baerentzen and Aanaes 2005, "Signed
-// distance computation using the angle weighted pseudonormal").
+// neighbours' normals and, in a corner of three faces, the mean of all; it is `normal` again where none of them lies in
+// the right part. The nearest triangle decides on which side a direction lies; at an edge the sum of both normals
+// decides (Baerentzen and Aanaes 2005, "Signed distance computation using the angle weighted pseudonormal").
 Vec3 directionToSide(const VertexFans& fans, std::span<const Vec3> positions, std::uint32_t vertex, Vec3 normal,
                      int side);
 
