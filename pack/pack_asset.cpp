@@ -327,6 +327,9 @@ Packed packAsset(const Model& given, std::span<const BrdfFile> materials, std::s
     Additions additions{materials, lights, slotMaterials(model.mesh, materials, options.slot_materials, options.slots),
                         options.blockers};
     if (options.surface) {
+        std::vector<BrdfFile> all(materials.begin(), materials.end());
+        all.insert(all.end(), options.surface->materials.begin(), options.surface->materials.end());
+        checkNames(all, lights);
         additions.surface = &*options.surface;
         additions.slot_material = surfaceSlotMaterials(model.mesh, materials, options);
     }

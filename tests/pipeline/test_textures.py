@@ -15,7 +15,7 @@ from programs import digest, good, run_tool
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent.parent / "scripts"))
 from samples.gltf import Gltf, primitive
 
-VIEW = ["--size", "96x96", "--camera", "yaw=0,pitch=-60", "--frame", 0]
+VIEW = ["--size", "96x96", "--camera", "yaw=0,pitch=60", "--frame", 0]
 
 
 def picture(pixels):
@@ -45,7 +45,7 @@ def save_sheet(path, images, material, seam=False, n=12):
     if seam:  # the right half has vertices of its own, at the same places
         right = points[triangles].mean(1)[:, 0] > 0
         triangles = np.where(right[:, None], triangles + len(points), triangles)
-        points, uv = np.concatenate([points, points]), np.concatenate([uv, 1.5 - uv * [1, -1] - [0, 1.5]])
+        points, uv = np.concatenate([points, points]), np.concatenate([uv, [1, 0] - uv * [1, -1]])
     joints, weights = np.zeros((len(points), 4), np.uint8), np.tile([1.0, 0, 0, 0], (len(points), 1))
     part = {**primitive(g, points, triangles, joints, weights), "material": 0}
     part["attributes"]["TEXCOORD_0"] = g.accessor(np.asarray(uv, np.float32))
