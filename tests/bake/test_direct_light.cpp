@@ -24,7 +24,7 @@ Image sunAndSky() {
 }
 
 EnvironmentLight lightOf(Image lat_long) {
-    return EnvironmentLight::fromMap({MapLayout::kLatLong, std::move(lat_long), 0, 0});
+    return EnvironmentLight::fromMap({MapLayout::kLatLong, std::move(lat_long), 0, 0, {}});
 }
 
 }  // namespace

@@ -90,7 +90,7 @@ TEST(PosedTangents, PictureShowsTheTangentsOfTheNearestCornersCluster) {
     const PosedTangents posed = scene.tangents();
     Image sky{8, 4, std::vector<Vec3>(32), {}};
     for (std::size_t x = 3; x < 5; ++x) sky.pixels[8 + x] = sky.pixels[16 + x] = {1, 1, 1};
-    const EnvironmentLight light = EnvironmentLight::fromMap({MapLayout::kLatLong, sky, 0, 0});
+    const EnvironmentLight light = EnvironmentLight::fromMap({MapLayout::kLatLong, sky, 0, 0, {}});
     const Camera camera = makeCamera("", scene.frame.positions, 1);
     const auto render = [&](const char* spec, const PosedTangents* tangents) {
         ReferenceOptions options{.brdfs = {rgbBrdf(parseBrdf(spec))}, .width = 16, .height = 16, .samples = 1024};
