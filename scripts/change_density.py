@@ -6,12 +6,13 @@
 
 All meshes of the first skin become one primitive without texture coordinates. Weights are subdivided as positions are,
 and the four largest stay. Collapses are those of Garland and Heckbert 1997 onto one of the two vertices. RIG.glb must have one buffer, and neither sparse nor compressed accessors. Needs numpy."""
-import argparse
 import heapq
 import json
 import struct
 
 import numpy as np
+
+from usage import ArgumentParser
 
 TYPES = {5121: np.uint8, 5123: np.uint16, 5125: np.uint32, 5126: np.float32}
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
@@ -210,7 +211,7 @@ def write_glb(path, gltf, blob, positions, weights, triangles):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = ArgumentParser(__doc__)
     parser.add_argument("rig")
     parser.add_argument("out")
     way = parser.add_mutually_exclusive_group(required=True)

@@ -4,13 +4,14 @@
   scripts/make_dense_rig.py OUT.glb [--triangles 2000000]
 
 Positions, normals, four joints and weights a vertex, indices of 32 bits. Needs numpy."""
-import argparse
 import json
 import struct
 
 import numpy as np
 
-parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+from usage import ArgumentParser
+
+parser = ArgumentParser(__doc__)
 parser.add_argument("out")
 parser.add_argument("--triangles", type=int, default=2000000)
 arguments = parser.parse_args()

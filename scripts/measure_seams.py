@@ -8,13 +8,14 @@ the cosine-weighted visibility / pi of every vertex, by the asset and by the bak
 changes along it by less than --smooth. Prints how E of the asset changes along smooth edges: the root mean square, the
 99.9th percentile and the largest step, beside those of the bake itself over the same edges, and the rms error of E.
 Frames are matched by their bones. Needs numpy and h5py."""
-import argparse
 import ctypes
 
 import h5py
 import numpy as np
 
-parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+from usage import ArgumentParser
+
+parser = ArgumentParser(__doc__)
 for name in ("library", "asset", "bake"):
     parser.add_argument(name)
 parser.add_argument("--smooth", type=float, default=0.01)

@@ -338,6 +338,8 @@ std::vector<Vec3> smoothNormals(SplitVertices split, const PointNumbers& numbers
         if (point == PointGrid::kNone) point = numbers.point[v];
         first[numbers.point[v]] = point;
     }
+    // A vertex that no triangle uses has no say in the normal of the point that it was given.
+    for (std::size_t v = 0; v < numbers.used.size(); ++v) split.from_file[v] = split.from_file[v] && numbers.used[v];
     bool one_slot = true;
     for (std::uint32_t p = 0; p < first.size(); ++p) one_slot = one_slot && first[p] == p;
     if (one_slot) return restNormals(split, numbers.point, mesh);
@@ -346,8 +348,6 @@ std::vector<Vec3> smoothNormals(SplitVertices split, const PointNumbers& numbers
     joined.triangles = trianglesOfPlaces(mesh.triangles, first);
     std::vector<std::uint32_t> point_of_vertex;
     for (const std::uint32_t point : numbers.point) point_of_vertex.push_back(first[point]);
-    // A vertex that no triangle uses has no say in the normal of the point that it was given.
-    for (std::size_t v = 0; v < numbers.used.size(); ++v) split.from_file[v] = split.from_file[v] && numbers.used[v];
     std::vector<Vec3> normals = restNormals(split, point_of_vertex, joined);
     for (std::size_t p = 0; p < normals.size(); ++p) normals[p] = normals[first[p]];
     return normals;

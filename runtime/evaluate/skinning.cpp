@@ -52,6 +52,7 @@ Receiver PosedMesh::vertex(std::size_t vertex, std::size_t cluster) const {
 void PosedMesh::skin(std::size_t begin, std::span<Vec3> positions, std::span<Vec3> normals,
                      std::span<Vec3> tangents) const {
     assert(begin + positions.size() <= asset->mesh.positions.size());
+    if (positions.empty()) return;  // `begin` may be behind the last vertex, which has no cluster
     const std::vector<ClusterView>& clusters = asset->model.clusters;
     const std::size_t first_follower = asset->mesh.firstFollower();
     // Clusters are contiguous ranges of vertices: find the one that has `begin`, then go along.

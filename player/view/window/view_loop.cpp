@@ -75,6 +75,7 @@ public:
           scene_(std::make_unique<Scene>(openScene(files_, threads, openChoice()))),
           state_(startState(*scene_, settings_, options)) {
         openWindow();
+        timer_ = std::make_unique<GpuTimer>();
         tellSettingsProblem();
         scene_->blend = LightBlend(options.fade);
         result_.gl = window_->description();
@@ -97,8 +98,8 @@ private:
     ViewState state_;
     Cached<ShadingChoice, std::unique_ptr<ScenePainter>> painter_;  // it keeps references to everyone's shading
     Cached<FrameKey> drawn_;
-    Cached<ExposedLook> exposed_;  // what the automatic exposure was measured for
-    GpuTimer timer_;
+    Cached<ExposedLook> exposed_;      // what the automatic exposure was measured for
+    std::unique_ptr<GpuTimer> timer_;  // needs the window's context
     ViewFigures figures_;
     Clock::time_point last_step_ = Clock::now(), last_frame_ = Clock::now(), last_event_ = Clock::now();
 
@@ -263,10 +264,10 @@ void ViewLoop::drawFrame() {
     updateExposure(picture);
     drawn_.update(frameKey(*scene_, state_));
     gl::BindFramebuffer(GL_FRAMEBUFFER, 0);
-    timer_.begin();
+    timer_->begin();
     (*painter_)->draw(state_, height, picture, figures_.paint);
-    timer_.end();
-    figures_.gpu = timer_.milliseconds();
+    timer_->end();
+    figures_.gpu = timer_->milliseconds();
     if (state_.window.screenshot && !state_.window.screenshot_panels) takeScreenshot(picture);
     if (state_.window.sequence) takeSequencePicture(picture);
     window_->beginPanels();
