@@ -50,7 +50,12 @@ private:
         }
     };
     Key keyOf(Vec3d p) const {
-        const auto index = [&](double v) { return std::int64_t(std::floor(v / cell_)); };
+        // Hostile files have cells that are too small for their places: what is far out shares a cell.
+        constexpr double kFarthest = 4e18;
+        const auto index = [&](double v) {
+            const double i = std::floor(v / cell_);
+            return std::int64_t(i < kFarthest ? (i > -kFarthest ? i : -kFarthest) : kFarthest);
+        };
         return {index(p.x), index(p.y), index(p.z)};
     }
 
