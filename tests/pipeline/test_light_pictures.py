@@ -11,6 +11,9 @@ import tempfile
 import h5py
 import numpy as np
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "scripts"))
+from spherical_harmonics import basis  # noqa: E402
+
 BIN = pathlib.Path(sys.argv[1]).resolve()
 ORDER = 4
 W, H = 64, 32
@@ -45,23 +48,6 @@ def rgb(pixels):
     return {name: pixels[:, :, i] for i, name in enumerate("RGB")}
 
 
-def basis(d):
-    """Real orthonormal SH with the Condon-Shortley sign, [directions, 16]."""
-    x, y, z = d.T
-    out = np.empty((len(d), ORDER * ORDER))
-    for m in range(ORDER):
-        start = (-1)**m * math.prod(range(1, 2 * m, 2)) * (x + 1j * y)**m
-        before, legendre = np.zeros_like(z), np.ones_like(z)
-        for l in range(m, ORDER):
-            if l > m:
-                before, legendre = legendre, ((2 * l - 1) * z * legendre - (l + m - 1) * before) / (l - m)
-            scale = math.sqrt((2 * l + 1) / (4 * math.pi) * math.factorial(l - m) / math.factorial(l + m) * (2 if m else 1))
-            out[:, l * l + l + m] = scale * legendre * start.real
-            if m:
-                out[:, l * l + l - m] = scale * legendre * start.imag
-    return out
-
-
 def project(pixels, fine=6):
     """SH of pixels of constant radiance, by fine x fine midpoints in each, [16, 3]."""
     rows, columns = pixels.shape[:2]
@@ -71,7 +57,7 @@ def project(pixels, fine=6):
     weight = np.sin(t) * math.pi / (rows * fine) * 2 * math.pi / (columns * fine)
     d = np.stack([np.sin(t) * np.cos(p), np.cos(t), np.sin(t) * np.sin(p)], -1).reshape(-1, 3)
     radiance = pixels.repeat(fine, 0).repeat(fine, 1).reshape(-1, 3)
-    return basis(d).T @ (radiance * weight.reshape(-1, 1))
+    return basis(ORDER, d).T @ (radiance * weight.reshape(-1, 1))
 
 
 def to_rec709(rx, ry, gx, gy, bx, by, wx, wy):

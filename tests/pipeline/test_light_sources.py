@@ -12,6 +12,9 @@ import tempfile
 import h5py
 import numpy as np
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "scripts"))
+from spherical_harmonics import basis  # noqa: E402
+
 BIN = pathlib.Path(sys.argv[1]).resolve()
 
 
@@ -39,23 +42,6 @@ def write_exr(path, pixels):
     offsets = struct.pack(f"<{height}Q", *(len(header) + 8 * height + y * row for y in range(height)))
     rows = b"".join(struct.pack("<2i", y, width * 12) + pixels[y, :, ::-1].T.astype("<f4").tobytes() for y in range(height))
     path.write_bytes(header + offsets + rows)
-
-
-def basis(order, d):
-    """Returns real orthonormal SH with the Condon-Shortley sign, [directions, order^2]."""
-    x, y, z = d.T
-    out = np.empty((len(d), order * order))
-    for m in range(order):
-        start = (-1)**m * math.prod(range(1, 2 * m, 2)) * (x + 1j * y)**m
-        before, legendre = np.zeros_like(z), np.ones_like(z)
-        for l in range(m, order):
-            if l > m:
-                before, legendre = legendre, ((2 * l - 1) * z * legendre - (l + m - 1) * before) / (l - m)
-            scale = math.sqrt((2 * l + 1) / (4 * math.pi) * math.factorial(l - m) / math.factorial(l + m) * (2 if m else 1))
-            out[:, l * l + l + m] = scale * legendre * start.real
-            if m:
-                out[:, l * l + l - m] = scale * legendre * start.imag
-    return out
 
 
 def fibonacci(n):
