@@ -4,6 +4,7 @@
 #include <span>
 
 #include "bake/source/choose_points.h"
+#include "formats/common/disjoint_sets.h"
 
 namespace penumbra {
 
@@ -38,24 +39,6 @@ std::vector<std::uint32_t> firstAcrossSlots(const DrawnMesh& drawn) {
     return first;
 }
 
-// Returns for each vertex the least vertex that edges lead to. A hard edge has two rows of vertices, so that it ends a
-// sheet.
-std::vector<std::uint32_t> sheetsOf(const std::vector<Triangle>& triangles, std::size_t vertices) {
-    std::vector<std::uint32_t> parent(vertices);
-    std::iota(parent.begin(), parent.end(), 0u);
-    const auto root = [&](std::uint32_t v) {
-        while (parent[v] != v) v = parent[v] = parent[parent[v]];
-        return v;
-    };
-    for (const Triangle& t : triangles)
-        for (std::size_t i = 1; i < 3; ++i) {
-            const std::uint32_t a = root(t[0]), b = root(t[i]);
-            parent[std::max(a, b)] = std::min(a, b);
-        }
-    for (std::uint32_t v = 0; v < parent.size(); ++v) parent[v] = root(v);
-    return parent;
-}
-
 // Returns the point that counts most for a vertex.
 std::uint32_t nearestOf(const PointTable& points, std::size_t v) {
     const auto& w = points.weights[v];
@@ -82,7 +65,8 @@ void takePoints(ChosenPoints chosen, VisibilityHeader& header) {
     header.skin = drawn.skin;
     header.skin->joints.clear();
     header.skin->weights.clear();
-    std::vector<std::uint32_t> sheet = sheetsOf(trianglesAcrossSlots(drawn), dense.vertexCount());
+    // A hard edge has two rows of vertices, so that it ends a sheet.
+    std::vector<std::uint32_t> sheet = connectedParts(trianglesAcrossSlots(drawn), dense.vertexCount());
     const std::vector<std::uint32_t> first = firstAcrossSlots(drawn);
     for (std::size_t v = 0; v < sheet.size(); ++v) sheet[v] = sheet[first[v]];
     Sheets sheets{{}, sheet};

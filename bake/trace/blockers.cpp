@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
 #include <set>
 
 #include "formats/cache/numbered_files.h"
+#include "formats/common/disjoint_sets.h"
 #include "formats/common/errors.h"
 #include "formats/common/mesh_places.h"
 #include "formats/common/twin_triangles.h"
@@ -17,28 +17,12 @@ namespace penumbra {
 
 namespace {
 
-// Finds the connected part of each vertex by union-find. The part's first vertex is its name.
-std::vector<std::uint32_t> partsOfVertices(std::span<const Triangle> triangles, std::size_t vertices) {
-    std::vector<std::uint32_t> parent(vertices);
-    std::iota(parent.begin(), parent.end(), 0u);
-    const auto root = [&](std::uint32_t v) {
-        while (parent[v] != v) v = parent[v] = parent[parent[v]];
-        return v;
-    };
-    for (const Triangle& t : triangles)
-        for (std::size_t k = 1; k < 3; ++k) {
-            const std::uint32_t a = root(t[0]), b = root(t[k]);
-            parent[std::max(a, b)] = std::min(a, b);
-        }
-    for (std::uint32_t v = 0; v < vertices; ++v) parent[v] = root(v);
-    return parent;
-}
-
 struct Part {
     std::int64_t open_edges = 0;  // sides of triangles that no other triangle shares
     double volume = 0;            // six times the signed volume
     std::int32_t solid = 0;
 };
+
 }  // namespace
 
 void Blockers::add(std::span<const Triangle> more, std::span<const Vec3> rest, std::vector<std::uint32_t> places) {
@@ -46,7 +30,7 @@ void Blockers::add(std::span<const Triangle> more, std::span<const Vec3> rest, s
     if (!places.empty()) more = joined;  // surfaces hang together across hard edges
     if (vertices == 0) place_of_vertex = std::move(places);
     // 1. Sum up for every connected part its signed volume, and how many sides of triangles stand alone.
-    const std::vector<std::uint32_t> part_of = partsOfVertices(more, rest.size());
+    const std::vector<std::uint32_t> part_of = connectedParts(more, rest.size());
     std::map<std::uint32_t, Part> parts;
     for (const Triangle& t : more) {
         Part& part = parts[part_of[t[0]]];

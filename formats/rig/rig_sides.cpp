@@ -18,6 +18,7 @@
 #include <numeric>
 #include <unordered_map>
 
+#include "formats/common/disjoint_sets.h"
 #include "formats/common/twin_triangles.h"
 #include "formats/rig/rig_build.h"
 
@@ -41,23 +42,6 @@ Vec3d doubleArea(const std::vector<Vec3>& positions, const Triangle& t) {
     const Vec3d a = toDouble(positions[t[0]]);
     return cross(toDouble(positions[t[1]]) - a, toDouble(positions[t[2]]) - a);
 }
-
-// Joins numbers to groups; the least number of a group is its name.
-class Groups {
-public:
-    explicit Groups(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0u); }
-    std::uint32_t of(std::uint32_t i) {
-        while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-        return i;
-    }
-    void join(std::uint32_t a, std::uint32_t b) {
-        a = of(a), b = of(b);
-        parent_[std::max(a, b)] = std::min(a, b);
-    }
-
-private:
-    std::vector<std::uint32_t> parent_;
-};
 
 // Returns the double-sided triangles of a rig, by the part that their vertices are of.
 std::vector<bool> doubleSidedTriangles(const Rig& rig) {
@@ -85,7 +69,7 @@ struct RimMiddle {
 
 // Returns the surface of each place, by the name of the group that the place is in.
 std::map<std::uint32_t, Surface> surfacesOf(const Mesh& mesh, const std::vector<std::uint32_t>& places,
-                                            Groups& groups) {
+                                            DisjointSets& groups) {
     std::map<std::array<std::uint32_t, 2>, int> uses;
     std::map<std::uint32_t, Surface> surfaces;
     const auto eachEdge = [&](const auto& visit) {
@@ -99,7 +83,7 @@ std::map<std::uint32_t, Surface> surfacesOf(const Mesh& mesh, const std::vector<
     for (const Triangle& t : mesh.triangles)
         surfaces[groups.of(places[t[0]])].double_area += length(doubleArea(mesh.rest_positions, t));
     // The edges of one triangle alone are rims. Those that hang together are the rim of one hole.
-    Groups rims(mesh.vertexCount());
+    DisjointSets rims(mesh.vertexCount());
     eachEdge([&](std::uint32_t a, std::uint32_t b) {
         if (uses[key(a, b)] == 1) rims.join(places[a], places[b]);
     });
@@ -145,7 +129,7 @@ void addBacks(Rig& rig) {
     if (std::find(double_sided.begin(), double_sided.end(), true) == double_sided.end()) return;
     const std::vector<std::uint32_t> places = placesOfPoints(rig.mesh.rest_positions);
     const std::vector<std::uint32_t> twins = twinTriangles(rig.mesh, rig.skin);
-    Groups groups(places.size());
+    DisjointSets groups(places.size());
     const std::map<std::uint32_t, Surface> surfaces = surfacesOf(rig.mesh, places, groups);
     const std::size_t fronts = rig.mesh.vertexCount();
     std::vector<std::uint32_t> front_of_point(fronts);

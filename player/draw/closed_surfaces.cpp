@@ -3,24 +3,17 @@
 #include <algorithm>
 #include <numeric>
 
+#include "formats/common/disjoint_sets.h"
+
 namespace penumbra {
 
 namespace {
 
-// Finds the root of a vertex by union-find, and halves paths on the way.
-std::uint32_t rootOf(std::vector<std::uint32_t>& parent, std::uint32_t v) {
-    while (parent[v] != v) v = parent[v] = parent[parent[v]];
-    return v;
-}
-
 std::vector<std::uint32_t> surfaceOfVertex(std::span<const std::uint32_t> triangles, std::size_t vertices) {
-    std::vector<std::uint32_t> parent(vertices);
-    std::iota(parent.begin(), parent.end(), 0u);
+    DisjointSets surfaces(vertices);
     for (std::size_t t = 0; t < triangles.size(); t += 3)
-        for (std::size_t corner : {t + 1, t + 2})
-            parent[rootOf(parent, triangles[corner])] = rootOf(parent, triangles[t]);
-    for (std::uint32_t v = 0; v < vertices; ++v) parent[v] = rootOf(parent, v);
-    return parent;
+        for (const std::size_t corner : {t + 1, t + 2}) surfaces.join(triangles[corner], triangles[t]);
+    return surfaces.names();
 }
 
 // Tells which surfaces are open. In a closed one, the two triangles at an edge run through it in opposite directions.
