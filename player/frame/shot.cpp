@@ -196,8 +196,6 @@ Shot resolveLook(const RenderOptions& options, const AssetView& asset, const Ass
     if (options.channel == Channel::kTransferError && !hasTransferOf(asset, *truth))
         throw InvalidInput(truth->name + ": SH order 1 is too low for E_transfer");
     checkForTransfer(options, asset);
-    if (shot.surface && options.path == EvaluationPath::kGlsl)
-        throw BadOption("path", asset.name + " has pictures, which the CPU path draws (or textures off)");
     resolveOverlays(options, asset, shot);
     return shot;
 }
