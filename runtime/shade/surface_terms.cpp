@@ -50,7 +50,9 @@ MaterialTables slopeTables(const Convention& convention, int light_order, int ax
     material.channels = 1;
     material.color = {1, 1, 1};
     material.slices = slices;
-    return MaterialTables(convention, light_order, material, Reflectance::kSlices);
+    MaterialTables tables(convention, light_order, material, Reflectance::kSlices);
+    tables.allowNegative();
+    return tables;
 }
 
 }  // namespace penumbra

@@ -111,7 +111,7 @@ TEST(SurfaceTerms, OfAnOpenVertexAreTheClosedForm) {
     ShadingSet set(asset);
     EXPECT_EQ(set.terms(), 1u);
     set.setMaterial(1);  // a mesh without slots begins with the first
-    set.setSurface(true);
+    set.showSurface();
     ASSERT_EQ(set.terms(), 4u);
     const float y0 = std::sqrt(4 * std::numbers::pi_v<float>), y1 = std::sqrt(4 * std::numbers::pi_v<float> / 3);
     std::vector<float> light(12);
