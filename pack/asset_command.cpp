@@ -13,14 +13,14 @@
 #include "formats/stage/blocker_file.h"
 #include "formats/stage/stage_file_kind.h"
 #include "pack/lod_mesh.h"
-#include "pack/material_section.h"
 #include "pack/named_input.h"
 #include "pack/pack_asset.h"
 #include "pack/pack_transfer.h"
 #include "pack/pack_verbs.h"
 #include "pack/resample_model.h"
-#include "pack/source_materials.h"
-#include "pack/surface_materials.h"
+#include "pack/sections/material_section.h"
+#include "pack/sections/source_materials.h"
+#include "pack/sections/surface_materials.h"
 
 namespace penumbra {
 

@@ -5,7 +5,7 @@
 
 #include "formats/common/parallel_for.h"
 #include "formats/common/write_file.h"
-#include "pack/dense_solvers.h"
+#include "pack/compress/dense_solvers.h"
 #include "pack/pack_asset.h"
 #include "runtime/evaluate/evaluator.h"
 #include "sh/tangent.h"

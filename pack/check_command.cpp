@@ -3,10 +3,10 @@
 #include <cstdio>
 
 #include "formats/common/options.h"
-#include "pack/check_asset.h"
-#include "pack/check_indirect.h"
-#include "pack/check_transfer.h"
-#include "pack/error_budget.h"
+#include "pack/check/check_asset.h"
+#include "pack/check/check_indirect.h"
+#include "pack/check/check_transfer.h"
+#include "pack/check/error_budget.h"
 #include "pack/named_input.h"
 #include "pack/pack_asset.h"
 #include "pack/pack_verbs.h"

@@ -6,15 +6,15 @@
 
 #include "formats/asset/asset_kinds.h"
 #include "formats/common/errors.h"
-#include "pack/asset_writer.h"
-#include "pack/composition_section.h"
-#include "pack/compress_model.h"
-#include "pack/look_section.h"
-#include "pack/material_section.h"
-#include "pack/mesh_section.h"
+#include "pack/compress/compress_model.h"
+#include "pack/compress/packing_error.h"
 #include "pack/pack_indirect.h"
 #include "pack/pack_within.h"
-#include "pack/packing_error.h"
+#include "pack/sections/asset_writer.h"
+#include "pack/sections/composition_section.h"
+#include "pack/sections/look_section.h"
+#include "pack/sections/material_section.h"
+#include "pack/sections/mesh_section.h"
 
 namespace penumbra {
 

@@ -11,7 +11,7 @@
 #include "formats/stage/brdf_file.h"
 #include "formats/stage/light_file.h"
 #include "formats/stage/model_file.h"
-#include "pack/surface_section.h"
+#include "pack/sections/surface_section.h"
 
 namespace penumbra {
 

@@ -5,7 +5,7 @@
 
 #include "formats/common/errors.h"
 #include "formats/common/write_file.h"
-#include "pack/compress_model.h"
+#include "pack/compress/compress_model.h"
 #include "runtime/evaluate/evaluator.h"
 
 namespace penumbra {

@@ -6,8 +6,8 @@
 #include <numeric>
 
 #include "formats/common/errors.h"
-#include "pack/look_section.h"
-#include "pack/material_section.h"
+#include "pack/sections/look_section.h"
+#include "pack/sections/material_section.h"
 #include "sh/quadrature.h"
 #include "sh/sh_basis.h"
 

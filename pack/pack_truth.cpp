@@ -8,7 +8,7 @@
 #include "formats/common/fp16.h"
 #include "formats/common/joined.h"
 #include "formats/common/write_file.h"
-#include "pack/asset_writer.h"
+#include "pack/sections/asset_writer.h"
 
 namespace penumbra {
 

@@ -19,8 +19,8 @@
 #include "formats/common/errors.h"
 #include "formats/common/parallel_for.h"
 #include "formats/common/write_file.h"
-#include "pack/compress_model.h"
-#include "pack/packing_error.h"
+#include "pack/compress/compress_model.h"
+#include "pack/compress/packing_error.h"
 #include "runtime/evaluate/evaluator.h"
 
 namespace penumbra {

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "formats/common/errors.h"
-#include "formats/rig/collada_text.h"
-#include "formats/rig/xml_tree.h"
+#include "formats/rig/assimp/collada_text.h"
+#include "formats/rig/assimp/xml_tree.h"
 #include "formats/source/source_readers.h"
 #include "tests/formats/rig_samples.h"
 #include "tests/formats/stage_samples.h"

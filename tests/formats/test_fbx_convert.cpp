@@ -9,7 +9,7 @@
 #include <optional>
 
 #include "formats/common/errors.h"
-#include "formats/rig/fbx_convert.h"
+#include "formats/rig/fbx/fbx_convert.h"
 #include "formats/rig/rig_import.h"
 #include "tests/formats/fbx_samples.h"
 #include "tests/formats/rig_samples.h"

@@ -6,8 +6,8 @@
 #include <random>
 
 #include "formats/common/errors.h"
-#include "formats/rig/fbx_faults.h"
-#include "formats/rig/fbx_takes.h"
+#include "formats/rig/fbx/fbx_faults.h"
+#include "formats/rig/fbx/fbx_takes.h"
 #include "formats/rig/rig_build.h"
 #include "tests/formats/fbx_samples.h"
 

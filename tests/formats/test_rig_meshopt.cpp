@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "formats/common/errors.h"
-#include "formats/rig/rig_meshopt.h"
+#include "formats/rig/gltf/rig_meshopt.h"
 #include "formats/source/source_readers.h"
 #include "tests/formats/rig_samples.h"
 

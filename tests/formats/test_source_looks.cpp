@@ -6,8 +6,8 @@
 
 #include "formats/common/errors.h"
 #include "formats/common/write_file.h"
+#include "formats/rig/gltf/rig_gltf_look.h"
 #include "formats/rig/rig_bytes.h"
-#include "formats/rig/rig_gltf_look.h"
 #include "formats/source/source_looks.h"
 #include "tests/bake/shapes.h"
 #include "tests/formats/glb_writer.h"

@@ -3,7 +3,7 @@
 #include <cstdint>
 
 #include "formats/common/errors.h"
-#include "formats/rig/collada_text.h"
+#include "formats/rig/assimp/collada_text.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace penumbra;

@@ -3,8 +3,8 @@
 #include <cstdint>
 
 #include "formats/common/errors.h"
-#include "formats/rig/fbx_faults.h"
-#include "formats/rig/fbx_takes.h"
+#include "formats/rig/fbx/fbx_faults.h"
+#include "formats/rig/fbx/fbx_takes.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace penumbra;

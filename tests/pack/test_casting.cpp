@@ -3,7 +3,7 @@
 
 #include <numeric>
 
-#include "pack/asset_writer.h"
+#include "pack/sections/asset_writer.h"
 
 namespace penumbra {
 namespace {

@@ -2,9 +2,9 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include "pack/check_asset.h"
-#include "pack/compress_model.h"
-#include "pack/error_budget.h"
+#include "pack/check/check_asset.h"
+#include "pack/check/error_budget.h"
+#include "pack/compress/compress_model.h"
 #include "pack/pack_asset.h"
 #include "runtime/evaluate/evaluator.h"
 #include "runtime/shade/shading.h"

@@ -3,7 +3,7 @@
 #include <unistd.h>
 
 #include "formats/common/errors.h"
-#include "pack/check_asset.h"
+#include "pack/check/check_asset.h"
 #include "pack/pack_asset.h"
 #include "pack/pack_truth.h"
 #include "runtime/evaluate/evaluator.h"

@@ -3,8 +3,8 @@
 
 #include "asset_generated.h"
 #include "formats/common/errors.h"
+#include "pack/compress/packing_error.h"
 #include "pack/pack_asset.h"
-#include "pack/packing_error.h"
 #include "tests/pack/changed_asset.h"
 #include "tests/synthetic_composition.h"
 #include "tests/use_asset.h"

@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "formats/common/errors.h"
-#include "pack/compress_model.h"
-#include "pack/dense_solvers.h"
+#include "pack/compress/compress_model.h"
+#include "pack/compress/dense_solvers.h"
 #include "pack/pack_asset.h"
 #include "runtime/evaluate/evaluator.h"
 #include "tests/synthetic_model.h"

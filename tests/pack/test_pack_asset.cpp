@@ -6,8 +6,8 @@
 
 #include "asset_generated.h"
 #include "formats/common/errors.h"
+#include "pack/compress/quantize.h"
 #include "pack/pack_asset.h"
-#include "pack/quantize.h"
 #include "runtime/evaluate/evaluator.h"
 #include "sh/brdf/slice_form.h"
 #include "tests/synthetic_model.h"

@@ -4,8 +4,8 @@
 
 #include "formats/brdf/fit_slices.h"
 #include "formats/common/errors.h"
-#include "pack/look_section.h"
-#include "pack/source_materials.h"
+#include "pack/sections/look_section.h"
+#include "pack/sections/source_materials.h"
 #include "sh/brdf/brdf_sum.h"
 #include "tests/difference.h"
 

@@ -6,8 +6,8 @@
 
 #include "asset_generated.h"
 #include "formats/common/errors.h"
-#include "pack/asset_writer.h"
 #include "pack/pack_asset.h"
+#include "pack/sections/asset_writer.h"
 #include "sh/reflectance.h"
 #include "tests/pack/changed_asset.h"
 #include "tests/synthetic_model.h"

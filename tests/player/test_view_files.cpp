@@ -7,8 +7,8 @@
 
 #include "formats/common/errors.h"
 #include "formats/common/write_file.h"
-#include "pack/material_section.h"
 #include "pack/pack_asset.h"
+#include "pack/sections/material_section.h"
 #include "player/view/view_scene.h"
 #include "tests/difference.h"
 #include "tests/synthetic_model.h"

@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
 #include "formats/common/parallel_for.h"
+#include "pack/compress/quantize.h"
 #include "pack/pack_asset.h"
-#include "pack/quantize.h"
 #include "runtime/evaluate/evaluator.h"
 #include "runtime/shade/shading.h"
 #include "tests/difference.h"
