@@ -99,7 +99,11 @@ std::unique_ptr<OpenSource> openSource(const ExportCommand& command, const Rig* 
         out->bake = std::make_unique<VisibilityReader>(command.input);
         out->source = naming(command.input, [&] { return bakedOcclusion(*out->bake, options.clips); });
     }
-    if (options.rate > 0) out->source = resampledOcclusion(std::move(out->source), options.rate);
+    const FrameList& frames = out->source->frames();
+    double rate = options.rate;
+    // The rows of a table are equally far apart.
+    if (rate == 0 && options.kind == ExportKind::kTable && !hasSteadyRate(frames)) rate = meanRate(frames);
+    if (rate > 0) out->source = resampledOcclusion(std::move(out->source), rate);
     return out;
 }
 
@@ -127,35 +131,88 @@ ExportRows rowsOf(const ExportCommand& command, const OcclusionSource& source, c
     return rows;
 }
 
-void writeGlbOf(const ExportCommand& command, const ExportedGlb& out, std::size_t input_bytes,
-                const CommonOptions& common, Report& report) {
+// Writes the .glb and tells what became larger.
+void writeGlbOf(const fs::path& path, const ExportedGlb& out, const CommonOptions& common, Report& report) {
     const std::vector<std::byte> bytes = bytesOf(out.glb);
-    writeWholeFile(command.output, bytes);
+    const auto before = double(fs::file_size(out.glb.path));
+    writeWholeFile(path, bytes);
     std::size_t vertices = 0;
     for (const GlbTarget& target : out.targets) vertices += out.rig.part_colors[target.parts[0]].vertices;
     report.figures["primitives"] = out.targets.size();
     report.figures["vertices"] = vertices;
     report.figures["bytes"] = bytes.size();
-    report.figures["added_bytes"] = std::ptrdiff_t(bytes.size()) - std::ptrdiff_t(input_bytes);
+    report.figures["added_bytes"] = double(bytes.size()) - before;
     if (!common.quiet)
-        std::printf("%s: %zu vertices in %zu primitives, %.1f kB, of which %.1f kB are added\n", command.output.c_str(),
-                    vertices, out.targets.size(), double(bytes.size()) * 1e-3,
-                    (double(bytes.size()) - double(input_bytes)) * 1e-3);
+        std::printf("%s: %zu vertices in %zu primitives, %.1f kB, of which %.1f kB are added\n", path.c_str(), vertices,
+                    out.targets.size(), double(bytes.size()) * 1e-3, (double(bytes.size()) - before) * 1e-3);
 }
 
-void exportIntoGlb(const ExportCommand& command, const FrameReader& frames, const Rig& rig, const ExportRows& rows,
-                   const CommonOptions& common, Report& report) {
-    const GltfNumbers numbers(command.rig);
-    ExportedGlb out{rig, rows, numbers, openGrowingGlb(command.rig), {}};
-    report.willRead(out.glb.files_read);
+void reportPatterns(const PrincipalWeights& patterns, const CommonOptions& common, Report& report) {
+    const std::size_t all = patterns.rms_of_count.size() - 1;
+    report.figures["components"] = patterns.count;
+    report.figures["all_components"] = all;
+    report.figures["rms_error"] = patterns.rms;
+    report.figures["max_error"] = patterns.max;
+    report.figures["rms_of_mean"] = patterns.rms_of_count[0];
+    if (!common.quiet)
+        std::printf("%zu of %zu components: rms error of occlusion %.4f, max %.3f (the mean alone: rms %.4f)\n",
+                    patterns.count, all, patterns.rms, patterns.max, patterns.rms_of_count[0]);
+}
+
+// What all kinds have in common.
+struct ExportJob {
+    const ExportCommand& command;
+    const FrameReader& frames;
+    const ExportRows& rows;
+    const CommonOptions& common;
+    Report& report;
+};
+
+void writeTable(const ExportJob& job, ExportedGlb* glb) {
+    const TableFiles files = tableFiles(job.command.output, glb ? TableGlb::kWritten : TableGlb::kNone);
+    std::vector<fs::path> others;
+    for (const fs::path& file : {files.picture, files.description, files.glb})
+        if (!file.empty() && file != job.command.output) others.push_back(file);
+    job.report.willWrite(others);
+    const TableLayout layout = exportTable(job.frames, job.rows, job.command.options.value, files, glb);
+    job.report.figures["picture"] = {{"width", layout.width}, {"height", layout.height()}};
+    if (!job.common.quiet)
+        std::printf("%s: %zu x %zu texels, %.1f kB: %zu frames of %zu vertices, %zu rows a frame\n",
+                    files.picture.c_str(), layout.width, layout.height(), double(fs::file_size(files.picture)) * 1e-3,
+                    layout.frames, layout.vertices, layout.rows_a_frame);
+    if (glb) writeGlbOf(files.glb, *glb, job.common, job.report);
+}
+
+void exportIntoGlb(const ExportJob& job, const Rig& rig) {
+    const fs::path& path = job.command.rig;
+    const GltfNumbers numbers(path);
+    ExportedGlb out{rig, job.rows, numbers, openGrowingGlb(path), {}};
+    job.report.willRead(out.glb.files_read);
+    const ExportOptions& options = job.command.options;
     try {
-        out.targets = findTargets(rig, rows, out.glb);
-        exportStatic(frames, command.options, out);
+        out.targets = findTargets(rig, job.rows, out.glb);
+        if (options.kind == ExportKind::kStatic) exportStatic(job.frames, options, out);
+        if (options.kind == ExportKind::kPlay)
+            reportPatterns(exportPlay(job.frames, options, out), job.common, job.report);
+        if (options.kind == ExportKind::kTable) writeTable(job, &out);
     } catch (const nlohmann::json::exception& error) {
-        throw InvalidInput(command.rig.string() + ": is not valid glTF: " + error.what());
+        throw InvalidInput(path.string() + ": is not valid glTF: " + error.what());
     }
-    sayNotes(out.glb.notes, report);
-    writeGlbOf(command, out, fs::file_size(command.rig), common, report);
+    sayNotes(out.glb.notes, job.report);
+    if (options.kind != ExportKind::kTable) writeGlbOf(job.command.output, out, job.common, job.report);
+}
+
+void runJob(const ExportJob& job, const Rig* rig) {
+    if (job.command.options.kind == ExportKind::kNumpy) {
+        exportNumpy(job.frames, job.rows, job.command.output);
+        if (!job.common.quiet)
+            std::printf("%s: %zu frames of %zu vertices\n", job.command.output.c_str(),
+                        job.frames.source.frames().frameCount(), job.rows.count());
+    } else if (rig) {
+        exportIntoGlb(job, *rig);
+    } else {
+        writeTable(job, nullptr);
+    }
 }
 
 void runExport(ExportCommand& command, const CommonOptions& common, Report& report) {
@@ -166,11 +223,11 @@ void runExport(ExportCommand& command, const CommonOptions& common, Report& repo
         rig = readRig({command.rig});
         report.willRead(rig->files_read);
     }
-    const std::unique_ptr<OpenSource> open = openSource(command, rig ? &*rig : nullptr);
-    const OcclusionSource& source = *open->source;
+    const Rig* given = rig ? &*rig : nullptr;
+    const std::unique_ptr<OpenSource> open = openSource(command, given);
     report.phase("match");
-    const ExportRows rows = rowsOf(command, source, rig ? &*rig : nullptr, common.threads, report);
-    const std::size_t count = source.frames().frameCount();
+    const ExportRows rows = rowsOf(command, *open->source, given, common.threads, report);
+    const std::size_t count = open->source->frames().frameCount();
     report.figures["frames"] = count;
     report.figures["rows"] = rows.count();
     if (common.dry_run) {
@@ -179,13 +236,8 @@ void runExport(ExportCommand& command, const CommonOptions& common, Report& repo
     }
     report.phase("export");
     Progress progress(common.progress, "exporting", "frames", double(std::max<std::size_t>(1, count)));
-    const FrameReader frames{source, common.threads, [&](std::size_t done) { progress.update(double(done)); }};
-    if (command.options.kind == ExportKind::kNumpy) {
-        exportNumpy(frames, rows, command.output);
-        if (!common.quiet) std::printf("%s: %zu frames of %zu vertices\n", command.output.c_str(), count, rows.count());
-        return;
-    }
-    exportIntoGlb(command, frames, *rig, rows, common, report);
+    const FrameReader frames{*open->source, common.threads, [&](std::size_t done) { progress.update(double(done)); }};
+    runJob({command, frames, rows, common, report}, given);
 }
 
 void defineExport(CLI::App& app, ExportCommand& command) {

@@ -14,6 +14,7 @@
 #include "pack/export/export_rows.h"
 #include "pack/export/glb_targets.h"
 #include "pack/export/occlusion_source.h"
+#include "pack/export/principal_weights.h"
 
 namespace penumbra {
 
@@ -40,6 +41,31 @@ struct ExportedGlb {
 
 // Writes the mean over all frames into vertex attributes.
 void exportStatic(const FrameReader& frames, const ExportOptions& options, ExportedGlb& out);
+
+// Writes vertex colours that follow the clips. Returns what is played, with its error. Throws InvalidInput where the
+// .glb does not have the clips.
+PrincipalWeights exportPlay(const FrameReader& frames, const ExportOptions& options, ExportedGlb& out);
+
+// Where a vertex is in the picture of a table: texel (v mod width, frame * rows_a_frame + v div width), row 0 on top.
+struct TableLayout {
+    std::size_t width = 0, rows_a_frame = 0, vertices = 0, frames = 0;
+    std::optional<std::size_t> texcoord;  // the set of a .glb that finds a vertex in frame 0
+    std::size_t height() const { return rows_a_frame * frames; }
+};
+struct TableFiles {
+    std::filesystem::path picture, description, glb;  // glb: "" without one
+};
+enum class TableGlb : std::uint8_t { kNone, kWritten };
+// Returns the names of the files of a table, which differ only in their extensions.
+TableFiles tableFiles(const std::filesystem::path& output, TableGlb glb);
+// Writes picture and description, and adds the texture coordinates to `glb`, if there is one. All frames of a clip must
+// be equally far apart.
+TableLayout exportTable(const FrameReader& frames, const ExportRows& rows, TableValue value, const TableFiles& files,
+                        ExportedGlb* glb);
+
+// Brings directions from the space of rest positions to that of the primitive of a part, as the transpose does for what
+// turns and scales alike in all directions. The results are unit.
+void bringToPrimitive(const ColoredPart& part, std::span<Vec3> directions);
 
 // Ambient visibility of all frames, [F, R] float32, as NumPy's save() writes it.
 void exportNumpy(const FrameReader& frames, const ExportRows& rows, const std::filesystem::path& output);

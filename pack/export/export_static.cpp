@@ -47,15 +47,6 @@ std::span<const float> flat(const std::vector<Number>& values) {
     return {reinterpret_cast<const float*>(values.data()), values.size() * sizeof(Number) / sizeof(float)};
 }
 
-// Brings bent normals from the space of rest positions to that of the primitive, as the transpose does for what turns
-// and scales alike in all directions.
-void bringToPrimitive(const ColoredPart& part, std::span<Vec3> bent) {
-    Mat3d linear;
-    for (int row = 0; row < 3; ++row)
-        for (int column = 0; column < 3; ++column) linear(row, column) = part.to_rest[std::size_t(4 * row + column)];
-    for (Vec3& b : bent) b = toFloat(normalized(transposed(linear) * toDouble(b)));
-}
-
 struct RowValues {
     std::vector<float> ambient;
     std::vector<Vec3> bent, bounced;
@@ -122,6 +113,13 @@ void StaticWriter::write(const GlbTarget& target) {
 }
 
 }  // namespace
+
+void bringToPrimitive(const ColoredPart& part, std::span<Vec3> directions) {
+    Mat3d linear;
+    for (int row = 0; row < 3; ++row)
+        for (int column = 0; column < 3; ++column) linear(row, column) = part.to_rest[std::size_t(4 * row + column)];
+    for (Vec3& b : directions) b = toFloat(normalized(transposed(linear) * toDouble(b)));
+}
 
 VertexColors ownColors(ExportedGlb& out, const GlbTarget& target, int components) {
     const nlohmann::ordered_json& attributes = primitiveOf(out.glb, target).at("attributes");

@@ -53,5 +53,7 @@ std::unique_ptr<OcclusionSource> resampledOcclusion(std::unique_ptr<OcclusionSou
 
 // Tells whether the frames of each clip are equally far apart, to a thousandth of their distance.
 bool hasSteadyRate(const FrameList& frames);
+// Returns how many frames a second there are in all clips together; 0 where they take no time.
+double meanRate(const FrameList& frames);
 
 }  // namespace penumbra

@@ -22,7 +22,7 @@ namespace {
 
 using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-std::size_t chooseCount(const PrincipalWeights& found, const ComponentChoice& choice) {
+std::size_t chooseCount(const PrincipalWeights& found, const PatternChoice& choice) {
     const std::size_t all = found.rms_of_count.size() - 1;
     if (choice.count > 0) return std::min(choice.count, all);
     if (choice.max_rms <= 0) return all;
@@ -83,7 +83,7 @@ void measureErrors(std::span<const float> values, std::size_t frames, PrincipalW
 
 }  // namespace
 
-PrincipalWeights principalWeights(std::span<const float> values, std::size_t frames, const ComponentChoice& choice) {
+PrincipalWeights principalWeights(std::span<const float> values, std::size_t frames, const PatternChoice& choice) {
     const std::size_t vertices = values.size() / frames;
     if (frames > kMostFrames && vertices > kMostFrames)
         throw Unsupported(std::to_string(frames) + " frames are too many for morph targets; at most " +

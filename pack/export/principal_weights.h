@@ -18,13 +18,13 @@ struct PrincipalWeights {
 
 // How many components are wanted: `count`, or where that is 0 as few as have an rms of at most `max_rms`, or all of
 // them where that is 0, too.
-struct ComponentChoice {
+struct PatternChoice {
     std::size_t count = 0;
     double max_rms = 0;
 };
 
 // `values` is [F, V], F and V at least 1. Throws Unsupported where F and V are both above kMostFrames.
-PrincipalWeights principalWeights(std::span<const float> values, std::size_t frames, const ComponentChoice& choice);
+PrincipalWeights principalWeights(std::span<const float> values, std::size_t frames, const PatternChoice& choice);
 constexpr std::size_t kMostFrames = 6000;
 
 }  // namespace penumbra

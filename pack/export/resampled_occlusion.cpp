@@ -79,4 +79,14 @@ bool hasSteadyRate(const FrameList& frames) {
     return true;
 }
 
+double meanRate(const FrameList& frames) {
+    double seconds = 0, steps = 0;
+    for (std::size_t f = 1; f < frames.frameCount(); ++f) {
+        if (frames.clip[f] != frames.clip[f - 1]) continue;
+        seconds += frames.time[f] - frames.time[f - 1];
+        steps += 1;
+    }
+    return seconds > 0 ? steps / seconds : 0;
+}
+
 }  // namespace penumbra

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace penumbra {
 
@@ -28,6 +29,7 @@ constexpr std::size_t kIn = 0, kValue = 1, kOut = 2;  // parts of a key of a cub
 // The value and slope between key and key + 1, `s` of the way (0 to 1), of weight m.
 std::array<double, 2> between(const WeightTrack& track, std::size_t key, double s, std::size_t m) {
     const double step = double(track.times[key + 1]) - double(track.times[key]);
+    if (!(step > 0)) return {numberOf(track, key + 1, kValue, m), 0};
     const double a = numberOf(track, key, kValue, m), b = numberOf(track, key + 1, kValue, m);
     if (track.form == TrackForm::kStep) return {s < 1 ? a : b, 0};
     if (track.form == TrackForm::kLinear) return {a + (b - a) * s, (b - a) / step};
@@ -38,7 +40,8 @@ std::array<double, 2> between(const WeightTrack& track, std::size_t key, double 
 }
 
 TrackPoint pointOf(const WeightTrack& track, float time) {
-    TrackPoint out{std::vector<double>(track.count), std::vector<double>(track.count), std::vector<double>(track.count)};
+    TrackPoint out{std::vector<double>(track.count), std::vector<double>(track.count),
+                   std::vector<double>(track.count)};
     if (track.times.empty()) return out;
     const std::ptrdiff_t key = keyBefore(track, time);
     const auto last = std::ptrdiff_t(track.times.size()) - 1;
@@ -47,13 +50,15 @@ TrackPoint pointOf(const WeightTrack& track, float time) {
             out.value[m] = numberOf(track, std::size_t(std::clamp(key, std::ptrdiff_t(0), last)), kValue, m);
         } else {
             const auto k = std::size_t(key);
-            const double s = (double(time) - double(track.times[k])) / (double(track.times[k + 1]) - double(track.times[k]));
+            const double s =
+                (double(time) - double(track.times[k])) / (double(track.times[k + 1]) - double(track.times[k]));
             const auto [value, slope] = between(track, k, s, m);
             out.value[m] = value;
             out.before[m] = out.after[m] = slope;
         }
         // At a key the slope before it is that of the span that ends there.
-        if (key > 0 && track.times[std::size_t(key)] == time) out.before[m] = between(track, std::size_t(key - 1), 1, m)[1];
+        if (key > 0 && track.times[std::size_t(key)] == time)
+            out.before[m] = between(track, std::size_t(key - 1), 1, m)[1];
         if (key == 0 && track.times[0] == time) out.before[m] = 0;
     }
     return out;
@@ -62,9 +67,10 @@ TrackPoint pointOf(const WeightTrack& track, float time) {
 std::vector<float> joinedTimes(const WeightTrack& own, const WeightTrack& linear) {
     std::vector<float> times = linear.times;
     times.insert(times.end(), own.times.begin(), own.times.end());
-    if (own.form == TrackForm::kStep)
-        for (std::size_t k = 1; k < own.times.size(); ++k)
-            times.push_back(std::nextafter(own.times[k], own.times[k - 1]));
+    // A value jumps at a step, and where a file has two keys at one time.
+    for (std::size_t k = 1; k < own.times.size(); ++k)
+        if (own.form == TrackForm::kStep || own.times[k] == own.times[k - 1])
+            times.push_back(std::nextafter(own.times[k], -std::numeric_limits<float>::infinity()));
     std::sort(times.begin(), times.end());
     times.erase(std::unique(times.begin(), times.end()), times.end());
     return times;
@@ -86,6 +92,16 @@ WeightTrack joinTracks(const WeightTrack& own, const WeightTrack& linear) {
         if (out.form == TrackForm::kCubic) put(a.before, b.before);
         put(a.value, b.value);
         if (out.form == TrackForm::kCubic) put(a.after, b.after);
+    }
+    return out;
+}
+
+WeightTrack widened(const WeightTrack& own, std::size_t more) {
+    WeightTrack out{own.form, own.count + more, own.times, {}};
+    for (std::size_t row = 0; row < own.values.size() / std::max<std::size_t>(1, own.count); ++row) {
+        const auto first = own.values.begin() + std::ptrdiff_t(row * own.count);
+        out.values.insert(out.values.end(), first, first + std::ptrdiff_t(own.count));
+        out.values.resize(out.values.size() + more);
     }
     return out;
 }
