@@ -105,10 +105,9 @@ inline SurfaceLook texturedLook(const Model& model, TexturedSlots slots) {
     return look;
 }
 
-// The second slot has the upper triangles. The only materials are those of the surface.
-inline std::vector<std::byte> texturedTube(TexturedSlots slots, const LightFile& light, const TubeOptions& options = {},
-                                           AssetPrecision precision = AssetPrecision::kF32) {
-    Model model = tubeModel(options);
+// Puts pictures on a tube. The second slot has the upper triangles. The only materials are those of the surface.
+inline std::vector<std::byte> textured(Model model, TexturedSlots slots, const LightFile& light,
+                                       AssetPrecision precision = AssetPrecision::kF32) {
     if (slots == TexturedSlots::kClothAndCard) {
         model.mesh.slots = {"cloth", "card"};
         const std::size_t vertices = model.mesh.vertexCount();
@@ -121,6 +120,11 @@ inline std::vector<std::byte> texturedTube(TexturedSlots slots, const LightFile&
     return packAsset(model, std::vector<BrdfFile>{}, std::vector<LightFile>{light},
                      {.precision = precision, .surface = texturedLook(model, slots)}, "{}", 1)
         .bytes;
+}
+
+inline std::vector<std::byte> texturedTube(TexturedSlots slots, const LightFile& light, const TubeOptions& options = {},
+                                           AssetPrecision precision = AssetPrecision::kF32) {
+    return textured(tubeModel(options), slots, light, precision);
 }
 
 }  // namespace penumbra::synthetic

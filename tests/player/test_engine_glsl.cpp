@@ -319,41 +319,9 @@ struct EnginePictures {
     }
 };
 
-// An engine draws a textured character with the published include and the numbers of penumbra_asset_slot_surface(), and
-// its picture is that of `render`, of the CPU path. Measured: 0.014 of a step of 255 of the brightest.
-TEST(EngineGlsl, DrawsTexturesAsRenderDoes) {
-    const std::vector<std::byte> bytes = synthetic::texturedTube(
-        synthetic::TexturedSlots::kLevel, synthetic::light(4, 0.3), {.rings = 16, .segments = 12}, AssetPrecision::kI8);
-    const AssetView view = openAsset(bytes);
-    RenderOptions options;
-    options.width = options.height = 96;
-    options.samples = 1;
-    options.frame = 1;
-    options.camera = "pitch=10,yaw=30";
-    options.textures = true;
-    options.path = EvaluationPath::kCpu;
-    const Image expected = renderOffscreen(options, view, nullptr, 1).image;
-
-    const Asset asset = open(bytes);
-    const Character character = capi_test::character(asset);
-    ASSERT_EQ(penumbra_character_set_frame(character.get(), 1, nullptr), PENUMBRA_OK);
-    const Shading shading = capi_test::shading(asset);
-    penumbra_slot_surface slot;
-    ASSERT_EQ(penumbra_asset_slot_surface(asset.get(), 0, &slot), 1);
-    const auto context = createGlContext(GlBackend::kOsMesa);
-    const GlObject program = makeProgram(kBuffers + shadingText(shading) + includeFile() + kVertex + kTexturedVertex,
-                                         "#version 430 core\n" + includeFile() + kTexturedFragment);
-    gl::UseProgram(program.id());
-    const EngineArrays arrays(program, asset, character, shading, 1);
+// What fragments join: the slot's factors and its textures.
+EnginePictures setLook(const GlObject& program, const AssetView& view, const penumbra_slot_surface& slot) {
     const auto uniform = [&](const char* name) { return gl::GetUniformLocation(program.id(), name); };
-    Frame frame(infoOf(asset));
-    frame.evaluate(character.get(), infoOf(asset));
-    std::vector<Vec3> positions;
-    for (std::size_t at = 0; at < frame.positions.size(); at += 3)
-        positions.push_back({frame.positions[at], frame.positions[at + 1], frame.positions[at + 2]});
-    const FrameView camera = makePictureView(options, view, positions);
-    gl::UniformMatrix4fv(uniform("clip_from_model"), 1, GL_FALSE, camera.clip_from_model.data());
-    gl::Uniform3fv(uniform("eye"), 1, &camera.eye.x);
     gl::Uniform1i(uniform("parts[0]"), GLint(slot.diffuse));
     gl::Uniform1i(uniform("parts[1]"), GLint(slot.step_f0[0]));
     gl::Uniform1i(uniform("parts[2]"), GLint(slot.step_f90[0]));
@@ -369,12 +337,54 @@ TEST(EngineGlsl, DrawsTexturesAsRenderDoes) {
     pictures.add(program, view, "metallic_roughness", look.use(TextureRole::kMetallicRoughness));
     pictures.add(program, view, "emissive", look.use(TextureRole::kEmissive));
     pictures.add(program, view, "occlusion", look.use(TextureRole::kOcclusion));
+    return pictures;
+}
+
+Image drawnWithTextures(const std::vector<std::byte>& bytes, const AssetView& view, const RenderOptions& options) {
+    const Asset asset = open(bytes);
+    const Character character = capi_test::character(asset);
+    EXPECT_EQ(penumbra_character_set_frame(character.get(), std::size_t(options.frame), nullptr), PENUMBRA_OK);
+    const Shading shading = capi_test::shading(asset);
+    penumbra_slot_surface slot{};
+    EXPECT_EQ(penumbra_asset_slot_surface(asset.get(), 0, &slot), 1);
+    const auto context = createGlContext(GlBackend::kOsMesa);
+    const GlObject program = makeProgram(kBuffers + shadingText(shading) + includeFile() + kVertex + kTexturedVertex,
+                                         "#version 430 core\n" + includeFile() + kTexturedFragment);
+    gl::UseProgram(program.id());
+    const EngineArrays arrays(program, asset, character, shading, std::size_t(options.frame));
+    Frame frame(infoOf(asset));
+    frame.evaluate(character.get(), infoOf(asset));
+    std::vector<Vec3> positions;
+    for (std::size_t at = 0; at < frame.positions.size(); at += 3)
+        positions.push_back({frame.positions[at], frame.positions[at + 1], frame.positions[at + 2]});
+    const FrameView camera = makePictureView(options, view, positions);
+    gl::UniformMatrix4fv(gl::GetUniformLocation(program.id(), "clip_from_model"), 1, GL_FALSE,
+                         camera.clip_from_model.data());
+    gl::Uniform3fv(gl::GetUniformLocation(program.id(), "eye"), 1, &camera.eye.x);
+    const EnginePictures pictures = setLook(program, view, slot);
     const OffscreenTarget target(options.width, options.height, 1);
     target.begin();
     const EngineMesh mesh(view);
     gl::DrawElements(GL_TRIANGLES, GLsizei(mesh.count), GL_UNSIGNED_INT, nullptr);
     checkGl("drawing");
-    const Image image = target.read();
+    return target.read();
+}
+
+// An engine draws a textured character with the published include and the numbers of penumbra_asset_slot_surface(), and
+// its picture is that of `render`, of the CPU path. Measured: 0.014 of a step of 255 of the brightest.
+TEST(EngineGlsl, DrawsTexturesAsRenderDoes) {
+    const std::vector<std::byte> bytes = synthetic::texturedTube(
+        synthetic::TexturedSlots::kLevel, synthetic::light(4, 0.3), {.rings = 16, .segments = 12}, AssetPrecision::kI8);
+    const AssetView view = openAsset(bytes);
+    RenderOptions options;
+    options.width = options.height = 96;
+    options.samples = 1;
+    options.frame = 1;
+    options.camera = "pitch=10,yaw=30";
+    options.textures = true;
+    options.path = EvaluationPath::kCpu;
+    const Image expected = renderOffscreen(options, view, nullptr, 1).image,
+                image = drawnWithTextures(bytes, view, options);
     Largest brightest, worst;
     std::size_t covered = 0;
     for (std::size_t p = 0; p < image.pixels.size(); ++p) {
