@@ -143,8 +143,10 @@ PENUMBRA_API size_t penumbra_asset_find_joint(const penumbra_asset* asset, const
 typedef struct penumbra_slot_surface {
     float base[3], emissive[3], f0[3];
     float f90, metallic, roughness;
-    size_t diffuse; /* material of D */
-    size_t steps;   /* 1..PENUMBRA_MAX_ROUGHNESS_STEPS of the next three */
+    float normal_scale, occlusion_strength; /* of its textures; occlusion does not take from suns or emission */
+    float alpha, alpha_cutoff;              /* a pixel with less alpha than the cut-off is not there; 0: all are */
+    size_t diffuse;                         /* material of D */
+    size_t steps;                           /* 0..PENUMBRA_MAX_ROUGHNESS_STEPS of the next three; 0: A and B are 0 */
     float step_roughness[PENUMBRA_MAX_ROUGHNESS_STEPS];
     size_t step_f0[PENUMBRA_MAX_ROUGHNESS_STEPS], step_f90[PENUMBRA_MAX_ROUGHNESS_STEPS]; /* materials of A and B */
 } penumbra_slot_surface;

@@ -154,6 +154,7 @@ BenchResult benchAsset(const RenderOptions& asked, const AssetView& asset, int r
     result.vertices = asset.mesh.positions.size();
     result.triangles = asset.mesh.triangles.size() / 3;
     result.threads = subject.threads;
+    if (shading) result.terms = shading->terms();
     if (subject.shot.shaded) result.suns = asset.lights[subject.shot.light].suns.size();
     result.cpu = benchCpu(subject.shot, subject.shading, subject.view.eye, runs, subject.threads);
     result.gl = benchGl(subject, options, runs);

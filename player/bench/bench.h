@@ -48,7 +48,8 @@ struct BenchResult {
     CpuBench cpu;
     GlBench gl;
     std::vector<CharactersCost> characters;
-    std::size_t suns = 0;  // of the light, which is shaded as SH with them
+    std::size_t suns = 0;   // of the light, which is shaded as SH with them
+    std::size_t terms = 1;  // of a vertex; more than 1: pictures on the mesh are drawn
 };
 
 // Shades with options.brdf and options.light, or draws E when the asset has none. All light is SH, since shadow maps

@@ -113,6 +113,9 @@ void printBench(const BenchResult& r) {
     if (r.cpu.shade.median == 0) std::printf("CPU shade                               - (no material or no light)\n");
     printRate("CPU all of a frame", r.cpu.frame);
     printSwitching("CPU shade, switched", r.cpu.switching);
+    if (r.terms > 1)
+        std::printf("%-32s %8zu, which fragments join with the pictures; --textures off: without them\n",
+                    "terms of a vertex", r.terms);
     if (r.suns > 0)
         std::printf("%-32s %8zu, timed as SH like all of the light; bench --scene times suns\n", "suns of the light",
                     r.suns);
@@ -225,6 +228,7 @@ Json figuresOf(const BenchResult& r) {
             {"out_of_range_mean", r.cpu.out_of_range_mean},
             {"out_of_range_max", r.cpu.out_of_range_max},
             {"suns_as_sh", r.suns},
+            {"terms", r.terms},
             {"gl", figuresOf(r.gl)},
             {"characters", figuresOf(r.characters)}};
 }

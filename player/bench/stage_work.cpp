@@ -211,16 +211,19 @@ StageWork shadeWork(const ShadingSet& shading) {
         work.flop = double(vertices) * (6 * double(terms) + 6);
         return work;
     }
-    work.read = vertices * (3 * sizeof(Vec3) + std::size_t(model.convention.size()) * kFloat);
-    work.written = vertices * sizeof(Vec3);
-    for (std::size_t slot = 0; slot < shading.slotCount(); ++slot) {
-        const ShadeMaterial material = shading.materialView(slot);
-        // This counts the bitangent, the unit direction to the eye, its way into the local frame, and the colour's
-        // factors.
-        const double of_vertex = 9 + 3 + 10 + 15 + 3;
-        work.flop += double(shading.vertexCount(slot)) *
-                     (of_vertex + materialFlop(material) + lightFlop(shading.lightTables().view(), material.channels));
-    }
+    work.written = vertices * shading.terms() * sizeof(Vec3);
+    for (std::size_t pass = 0; pass < shading.passes(); ++pass)  // more than one with pictures
+        for (std::size_t slot = 0; slot < shading.slotCount(); ++slot) {
+            const std::optional<ShadeMaterial> material = shading.materialView(slot, pass);
+            if (!material) continue;
+            const std::size_t of_slot = shading.vertexCount(slot);
+            work.read += of_slot * (3 * sizeof(Vec3) + std::size_t(model.convention.size()) * kFloat);
+            // This counts the bitangent, the unit direction to the eye, its way into the local frame, and the colour's
+            // factors.
+            const double of_vertex = 9 + 3 + 10 + 15 + 3;
+            work.flop += double(of_slot) * (of_vertex + materialFlop(*material) +
+                                            lightFlop(shading.lightTables().view(), material->channels));
+        }
     return work;
 }
 

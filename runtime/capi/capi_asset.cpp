@@ -278,6 +278,10 @@ int penumbra_asset_slot_surface(const penumbra_asset* asset, size_t slot, penumb
     surface->f90 = look.f90;
     surface->metallic = look.metallic;
     surface->roughness = look.roughness;
+    surface->normal_scale = look.normal_scale;
+    surface->occlusion_strength = look.occlusion_strength;
+    surface->alpha = look.alpha;
+    surface->alpha_cutoff = look.alpha_cutoff;
     surface->diffuse = look.materials.diffuse;
     surface->steps = look.materials.steps;
     for (std::size_t s = 0; s < look.materials.steps; ++s) {

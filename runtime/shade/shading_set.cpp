@@ -11,8 +11,6 @@
 
 namespace penumbra {
 
-constexpr std::size_t kFirstStepPass = 3;  // of shadePass()
-
 ShadingSet::ShadingSet(const AssetView& asset, const ShadingChoice& choice)
     : asset_(&asset), choice_(choice), path_(shadePaths().back()) {
     assert(asset.hasCharacter() && !asset.materials.empty() && !asset.lights.empty());

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -121,6 +122,12 @@ public:
     ShadeMaterial materialView(std::size_t slot) const {
         return tables_[material_of_slot_[slot]][order_of_light_[light_]].view();
     }
+    // The passes of shadeTerms(), and what the kernel reads for a slot in one of them, if it shows anything then.
+    std::size_t passes() const { return surface_on_ ? kFirstStepPass + 2 * surface_terms_.steps : 1; }
+    std::optional<ShadeMaterial> materialView(std::size_t slot, std::size_t pass) const {
+        const MaterialTables* const tables = tablesOf(slot, pass);
+        return tables ? std::optional(tables->view()) : std::nullopt;
+    }
     // Returns how many vertices a slot has.
     std::size_t vertexCount(std::size_t slot) const { return first_of_slot_[slot + 1] - first_of_slot_[slot]; }
     // [V], with the vertices of one slot together; empty means the mesh's own order.
@@ -162,6 +169,7 @@ private:
     void shadePasses(const VertexFrames& vertices, Vec3 eye, std::span<Vec3> terms) const;
     // Which materials the slots have in a pass: those that are on, a slope along an axis (1, 2), then A and B of each
     // roughness.
+    static constexpr std::size_t kFirstStepPass = 3;
     void shadePass(std::size_t pass, const VertexFrames& vertices, Vec3 eye, std::span<Vec3> radiance) const;
     // Returns the tables of a slot in a pass, or null where it shows nothing.
     const MaterialTables* tablesOf(std::size_t slot, std::size_t pass) const;
