@@ -261,6 +261,22 @@ def check_model(folder):
     refused(3, "no joint", PACK, "export", asset, sample("bend"), "-o", os.path.join(folder, "n.npy"))
 
 
+def check_bounces(folder):
+    """Light that bounces makes the ambient light brighter and coloured, and colours stay below 1."""
+    rig, vis, out = sample("capsule_man"), os.path.join(folder, "t.vis.h5"), os.path.join(folder, "t.glb")
+    must(BAKE, "visibility", rig, "-o", vis, "--rays", "16", "--fps", "1", "--quantity", "transfer", "--bounces", "1",
+         "--albedo", ".8/.4/.2")  # fmt: skip
+    must(PACK, "export", vis, rig, "-o", out, "--bounced")
+    glb = Glb(out)
+    for _, primitive, _ in primitives(glb):
+        color, bounced = (glb.accessor(primitive["attributes"][name]) for name in ("COLOR_0", "_BOUNCED"))
+        ambient = glb.accessor(primitive["attributes"]["_OCCLUSION"])
+        assert np.abs(color[:, :3] - bounced.clip(0, 1)).max() < 1e-6
+        assert (bounced > ambient - 1e-6).all() and (bounced[:, 0] > bounced[:, 2] - 1e-6).all()
+        assert (bounced[:, 0] - ambient[:, 0]).mean() > 0.05
+    refused(1, "--bounced", PACK, "export", os.path.join(folder, "baked.vis.h5"), "-o", os.path.join(folder, "b.png"), "--bounced")
+
+
 def check_bad_input(folder, rig, vis):
     """Nothing is written where the .glb is not the character."""
     out = os.path.join(folder, "no.glb")
@@ -338,6 +354,7 @@ def main():
         check_other_order(folder, rig, vis, npy)
         check_bad_input(folder, rig, vis)
         check_model(folder)
+        check_bounces(folder)
         check_distance(folder)
         assert not [name for name in os.listdir(folder) if ".part" in name]
     print("exports are what was baked")
