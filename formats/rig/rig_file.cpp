@@ -70,6 +70,13 @@ void turnMirroredNormals(Rig& rig) {
         if (mirrored[morphs.vertices[i]]) morphs.normals[i] = -morphs.normals[i];
 }
 
+// Creases are for meshes without normals: where all vertices have some, asking for them does nothing.
+void noteCreases(const SourceVertices& vertices, const RigOptions& options, RigSource& source) {
+    const auto isSet = [](const Vec3& normal) { return dot(normal, normal) > 0; };
+    if (options.crease && !vertices.normals.empty() && std::ranges::all_of(vertices.normals, isSet))
+        source.notes.push_back({source.file.string(), "", "creases", "the file has normals, which stand as they are"});
+}
+
 Rig buildRig(RigSource& source, const RigOptions& options) {
     std::size_t triangles = 0;
     for (const SourcePart& part : source.parts) triangles += part.triangles.size();
@@ -91,6 +98,7 @@ Rig buildRig(RigSource& source, const RigOptions& options) {
     const double diagonal = characterDiagonal(vertices.triangles, vertices.positions);
     if (!std::isfinite(diagonal) || !(diagonal > 0))
         throw InvalidInput(source.file.string() + ": its vertices are all at one place, or not finite");
+    noteCreases(vertices, options, source);
     WeldedPoints welded = weldVertices(vertices, options, rig.mesh, rig.skin);
     noteAgainstWinding(vertices, welded.against_winding, source);
     rig.part_colors = std::move(vertices.part_colors);

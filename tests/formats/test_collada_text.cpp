@@ -175,5 +175,68 @@ TEST_F(ColladaFile, ASkinOverMorphTargetsIsReadAndSaid) {
     EXPECT_EQ(rig.notes[0].feature, "morph targets under a skin");
 }
 
+// A triangle with a material. `shader` stands in its shader, `beside` in its effect, `mesh` in its mesh and `extra` in
+// its geometry.
+struct ColladaParts {
+    std::string shader = "", beside = "", mesh = "", extra = "";
+};
+
+std::string triangleText(const ColladaParts& parts) {
+    return R"(<?xml version="1.0"?><COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+<library_images><image id="img"><init_from>leaf.png</init_from></image></library_images>
+<library_effects><effect id="fx"><profile_COMMON>
+<newparam sid="s"><surface type="2D"><init_from>img</init_from></surface></newparam>
+<newparam sid="t"><sampler2D><source>s</source></sampler2D></newparam>
+<technique sid="c"><lambert><diffuse><texture texture="t" texcoord="UV"/></diffuse>)" +
+           parts.shader + "</lambert></technique></profile_COMMON>" + parts.beside +
+           R"(</effect></library_effects>
+<library_materials><material id="m" name="leaf"><instance_effect url="#fx"/></material></library_materials>
+<library_geometries><geometry id="g"><mesh><source id="p"><float_array id="pa" count="9">0 0 0 1 0 0 0 1 0</float_array><technique_common>
+<accessor source="#pa" count="3" stride="3"><param name="X" type="float"/><param name="Y" type="float"/>
+<param name="Z" type="float"/></accessor></technique_common></source><vertices id="v"><input semantic="POSITION" source="#p"/>
+</vertices><triangles count="1" material="m"><input semantic="VERTEX" source="#v" offset="0"/><p>0 1 2</p></triangles>)" +
+           parts.mesh + "</mesh>" + parts.extra + R"(</geometry></library_geometries>
+<library_visual_scenes><visual_scene id="sc"><node id="n" name="n"><instance_geometry url="#g"><bind_material>
+<technique_common><instance_material symbol="m" target="#m"/></technique_common></bind_material></instance_geometry>
+</node></visual_scene></library_visual_scenes><scene><instance_visual_scene url="#sc"/></scene></COLLADA>)";
+}
+
+TEST_F(ColladaFile, TransparencyIsRead) {
+    const auto materialOf = [&](const std::string& shader) {
+        return readText(triangleText({.shader = shader})).part_colors.at(0).color.material;
+    };
+    EXPECT_EQ(materialOf("").alpha_mode, AlphaMode::kOpaque);
+    const std::string share = "<transparency><float>0.4</float></transparency>";
+    const MaterialColor one = materialOf("<transparent opaque=\"A_ONE\"><color>1 1 1 1</color></transparent>" + share);
+    EXPECT_EQ(one.alpha_mode, AlphaMode::kBlend);
+    EXPECT_FLOAT_EQ(one.alpha, 0.4f);
+    const MaterialColor zero =
+        materialOf("<transparent opaque=\"RGB_ZERO\"><color>0.25 0.25 0.25 1</color></transparent>");
+    EXPECT_FLOAT_EQ(zero.alpha, 0.75f);
+    const std::string picture = "<texture texture=\"t\" texcoord=\"UV\"/></transparent>";
+    EXPECT_EQ(materialOf("<transparent opaque=\"A_ONE\">" + picture).alpha_mode, AlphaMode::kBlend);
+    const Rig unread = readText(triangleText({.shader = "<transparent opaque=\"RGB_ZERO\">" + picture}));
+    EXPECT_EQ(unread.part_colors.at(0).color.material.alpha_mode, AlphaMode::kOpaque);
+    ASSERT_EQ(unread.notes.size(), 1u);
+    EXPECT_EQ(unread.notes[0].feature, "transparency of effect 'fx'");
+}
+
+TEST_F(ColladaFile, SidesAndLinesAreReadOrSaid) {
+    const std::string extra = "<extra><technique profile=\"MAX3D\"><double_sided>1</double_sided></technique></extra>";
+    const Rig effect = readText(triangleText({.beside = extra}));
+    EXPECT_TRUE(effect.part_colors.at(0).color.material.double_sided);
+    EXPECT_TRUE(effect.notes.empty());
+    const Rig mesh = readText(triangleText({.extra = extra}));
+    EXPECT_FALSE(mesh.part_colors.at(0).color.material.double_sided);
+    ASSERT_EQ(mesh.notes.size(), 1u);
+    EXPECT_EQ(mesh.notes[0].feature, "double_sided of a mesh");
+    const Rig lines = readText(triangleText(
+        {.mesh = "<lines count=\"1\" material=\"m\"><input semantic=\"VERTEX\" source=\"#v\" offset=\"0\"/>"
+                 "<p>0 1</p></lines>"}));
+    EXPECT_EQ(lines.mesh.triangles.size(), 1u);
+    ASSERT_EQ(lines.notes.size(), 1u);
+    EXPECT_EQ(lines.notes[0].feature, "points or lines");
+}
+
 }  // namespace
 }  // namespace penumbra

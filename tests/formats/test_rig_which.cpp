@@ -77,6 +77,27 @@ TEST(RigWhich, WrongInstancesAreRefused) {
     }
 }
 
+TEST(RigWhich, OtherScenesAndIdleCreasesAreSaid) {
+    GlbWriter file;
+    const shapes::Shape shape = ball();
+    const int mesh = file.mesh(shape);
+    auto& attributes = file.glb.json["meshes"][std::size_t(mesh)]["primitives"][0]["attributes"];
+    std::vector<Vec3> outwards;
+    for (const Vec3& p : shape.positions) outwards.push_back(normalized(p));
+    attributes["NORMAL"] = file.vectors(outwards);
+    file.node("hero", mesh);
+    file.node("villain", mesh);
+    auto& scenes = file.glb.json["scenes"];
+    scenes = {{{"nodes", {0}}}, {{"name", "night"}, {"nodes", {1}}}, {{"name", "same"}, {"nodes", {0}}}};
+    RigOptions options;
+    options.crease = 30;
+    const Rig rig = readRig({file.save("scenes")}, options);
+    EXPECT_THAT(rig.mesh.slots, ElementsAre("hero/default"));
+    ASSERT_EQ(rig.notes.size(), 2u);
+    EXPECT_EQ(rig.notes[0].feature, "scene 'night'");
+    EXPECT_EQ(rig.notes[1].feature, "creases");
+}
+
 TEST(RigWhich, WhatTheFileHidesIsLeftOutUnlessNamed) {
     GlbWriter file;
     const int mesh = file.mesh(ball());

@@ -122,8 +122,7 @@ TEST(SourceLooks, OfColladaMapWhatOursHas) {
     EXPECT_EQ(toString(looks.slots[0].look.principled),
               "principled:color=0.8/0.4/0.2,metallic=0,roughness=0.5,ior=1.4,specular=1,emission=0.5/0.25/0")
         << "(2 / (30 + 2))^(1/4) is 0.5";
-    EXPECT_THAT(looks.slots[0].look.notes,
-                ElementsAre(HasSubstr("specular color is not read"), HasSubstr("transparency is not read")));
+    EXPECT_THAT(looks.slots[0].look.notes, ElementsAre(HasSubstr("specular color is not read")));
     EXPECT_EQ(toString(looks.slots[1].look.principled),
               "principled:color=0.1/0.2/0.3,metallic=0,roughness=1,ior=1.5,specular=0");
     EXPECT_THAT(looks.slots[1].look.notes, IsEmpty());

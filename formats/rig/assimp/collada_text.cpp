@@ -46,6 +46,50 @@ void skinBaseMeshes(XmlNode& root, const std::filesystem::path& path, std::vecto
             });
 }
 
+bool saysTwoSides(const XmlNode& element) {
+    bool says = false;
+    for (const XmlNode& child : element.children)
+        if (child.name == "extra")
+            visitElements(child, "double_sided",
+                          [&](const XmlNode& sides) { says |= sides.content() == "1" || sides.content() == "true"; });
+    return says;
+}
+
+// Exporters say in three places that both sides are drawn: in the profile of an effect, which assimp reads, beside it,
+// and at a geometry, whose material may belong to others, too.
+void readSides(XmlNode& root, const std::filesystem::path& path, std::vector<RigNote>& notes) {
+    visitElements(root, "effect", [](XmlNode& effect) {
+        XmlNode* profile = effect.child("profile_COMMON");
+        if (profile == nullptr || !saysTwoSides(effect)) return;
+        for (const XmlNode& child : effect.children)
+            if (child.name == "extra") profile->children.push_back(child);
+    });
+    visitElements(root, "geometry", [&](const XmlNode& geometry) {
+        if (saysTwoSides(geometry))
+            notes.push_back({path.string(), cleanText(std::string(geometry.attribute("id"))), "double_sided of a mesh",
+                             "sides are read from materials alone"});
+    });
+}
+
+// assimp does not tell which way round a picture is transparent.
+void leaveOutZeroPictures(XmlNode& root, const std::filesystem::path& path, std::vector<RigNote>& notes) {
+    visitElements(root, "effect", [&](XmlNode& effect) {
+        for (const char* model : {"constant", "lambert", "phong", "blinn"})
+            visitElements(effect, model, [&](XmlNode& shader) {
+                const XmlNode* transparent = shader.child("transparent");
+                if (transparent == nullptr || transparent->child("texture") == nullptr) return;
+                const std::string_view opaque = transparent->attribute("opaque");
+                if (opaque.empty() || opaque == "A_ONE") return;
+                notes.push_back({path.string(), "",
+                                 "transparency of effect '" + cleanText(std::string(effect.attribute("id"))) + "'",
+                                 std::string(opaque) + " with a picture is not read: the surface is solid"});
+                std::erase_if(shader.children, [](const XmlNode& child) {
+                    return child.name == "transparent" || child.name == "transparency";
+                });
+            });
+    });
+}
+
 double secondsOf(const XmlNode& clip, const char* name, double otherwise, const std::filesystem::path& path) {
     const std::string_view text = clip.attribute(name);
     if (text.empty()) return otherwise;
@@ -129,6 +173,8 @@ ColladaText prepareCollada(std::string_view xml, const std::filesystem::path& pa
     }
     straightenCurves(*root, path);
     skinBaseMeshes(*root, path, out.notes);
+    readSides(*root, path, out.notes);
+    leaveOutZeroPictures(*root, path, out.notes);
     const std::vector<ClipElement> clips = clipElements(*root, path);
     std::erase_if(root->children, [](const XmlNode& child) { return child.name == "library_animation_clips"; });
     constexpr std::size_t kMostClips = 1000;

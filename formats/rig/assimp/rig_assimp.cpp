@@ -170,6 +170,25 @@ void readUv(const AssimpImport& import, const aiMesh& mesh, unsigned uv_set, Par
     }
 }
 
+bool isSolid(const aiMaterial& material) {
+    ai_real opacity = 1;
+    material.Get(AI_MATKEY_OPACITY, opacity);
+    return !(opacity < 1) && material.GetTextureCount(aiTextureType_OPACITY) == 0;
+}
+
+// Reads the opacity of a material, and that of the picture of its colour where the two are one. An opacity of 0 stays
+// unread: some exporters write it for solid surfaces.
+void readOpacity(const aiMaterial& material, MaterialColor& color) {
+    aiString opacity_picture, color_picture;
+    const bool has_picture = material.GetTexture(aiTextureType_OPACITY, 0, &opacity_picture) == AI_SUCCESS;
+    material.GetTexture(aiTextureType_DIFFUSE, 0, &color_picture);
+    ai_real opacity = 1;
+    material.Get(AI_MATKEY_OPACITY, opacity);
+    if (isSolid(material) || !(opacity > 0) || (has_picture && !(opacity_picture == color_picture))) return;
+    color.alpha_mode = AlphaMode::kBlend;
+    color.alpha = std::min(float(opacity), 1.0f);
+}
+
 // Reads the diffuse colour of a material. Assimp's stand-in for a material that is missing has none.
 PartColor colorOf(AssimpImport& import, const aiMaterial& material, const aiMesh& mesh) {
     aiColor3D color;
@@ -181,6 +200,7 @@ PartColor colorOf(AssimpImport& import, const aiMaterial& material, const aiMesh
         if (out.material.texture || material.GetTextureCount(type) == 0) continue;
         readUv(import, mesh, readTexture(import, material, type, out.material), out);
     }
+    if (!isExtension(import.source.file, ".fbx")) readOpacity(material, out.material);
     int two_sided = 0;
     out.material.double_sided = material.Get(AI_MATKEY_TWOSIDED, two_sided) == AI_SUCCESS && two_sided != 0;
     return out;
@@ -201,12 +221,18 @@ void convertMesh(AssimpImport& import, int node, const aiMesh& mesh) {
             if (corner >= mesh.mNumVertices) failAtNode(import.source, node, "names a vertex that does not exist");
         cutPolygon(part.positions, corners, part.triangles);
     }
+    if ((mesh.mPrimitiveTypes & (aiPrimitiveType_POINT | aiPrimitiveType_LINE)) != 0)
+        import.source.notes.push_back({import.source.file.string(), import.source.nodes[std::size_t(node)].name,
+                                       "points or lines", "they are not drawn, and cast no shadow"});
     if (part.triangles.empty()) return;
     if (mesh.mMaterialIndex < import.scene->mNumMaterials) {
         const std::string name = textOf(import.scene->mMaterials[mesh.mMaterialIndex]->GetName());
         if (!name.empty()) part.material = name;
         part.color = colorOf(import, *import.scene->mMaterials[mesh.mMaterialIndex], mesh);
         part.look = readAssimpLook(*import.scene->mMaterials[mesh.mMaterialIndex]);
+        if (part.color.material.alpha_mode == AlphaMode::kOpaque &&
+            !isSolid(*import.scene->mMaterials[mesh.mMaterialIndex]))
+            part.look.notes.push_back("transparency is not read: the surface is solid");
     }
     if (mesh.mNormals != nullptr) {
         std::vector<Vec3> normals;

@@ -86,8 +86,6 @@ SourceLook readAssimpLook(const aiMaterial& material) {
     }
     if (const std::optional<double> ior = numberOf(material, "$mat.refracti"); ior && *ior > 1)
         out.ior = std::min(*ior, 100.0);
-    if (numberOf(material, "$mat.opacity").value_or(1) < 1)
-        look.notes.push_back("transparency is not read: the surface is solid");
     if (numberOf(material, "$mat.reflectivity").value_or(0) > 0) look.notes.push_back("its reflectivity is not read");
     nameTextures(material, look);
     return look;

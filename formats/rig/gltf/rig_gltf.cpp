@@ -212,6 +212,20 @@ void convertMeshes(Importer& importer) {
     }
 }
 
+// Viewers show one scene, and so do we; a character that stands in another one would be missed.
+void noteScenes(Importer& importer) {
+    const tinygltf::Model& model = importer.file.model;
+    const std::vector<Drawn> drawn = drawnNodes(importer.file);
+    for (const tinygltf::Scene& scene : model.scenes) {
+        const auto isLeftOut = [&](int n) {
+            return n >= 0 && std::size_t(n) < drawn.size() && drawn[std::size_t(n)] == Drawn::kNo;
+        };
+        if (std::ranges::any_of(scene.nodes, isLeftOut))
+            importer.source.notes.push_back({importer.file.path.string(), "", "scene '" + cleanText(scene.name) + "'",
+                                             "is not the file's default scene, and left out"});
+    }
+}
+
 Interpolation interpolationOf(const Importer& importer, const std::string& name, const std::string& where) {
     if (name == "LINEAR" || name.empty()) return Interpolation::kLinear;
     if (name == "STEP") return Interpolation::kStep;
@@ -341,6 +355,7 @@ RigSource readGltf(const std::filesystem::path& path) {
     convertNodes(importer);
     convertSkins(importer);
     convertMeshes(importer);
+    noteScenes(importer);
     convertClips(importer);
     tidyClips(importer.source);
     return std::move(importer.source);
