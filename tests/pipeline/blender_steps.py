@@ -177,7 +177,7 @@ def clips(rig, body, box):
     check(rig.animation_data.action == before and len(bpy.data.scenes) == 1, "the scene is as it was")
     check(bpy.data.actions.keys() == actions, bpy.data.actions.keys(), actions)
     names = [(c.name, c.first_row, c.rows, c.first_frame) for c in settings.played]
-    check(names == [("bend ü", 0, 13, 3), ("move", 13, 24, 1)], names)
+    check(names == [("bend ü", 0, 12, 3), ("move", 12, 24, 1)], names)
     check(bpy.ops.penumbra.bake_frames() == {"FINISHED"}, said(settings))
     table = np.load(os.path.join(FOLDER, "Hero.npy"))
     worst = []

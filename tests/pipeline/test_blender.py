@@ -12,6 +12,9 @@ import subprocess
 import sys
 import tempfile
 
+import h5py
+import numpy as np
+
 BIN = os.path.abspath(sys.argv[1])
 HERE = os.path.dirname(os.path.abspath(__file__))
 SCRIPTS = os.path.join(HERE, "..", "..", "scripts", "blender")
@@ -63,12 +66,27 @@ def check_programs():
         sys.exit("test_blender: a failure of a program was not told")
 
 
+def check_positions(folder):
+    """`penumbra-pack export --positions` is what the bake has, in the order of the file; it goes with a bake alone."""
+    bake, positions = os.path.join(folder, "bend.vis.h5"), os.path.join(folder, "positions.npy")
+    words = ["visibility", os.path.join(BIN, "..", "samples", "bend.glb"), "-o", bake, "--rays", "16", "-q"]
+    subprocess.run([os.path.join(BIN, "penumbra-bake"), *words], check=True)
+    export = [os.path.join(BIN, "penumbra-pack"), "export", bake, "-o", positions, "--positions", "-q"]
+    subprocess.run(export, check=True)
+    with h5py.File(bake) as file:
+        expected = file["frames/positions"][:][:, file["mesh/source_vertex"][:]]
+    assert np.array_equal(np.load(positions), expected), "positions of a bake"
+    for wrong in (["--as", "table", "-o", positions + ".png"], ["--clips", "bend"], ["--rate", "5"]):
+        assert subprocess.run(export + wrong, capture_output=True).returncode == 1, wrong
+
+
 def lines_of(text, *starts):
     return [line for line in text.splitlines() if line.startswith(starts)]
 
 
 check_programs()
 with tempfile.TemporaryDirectory() as folder:
+    check_positions(folder)
     archive = os.path.join(folder, "penumbra_addon.zip")
     subprocess.run([sys.executable, os.path.join(SCRIPTS, "make_zip"), "-o", archive], check=True, stdout=subprocess.DEVNULL)
     said = run("blender_steps.py", archive, BIN, folder)

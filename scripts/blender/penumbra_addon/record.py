@@ -72,7 +72,7 @@ def moves(action, bones):
 
 
 def span_of(action, step):
-    first, last = (int(round(value)) for value in action.frame_range)
+    first, last = (int(np.floor(value + 1e-3)) for value in action.frame_range)
     return Span(action.name, first, 1 + (last - first) // step, step, action)
 
 
