@@ -105,6 +105,7 @@ def main():
     refusals(rig, body, box)
     roles(rig, body, box)
     clips(rig, body, box)
+    sheet()
     bad_inputs(rig)
     print("PASSED")
 
@@ -189,7 +190,30 @@ def clips(rig, body, box):
     check(max(worst) <= 1e-6, worst)
 
 
+def sheet():
+    """A mesh without bones, which a modifier moves; then one that changes its number of vertices."""
+    bpy.ops.mesh.primitive_grid_add(x_subdivisions=12, y_subdivisions=12, size=2, location=(5, 0, 0))
+    thing = bpy.context.object
+    thing.name = "Sheet, ü"
+    thing.modifiers.new("Wave", "WAVE").height = 0.6
+    settings = thing.penumbra
+    settings.folder, settings.quality, settings.rays = FOLDER, "OWN", 64
+    settings.frames, settings.first, settings.last = "OWN", 30, 32
+    words = {"character": thing.name}
+    check(bpy.ops.penumbra.bake_frames(**words) == {"FINISHED"}, said(settings))
+    table = np.load(os.path.join(FOLDER, bpy.path.clean_name(thing.name) + ".npy"))
+    check(table.min() < 0.9 and worst_difference([thing], "penumbra_ao", table, range(30, 33)) <= 1e-6, table.min())
+    refused(lambda: bpy.ops.penumbra.make_asset(**words), settings, "has no armature")
+    thing.modifiers.new("Build", "BUILD").frame_duration = 50
+    refused(lambda: bpy.ops.penumbra.bake_frames(**words), settings, "a modifier changes the mesh")
+    bpy.ops.object.mode_set(mode="EDIT")
+    refused(lambda: bpy.ops.penumbra.bake_frames(**words), settings, "is in edit mode")
+    bpy.ops.object.mode_set(mode="OBJECT")
+    bpy.data.objects.remove(thing)
+
+
 def bad_inputs(rig):
+    bpy.context.view_layer.objects.active = rig
     settings, chosen = rig.penumbra, bpy.context.preferences.addons["penumbra_addon"].preferences
     settings.clips = "no such clip"
     refused(bpy.ops.penumbra.bake_frames, settings, "there is no action 'no such clip'")

@@ -84,6 +84,9 @@ def members(scene, character):
             result.occluders.append(thing)
         elif role == "WITHOUT" and character_of(thing) == character:
             result.without.append(thing)
+    editing = [thing.name for thing in [character, *result.meshes, *result.occluders] if thing.mode == "EDIT"]
+    if editing:
+        raise Failed(f"{editing[0]} is in edit mode: leave it first")
     if not result.meshes:
         raise Failed(f"{character.name} moves no mesh that is seen in the viewport")
     return result

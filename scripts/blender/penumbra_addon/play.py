@@ -171,7 +171,10 @@ def attach(things, counts, table, clips, attribute):
     tree = make_tree(name, image, len(table), attribute)
     first = 0
     for thing, count in zip(things, counts):
-        modifier = thing.modifiers.new(modifier_name(attribute), "NODES")
+        try:
+            modifier = thing.modifiers.new(modifier_name(attribute), "NODES")
+        except RuntimeError:
+            modifier = None
         if modifier is None:
             raise Failed(f"{thing.name} takes no modifier: make linked data local first")
         modifier.node_group = tree

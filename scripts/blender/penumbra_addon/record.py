@@ -32,7 +32,7 @@ class Record:
     used: np.ndarray  # bool [V]: vertices that a face uses
     meshes: np.ndarray = None  # f64 [F,M,4,4]: world matrices of the meshes
     armature: np.ndarray = None  # f64 [F,4,4]
-    bones: np.ndarray = None  # f64 [F,B,4,4]: in the armature's space
+    bones: np.ndarray = None  # f64 [F,B,4,4]: in the armature's space, in the order of its data
     keys: list = field(default_factory=list)  # a dictionary for each mesh: f64 [F] of every shape key
 
     def rows_of(self, span):
@@ -128,7 +128,7 @@ class Recorder:
         if self.armature:
             pose = self.armature.evaluated_get(depsgraph)
             self.armatures.append(np.array(pose.matrix_world))
-            self.bones.append([np.array(bone.matrix) for bone in pose.pose.bones])
+            self.bones.append([np.array(pose.pose.bones[bone.name].matrix) for bone in self.armature.data.bones])
 
     def take_keys(self, depsgraph):
         for thing, keys in zip(self.things, self.keys):

@@ -135,6 +135,8 @@ def level_warnings(things):
 
 def export_character(context, who, things, record, path):
     """Writes the stand-ins as a .glb with the names of the originals."""
+    if not hasattr(bpy.types, "EXPORT_SCENE_OT_gltf"):
+        raise Failed("switch on Blender's own add-on for glTF 2.0")
     copies = standins.build(context, who, things, record)
     window, before = context.window, context.window.scene
     hooked = play.unhook_all()
@@ -240,7 +242,7 @@ def check_pose(tools, settings, who, record, bake, of_source):
     """Refuses a file whose posed vertices are not where Blender has them."""
     path = file_of(settings, who, ".positions.npy")
     yield from tools.run("pack", "export", bake, "-o", path, "--as", "npy", "--positions", *TELL)
-    posed = file_rows(record, file_of(settings, who, ".glb"), np.load(path, mmap_mode="r"))
+    posed = file_rows(record, file_of(settings, who, ".glb"), np.load(path))
     missing = causes.unmatched(without(record, who.without), of_source)
     if missing:
         raise Failed(f"the exporter of glTF left out faces with {missing} vertices")
