@@ -299,6 +299,10 @@ void runReference(ReferenceCommand& command, const CommonOptions& common, Report
     for (const auto& [name, value] : material.figures) report.figures[name] = value;
     const VisibilityReader reader(command.input);
     const VisibilityHeader& header = reader.header();
+    if (header.distance)
+        throw Unsupported(
+            command.input.string() +
+            ": was baked with --distance, but light of a picture by brute force is hidden at any distance");
     command.options.brdfs.clear();
     addMaterial(command, material, header.mesh.two_sided);
     const std::size_t index = *command.frame, count = header.frames.frameCount();

@@ -213,6 +213,10 @@ void defineVisibility(CLI::App& app, VisibilityCommand& command) {
                          ->expected(0, 1)
                          ->default_str("rest")
                          ->multi_option_policy(CLI::MultiOptionPolicy::Throw);
+    app.add_option("--distance", options.distance,
+                   "metres at which occluders cease to count; nearer ones count by a smooth fall-off (default: they "
+                   "count at any distance)")
+        ->check(aboveZero());
     CLI::Option* local =
         app.add_flag("--local", command.local,
                      "also bake the moments that nearby parts of the mesh alone leave visible (/visibility/local)");

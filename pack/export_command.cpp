@@ -190,7 +190,7 @@ void exportIntoGlb(const ExportJob& job, const Rig& rig) {
     const fs::path& path = job.command.rig;
     const GltfNumbers numbers(path);
     ExportedGlb out{rig, job.rows, numbers, openGrowingGlb(path), {}};
-    job.report.willRead(out.glb.files_read);
+    job.report.willRead({out.glb.files_read.begin() + 1, out.glb.files_read.end()});  // the first one is known
     const ExportOptions& options = job.command.options;
     try {
         out.targets = findTargets(rig, job.rows, out.glb);
@@ -224,7 +224,7 @@ void runExport(ExportCommand& command, const CommonOptions& common, Report& repo
     std::optional<Rig> rig;
     if (!command.rig.empty()) {
         rig = readRig({command.rig});
-        report.willRead(rig->files_read);
+        report.willRead({rig->files_read.begin() + 1, rig->files_read.end()});
     }
     const Rig* given = rig ? &*rig : nullptr;
     const std::unique_ptr<OpenSource> open = openSource(command, given);

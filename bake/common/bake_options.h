@@ -44,7 +44,8 @@ struct BakeOptions {
     double bias = 1e-4;   // distance from the surface to the start of a ray, in diagonals of the rest pose, 1e-7..1e-1
     bool ground = false;  // an infinite floor blocks the directions that point down
     std::optional<double> ground_y = {};  // the floor's height in metres; unset = lowest point of the rest pose
-    bool two_sided = false;               // every vertex has a back (Mesh::two_sided)
+    double distance = 0;     // metres at which occluders cease to count (ray_reach.h); 0: they count at any distance
+    bool two_sided = false;  // every vertex has a back (Mesh::two_sided)
     std::vector<std::filesystem::path> occluders = {};  // meshes that block rays and get no moments (blockers.h)
     std::optional<std::filesystem::path> inputs = {};   // CSV of numbers that join the pose (input_table.h)
     std::optional<LocalMoments> local = {};             // also bake what the local triangles alone leave visible

@@ -91,6 +91,7 @@ Json describeVisibility(const std::filesystem::path& path, VertexSample sample) 
               {"seed", header.seed},
               {"bounces", header.bounces}};
     if (header.ground_y) json["ground_y"] = *header.ground_y;
+    if (header.distance) json["distance"] = *header.distance;
     if (header.local) json["local"] = {{"steps", header.local->steps}, {"sh_order", header.local->order}};
     if (header.hasBounces()) json["light_that_bounces"] = describeBounces(reader);
     json["mesh"] = describe(header.mesh);

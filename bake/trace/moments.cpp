@@ -28,6 +28,7 @@ namespace {
 // The weights of the rays of one point at a time.
 struct RayWeights {
     std::vector<LaneWeights> whole;  // rays that escape everything
+    std::vector<LaneWeights> reach;  // their lengths, where they end
     std::vector<LaneWeights> near;   // rays that escape the local triangles
 };
 
@@ -61,6 +62,26 @@ std::size_t traceBoth(const MomentTracer& tracer, const RayStart& start, Vec3 no
 
 }  // namespace
 
+namespace {
+
+// Drops the rays of a point that meet an occluder before their ends. Returns how many there were.
+std::size_t traceWithin(const MomentTracer& tracer, Vec3 position, Vec3 normal, std::size_t vertex, RayWeights& rays) {
+    const RayDirections& directions = tracer.directions;
+    const std::size_t traced = aboveHorizon(directions, normal, Floor::kNone, rays.whole);
+    const float height = position.y - tracer.floor_y;
+    for (std::size_t p = 0; p < rays.whole.size(); ++p) {
+        rays.reach[p] = tracer.reach->of(p, std::uint32_t(vertex));
+        if (tracer.floor == Floor::kNone) continue;
+        const std::array<float, kLanes>& y = directions.packets[p].y;
+        for (std::size_t k = 0; k < kLanes; ++k)
+            if (y[k] < 0 && height < -y[k] * rays.reach[p].lane[k]) rays.whole[p].lane[k] = 0;
+    }
+    tracer.scene.removeOccluded(position, directions, rays.whole, rays.reach);
+    return traced;
+}
+
+}  // namespace
+
 std::size_t traceMoments(const MomentTracer& tracer, std::span<const Vec3> positions, std::span<const Vec3> normals,
                          const MomentOutput& out, std::size_t first_vertex) {
     const RayDirections& directions = tracer.directions;
@@ -68,7 +89,9 @@ std::size_t traceMoments(const MomentTracer& tracer, std::span<const Vec3> posit
     const std::size_t local_size = tracer.local ? std::size_t(coefficientCount(tracer.local->directions.order)) : 0;
     assert(positions.size() == normals.size() && out.coefficients.size() == positions.size() * size);
     assert(out.local.size() == positions.size() * local_size);
-    RayWeights rays{std::vector<LaneWeights>(directions.packets.size()), {}};
+    assert(!tracer.reach || !tracer.local);
+    RayWeights rays{std::vector<LaneWeights>(directions.packets.size()), {}, {}};
+    if (tracer.reach) rays.reach.resize(directions.packets.size());
     if (tracer.local) rays.near.resize(directions.packets.size());
     std::size_t traced = 0;
     for (std::size_t v = 0; v < positions.size(); ++v) {
@@ -87,8 +110,12 @@ std::size_t traceMoments(const MomentTracer& tracer, std::span<const Vec3> posit
         }
         // 2. Choose the directions above the horizon, drop the blocked ones, and sum the basis over those that are
         // left.
-        traced += aboveHorizon(directions, normals[v], tracer.floor, rays.whole);
-        tracer.scene.removeOccluded(start.position, directions, rays.whole);
+        if (tracer.reach) {
+            traced += traceWithin(tracer, start.position, normals[v], vertex, rays);
+        } else {
+            traced += aboveHorizon(directions, normals[v], tracer.floor, rays.whole);
+            tracer.scene.removeOccluded(start.position, directions, rays.whole);
+        }
         accumulateMoments(directions, rays.whole, whole);
     }
     return traced;

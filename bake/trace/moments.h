@@ -2,6 +2,7 @@
 // Measures the hemisphere moments b_i = integral over s.N >= 0 of V(s) y_i(s) ds in the model frame by ray tracing
 // (section 2 of docs/formulas.md).
 #include "bake/trace/local_parts.h"
+#include "bake/trace/ray_reach.h"
 #include "bake/trace/ray_start.h"
 
 namespace penumbra {
@@ -29,7 +30,11 @@ struct MomentTracer {
     // [V] unit, the way from each vertex to the start of its rays over a solid (start_ways.h); empty: the normals.
     std::span<const Vec3> start_ways = {};
     std::optional<LocalTracer> local = {};  // set for local moments; the scene must have been made with `filters`
-    std::span<const float> far_bias = {};   // for each front vertex in place of `bias`, where any is far (far_bias.h)
+    // Set where occluders count up to a distance only: the ends of rays, in units of the scene, and the height of a
+    // solid floor in the scene, which then counts by its distance, too. Not with local moments.
+    const RayReach* reach = nullptr;
+    float floor_y = 0;
+    std::span<const float> far_bias = {};  // for each front vertex in place of `bias`, where any is far (far_bias.h)
 
     std::size_t vertexOf(std::size_t point) const { return vertex_of_point.empty() ? point : vertex_of_point[point]; }
 };

@@ -72,8 +72,10 @@ public:
     std::optional<SurfaceHit> nextHit(Vec3 origin, Vec3 unit_direction, Stretch stretch, const Triangle& passed) const;
 
     // Traces rays from `origin` in the directions whose weight is 1, and sets the weight of those that hit something
-    // to 0. Does not trace packets without any such direction. rays.size() == directions.packets.size().
-    void removeOccluded(Vec3 origin, const RayDirections& directions, std::span<LaneWeights> rays) const;
+    // to 0. Does not trace packets without any such direction. rays.size() == directions.packets.size(). `reach` has
+    // the length of each ray; empty: they have no end.
+    void removeOccluded(Vec3 origin, const RayDirections& directions, std::span<LaneWeights> rays,
+                        std::span<const LaneWeights> reach = {}) const;
     // Does the same and appends to `hits` what each blocked ray meets first, in the order of the rays.
     void removeOccluded(Vec3 origin, const RayDirections& directions, std::span<LaneWeights> rays,
                         std::vector<FirstHit>& hits) const;

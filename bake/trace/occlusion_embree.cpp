@@ -268,13 +268,15 @@ void dropBlocked(const RTCRay8& packet, LaneWeights& weights) {
 
 }  // namespace
 
-void OcclusionScene::removeOccluded(Vec3 origin, const RayDirections& directions, std::span<LaneWeights> rays) const {
-    assert(rays.size() == directions.packets.size());
+void OcclusionScene::removeOccluded(Vec3 origin, const RayDirections& directions, std::span<LaneWeights> rays,
+                                    std::span<const LaneWeights> reach) const {
+    assert(rays.size() == directions.packets.size() && (reach.empty() || reach.size() == rays.size()));
     const FlushDenormals flush;
     RayQuery query;
     RTCRay8 packet = packetFrom(origin);
     for (std::size_t p = 0; p < rays.size(); ++p) {
         std::fill_n(packet.tfar, kLanes, kInfinity);
+        if (!reach.empty()) std::copy_n(reach[p].lane.begin(), kLanes, packet.tfar);
         if (tracePacket(impl_->scene, query, directions.packets[p], rays[p], packet)) dropBlocked(packet, rays[p]);
     }
 }

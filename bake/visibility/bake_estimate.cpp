@@ -150,7 +150,7 @@ void probeFrame(const BakePlan& plan, const BakeDirections& directions, std::siz
 // Runs the probe: kRuns runs of frames, each with its share of the time.
 ProbeSums probe(const BakePlan& plan, const BakeOptions& options, int threads) {
     const double start = processorSeconds();
-    const BakeDirections directions = makeBakeDirections(options);
+    const BakeDirections directions = makeBakeDirections(options, plan.rest_diagonal);
     const std::size_t frames = plan.header.frames.frameCount();
     const std::size_t length =
         std::min({kRunFrames, framesOfBlock(plan.header), std::max<std::size_t>(1, frames / kRuns)});

@@ -76,7 +76,7 @@ void traceFrames(const BakePlan& plan, const BakeOptions& options, std::size_t b
                  const std::function<void(const VisibilityFrame&)>& write) {
     const std::size_t frame_count = plan.header.frames.frameCount();
     if (begin == frame_count) return;
-    const BakeDirections directions = makeBakeDirections(options);
+    const BakeDirections directions = makeBakeDirections(options, plan.rest_diagonal);
     const std::size_t tasks = (plan.header.mesh.vertexCount() + kVerticesPerTask - 1) / kVerticesPerTask;
     std::optional<VisibilityFrame> done;
     std::optional<FrameScene> current = frameScene(plan, begin), next;

@@ -102,8 +102,9 @@ FrameScene frameScene(const BakePlan& plan, std::size_t f) {
 
 MomentOutput outputOf(VisibilityFrame& frame) { return {frame.coefficients, frame.local_coefficients}; }
 
-BakeDirections makeBakeDirections(const BakeOptions& options) {
-    BakeDirections out{makeRayDirections(options.rays, options.seed, options.order), {}};
+BakeDirections makeBakeDirections(const BakeOptions& options, double diagonal) {
+    BakeDirections out{makeRayDirections(options.rays, options.seed, options.order), {}, {}};
+    if (options.distance > 0) out.reach.emplace(float(options.distance / diagonal));
     if (options.local && options.local->order != options.order)
         out.local = makeRayDirections(options.rays, options.seed, options.local->order);
     return out;
@@ -118,6 +119,9 @@ MomentTracer tracerOf(const BakePlan& plan, const FrameScene& posed, const BakeD
     tracer.vertices = plan.chosen.empty() ? posed.frame.positions : posed.dense;
     tracer.vertex_of_point = plan.chosen;
     tracer.start_ways = posed.start_ways;
+    if (directions.reach) tracer.reach = &*directions.reach;
+    if (plan.header.ground_y)
+        tracer.floor_y = float((double(*plan.header.ground_y) - posed.scale.center.y) / posed.scale.diagonal);
     if (plan.local)
         tracer.local.emplace(
             LocalTracer{*plan.local, directions.local ? *directions.local : directions.whole, posed.part_boxes});

@@ -28,8 +28,10 @@ FrameScene frameScene(const BakePlan& plan, std::size_t frame);
 struct BakeDirections {
     RayDirections whole;
     std::optional<RayDirections> local;  // unset: there are no local moments, or they have the same order
+    std::optional<RayReach> reach;       // set with --distance
 };
-BakeDirections makeBakeDirections(const BakeOptions& options);
+// `diagonal` is that of BakePlan::rest_diagonal, the unit of scenes.
+BakeDirections makeBakeDirections(const BakeOptions& options, double diagonal = 1);
 
 // The tracer of a frame. It refers to all three arguments.
 MomentTracer tracerOf(const BakePlan& plan, const FrameScene& posed, const BakeDirections& directions);

@@ -76,6 +76,7 @@ std::vector<std::string> differencesOf(const VisibilityHeader& other, const Visi
           "other attributes rays, seed, bounces");
     check(other.colors == expected.colors, "other colours");
     check(other.ground_y == expected.ground_y, "another ground_y");
+    check(other.distance == expected.distance, "another distance");
     check(other.local == expected.local, "other local moments");
     check(a.triangles == b.triangles && a.rest_positions == b.rest_positions && a.source_vertex == b.source_vertex &&
               a.morphs == b.morphs && a.slots == b.slots && a.slot_of_vertex == b.slot_of_vertex &&

@@ -34,6 +34,7 @@ std::string optionsJson(const BakeOptions& options, const std::string& albedo_fr
     json["bias"] = options.bias;
     json["ground"] = options.ground;
     if (options.ground_y) json["ground_y"] = *options.ground_y;
+    if (options.distance > 0) json["distance"] = options.distance;
     json["precision"] = options.precision == Precision::kFloat16 ? "f16" : "f32";
     if (options.blocks > 1) json["blocks"] = options.blocks;
     listRigOptions(options.rig, json);
@@ -207,6 +208,12 @@ void checkCacheOptions(const BakePlan& plan, const PointCacheOptions& options) {
 }  // namespace
 
 BakePlan planBake(const std::vector<std::filesystem::path>& paths, const BakeOptions& options) {
+    if (options.distance > 0 && options.local)
+        throw BadOption("distance",
+                        "does not go with local moments: composed models and their fields hide at any "
+                        "distance");
+    if (options.distance > 0 && options.transfer)
+        throw BadOption("distance", "goes with visibility, not with transfer");
     BakePlan plan;
     RigOptions rig = options.rig;
     if (options.two_sided) rig.sides = RigSides::kFronts;  // each vertex gets its back below
@@ -231,6 +238,7 @@ BakePlan planBake(const std::vector<std::filesystem::path>& paths, const BakeOpt
     header.order = options.order;
     header.rays = options.rays;
     header.seed = options.seed;
+    if (options.distance > 0) header.distance = float(options.distance);
     if (options.ground_y) header.ground_y = float(*options.ground_y);
     if (options.ground && !options.ground_y) header.ground_y = box.low.y;
     header.local = options.local;

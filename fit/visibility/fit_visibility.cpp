@@ -55,6 +55,8 @@ void checkKind(const VisibilityHeader& header, const std::string& file, const Fi
 void checkComposed(const VisibilityHeader& header, const std::string& file, const FitOptions& options) {
     if (options.convention.below != BelowHorizon::kMirrored)
         throw BadOption("convention", "a composed model takes convention D, not " + options.convention.name());
+    if (header.distance)
+        throw InvalidInput(file + ": was baked with --distance, but fields hide at any distance: bake without it");
     if (!header.local)
         throw InvalidInput(
             file + ": /visibility/local: missing, but composed models read it (penumbra-bake can bake local moments)");

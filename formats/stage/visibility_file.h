@@ -63,6 +63,7 @@ struct VisibilityHeader {
     SurfaceColors colors;               // of diffuse transfer with bounces, else empty
     std::optional<LocalMoments> local;  // set when the file has local moments
     std::optional<float> ground_y;      // height of the ground plane that blocked rays, if there was one
+    std::optional<float> distance;  // metres at which occluders ceased to count (bake/trace/ray_reach.h), if they did
     Mesh mesh;
     std::optional<Skin> skin;
     // [V] rest normals that skinVertices() turned into the frames' normals (/mesh/rest_normals)

@@ -38,6 +38,7 @@ void writeVisibilityHeader(hid_t file, const VisibilityHeader& header) {
     writeIntegerAttribute(file, "/", "seed", std::int64_t(header.seed));
     writeIntegerAttribute(file, "/", "bounces", header.bounces);
     if (header.ground_y) writeNumberAttribute(file, "/", "ground_y", *header.ground_y);
+    if (header.distance) writeNumberAttribute(file, "/", "distance", *header.distance);
     writeMesh(file, header.mesh, header.rest_normals);
     if (header.hasBounces()) {
         writeVectors(file, kAlbedo, header.colors.albedo);
@@ -166,6 +167,10 @@ VisibilityHeader readVisibilityHeader(const Hdf5Reader& in) {
     header.bounces =
         int(readIntegerAttribute(in, "/", "bounces", 0, header.quantity == kDiffuseTransfer ? kMaxBounces : INT32_MAX));
     if (hasAttribute(in, "/", "ground_y")) header.ground_y = float(readNumberAttribute(in, "/", "ground_y"));
+    if (hasAttribute(in, "/", "distance")) {
+        header.distance = float(readNumberAttribute(in, "/", "distance"));
+        if (!(*header.distance > 0)) throw InvalidInput(in.name + ": attribute distance: is not above 0");
+    }
     header.mesh = readMesh(in);
     const std::size_t vertices = header.mesh.vertexCount();
     if (header.hasBounces()) header.colors = readColors(in, header.mesh);

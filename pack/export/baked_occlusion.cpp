@@ -80,7 +80,7 @@ void BakedOcclusion::readPoint(const VisibilityFrame& frame, std::size_t point, 
             motion.joints = std::span(header.skin->joints).subspan(point * k, k);
             motion.weights = std::span(header.skin->weights).subspan(point * k, k);
         }
-        out.bent[point] = normalized(turnedToRest(motion, visible));
+        out.bent[point] = directionAtRest(motion, visible);
     }
     if (out.bounced.empty()) return;
     for (int c = 0; c < 3; ++c)

@@ -1,5 +1,5 @@
 // Writes the mean over all frames into vertex attributes, which nearly every program reads.
-#include <cmath>
+#include <algorithm>
 
 #include "formats/common/errors.h"
 #include "formats/common/write_file.h"
@@ -79,7 +79,9 @@ void StaticWriter::writeColor(const GlbTarget& target, const std::vector<float>&
     const bool of_bounces = options_.value == TableValue::kBounced;
     const std::vector<Vec3> bounced = of_bounces ? valuesOf(out_.rig, target, values_.bounced) : std::vector<Vec3>();
     for (std::size_t v = 0; v < e.size(); ++v)
-        for (int c = 0; c < 3; ++c) colors.values[4 * v + std::size_t(c)] *= of_bounces ? bounced[v][c] : e[v];
+        for (int c = 0; c < 3; ++c)
+            colors.values[4 * v + std::size_t(c)] *=
+                of_bounces ? std::min(bounced[v][c], 1.0f) : e[v];  // glTF has no colours above 1
     add(target, "COLOR_0", colors.values, 4);
 }
 

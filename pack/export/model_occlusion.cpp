@@ -181,7 +181,7 @@ OcclusionFrame ModelOcclusion::read(std::size_t frame, FrameParts parts, int thr
         const PointMotion motion{asset_.mesh.skin_joints.subspan(v * k, k), asset_.mesh.skin_weights.subspan(v * k, k),
                                  asset_.model.deforming ? std::span<const Affine>() : evaluator.bones(),
                                  asset_.mesh.normals[v], normals[v]};
-        out.bent.push_back(normalized(turnedToRest(motion, visible)));
+        out.bent.push_back(directionAtRest(motion, visible));
     }
     constexpr double kBand0 = 2 * std::numbers::inv_sqrtpi;  // sqrt(4 pi) / pi
     for (std::size_t v = 0; v < vertices && !indirect.empty(); ++v) {

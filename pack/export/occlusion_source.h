@@ -13,8 +13,8 @@ namespace penumbra {
 
 struct OcclusionFrame {
     std::vector<float> ambient;  // [V] cosine-weighted visibility / pi, 0 (dark) to 1 (open)
-    // [V] unit, the mean direction of what is visible, in the space of rest positions; (0, 0, 0) where nothing is. It
-    // moves as normals do. Only if asked for.
+    // [V] unit, the mean direction of what is visible, in the space of rest positions, or the normal where nothing is.
+    // It moves as normals do. Only if asked for.
     std::vector<Vec3> bent;
     // [V] ambient with what reaches a vertex by reflection under a light of radiance 1 from everywhere, linear RGB.
     // Only if asked for, and where the source knows it.

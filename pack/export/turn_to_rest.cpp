@@ -13,4 +13,9 @@ Vec3 turnedToRest(const PointMotion& motion, Vec3 v) {
     return v * cosine + cross(k, v) + k * (dot(k, v) / (1 + cosine));
 }
 
+Vec3 directionAtRest(const PointMotion& motion, Vec3 v) {
+    const Vec3 direction = normalized(turnedToRest(motion, v));
+    return direction == Vec3{} ? motion.rest_normal : direction;
+}
+
 }  // namespace penumbra

@@ -17,5 +17,7 @@ struct PointMotion {
 // Returns M^T v with the blended linear part M of the bones. Bones that turn and scale alike in all directions are
 // inverted by that but for the length. Without bones it is the smallest rotation that takes `normal` to `rest_normal`.
 Vec3 turnedToRest(const PointMotion& motion, Vec3 v);
+// Returns the unit vector along turnedToRest(), or the normal at rest where v is 0.
+Vec3 directionAtRest(const PointMotion& motion, Vec3 v);
 
 }  // namespace penumbra

@@ -33,8 +33,10 @@ void addUvSet(GrowingGlb& glb, const GlbTarget& target, std::size_t set, std::sp
         const std::string name = "TEXCOORD_" + std::to_string(i);
         if (primitiveOf(glb, target).at("attributes").contains(name)) continue;
         const nlohmann::ordered_json& attributes = primitiveOf(glb, target).at("attributes");
-        const std::size_t filled = attributes.contains("TEXCOORD_0") ? attributes["TEXCOORD_0"].get<std::size_t>()
-                                                                     : addZeros(glb, uv.size() / 2, 2);
+        // Zeros with bytes: assimp refuses files with accessors that have none.
+        const std::size_t filled = attributes.contains("TEXCOORD_0")
+                                       ? attributes["TEXCOORD_0"].get<std::size_t>()
+                                       : addAccessor(glb, std::vector<float>(uv.size()), 2, AccessorUse::kVertices);
         primitiveOf(glb, target).at("attributes")[name] = filled;
     }
     primitiveOf(glb, target).at("attributes")["TEXCOORD_" + std::to_string(set)] =

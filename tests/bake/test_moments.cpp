@@ -235,4 +235,49 @@ TEST(Moments, MatchBruteForceOnRigs) {
             expectBruteForceOnRig(std::filesystem::path(data) / "rigs" / name, 24);
 }
 
+TEST(RayReach, AWallCountsByItsDistance) {
+    // A wide ceiling at the height h over a point hides the ray with the cosine c at the distance h / c, which counts
+    // by 1 - smoothstep. E is the integral over c of 2 c times what is left.
+    const float height = 0.3f, distance = 1;
+    Shape shape;
+    shape.positions = {{-80, height, -80}, {80, height, -80}, {80, height, 80}, {-80, height, 80}};
+    shape.triangles = {{0, 1, 2}, {0, 2, 3}};
+    double expected = 0;
+    constexpr int kSteps = 4000;
+    for (int i = 0; i < kSteps; ++i) {
+        const double c = (i + 0.5) / kSteps, x = std::min(1.0, double(height) / c / double(distance));
+        expected += 2 * c * (x * x * (3 - 2 * x)) / kSteps;
+    }
+    const OcclusionScene scene(shape.positions, shape.triangles);
+    const RayDirections directions = makeRayDirections(1024, 1, 2);
+    const RayReach reach(distance);
+    MomentTracer tracer{scene, directions, {{0, 0, 0}, 1}, 1e-4f};
+    tracer.reach = &reach;
+    std::vector<Vec3> points(64), normals(64, Vec3{0, 1, 0});  // each has ends of its own
+    std::vector<float> b(4 * points.size());
+    traceMoments(tracer, points, normals, {b});
+    double mean = 0, worst = 0;
+    for (std::size_t p = 0; p < points.size(); ++p) {
+        // y_1 = sqrt(3 / 4 pi) (-y, z, -x), so the cosine with +y is minus its first number.
+        const double found = -double(b[4 * p + 1]) / std::sqrt(3 / (4 * std::numbers::pi)) / std::numbers::pi;
+        mean += found / double(points.size());
+        worst = std::max(worst, std::abs(found - expected));
+    }
+    EXPECT_NEAR(mean, expected, 2e-3);
+    EXPECT_LT(worst, 0.02);
+    // A floor counts by its distance, too: the point at the height h over it, looking down, sees the same.
+    const OcclusionScene empty(std::vector<Vec3>{{90, 90, 90}, {91, 90, 90}, {90, 91, 90}},
+                               std::vector<Triangle>{{0, 1, 2}});
+    MomentTracer over_floor{empty, directions, {{0, 0, 0}, 1}, 0, Floor::kSolid};
+    over_floor.reach = &reach;
+    over_floor.floor_y = -height;
+    const std::vector<Vec3> down(points.size(), Vec3{0, -1, 0});
+    traceMoments(over_floor, points, down, {b});
+    double mean_down = 0;
+    for (std::size_t p = 0; p < points.size(); ++p)
+        mean_down +=
+            double(b[4 * p + 1]) / std::sqrt(3 / (4 * std::numbers::pi)) / std::numbers::pi / double(points.size());
+    EXPECT_NEAR(mean_down, expected, 2e-3);
+}
+
 }  // namespace penumbra

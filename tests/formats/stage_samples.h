@@ -122,6 +122,7 @@ inline VisibilityHeader visibilityHeader(std::uint32_t quads, std::size_t frames
     header.rays = 64;
     header.seed = 7;
     header.ground_y = 0.25f;
+    header.distance = 0.75f;
     header.mesh = strip(quads);
     header.skin = twoJoints(header.mesh);
     header.rest_normals.assign(header.mesh.vertexCount(), {0, 0, 1});

@@ -135,8 +135,8 @@ std::vector<Sample> allSamples() {
 // measured them.
 bool mayBeMissing(const std::string& object, const std::string& field) {
     static const std::set<std::string> fields = {
-        "two_sided",     "ground_y",    "holdout_error",     "holdout_share",      "/mesh/rest_normals", "/frames/pose",
-        "/light/window", "/light/suns", "/visibility/local", "/mesh/transmission", "/light/picture"};
+        "two_sided",    "ground_y",      "distance",    "holdout_error",     "holdout_share",      "/mesh/rest_normals",
+        "/frames/pose", "/light/window", "/light/suns", "/visibility/local", "/mesh/transmission", "/light/picture"};
     return object == "/error" || fields.contains(field);
 }
 

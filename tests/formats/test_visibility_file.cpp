@@ -19,6 +19,7 @@ void expectSame(const VisibilityHeader& a, const VisibilityHeader& b) {
     EXPECT_EQ(a.bounces, b.bounces);
     EXPECT_EQ(a.colors, b.colors);
     EXPECT_EQ(a.ground_y, b.ground_y);
+    EXPECT_EQ(a.distance, b.distance);
     EXPECT_EQ(a.local, b.local);
     EXPECT_EQ(a.mesh.triangles, b.mesh.triangles);
     EXPECT_EQ(a.mesh.rest_positions, b.mesh.rest_positions);
