@@ -27,7 +27,7 @@ struct ExportCommand {
     ExportOptions options;
     const CLI::Option* kind = nullptr;
     const CLI::Option *components = nullptr, *max_error = nullptr;
-    bool no_color = false, level = false, bounced = false, bent = false;
+    bool no_color = false, level = false, bounced = false, bent = false, positions = false;
 
     std::vector<fs::path> inputs() const { return namedFiles({input, rig}); }
 };
@@ -63,6 +63,9 @@ void finishOptions(ExportCommand& command) {
     if (command.bent && options.kind != ExportKind::kTable) throw UsageError("--bent goes with --as table");
     if (command.bounced && options.kind != ExportKind::kTable && options.kind != ExportKind::kStatic)
         throw UsageError("--bounced goes with --as static and --as table");
+    if (command.positions &&
+        (options.kind != ExportKind::kNumpy || !command.rig.empty() || options.rate > 0 || !options.clips.empty()))
+        throw UsageError("--positions goes with --as npy of all frames of a bake");
     if (given(command.max_error) && !given(command.components)) options.components = 0;
     if (command.no_color) options.color = VertexColor::kNone;
     if (command.level) options.mesh = ExportMesh::kLevel;
@@ -250,7 +253,11 @@ void runExport(ExportCommand& command, const CommonOptions& common, Report& repo
     report.phase("export");
     Progress progress(common.progress, "exporting", "frames", double(std::max<std::size_t>(1, count)));
     const FrameReader frames{*open->source, common.threads, [&](std::size_t done) { progress.update(double(done)); }};
-    runJob({command, frames, rows, common, report}, given);
+    if (command.positions && !open->bake) throw InvalidInput(command.input.string() + ": --positions are a bake's");
+    if (command.positions)
+        exportPositions(*open->bake, rows, command.output);
+    else
+        runJob({command, frames, rows, common, report}, given);
 }
 
 void defineExport(CLI::App& app, ExportCommand& command) {
@@ -275,6 +282,7 @@ void defineExport(CLI::App& app, ExportCommand& command) {
     app.add_flag("--no-color", command.no_color, "leave COLOR_0 alone and write _OCCLUSION and nothing else");
     CLI::Option* bounced = app.add_flag("--bounced", command.bounced, "light that bounces, too, in COLOR_0 and tables");
     app.add_flag("--bent", command.bent, "tables of bent normals, with occlusion as alpha")->excludes(bounced);
+    app.add_flag("--positions", command.positions, "of --as npy: where the bake's vertices are, not their occlusion");
     app.add_flag("--lod", command.level, "RIG is a level of detail: it takes the values of the nearest surface");
 }
 

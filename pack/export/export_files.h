@@ -70,6 +70,10 @@ void bringToPrimitive(const ColoredPart& part, std::span<Vec3> directions);
 // Ambient visibility of all frames, [F, R] float32, as NumPy's save() writes it.
 void exportNumpy(const FrameReader& frames, const ExportRows& rows, const std::filesystem::path& output);
 
+// Where the bake has each row in every frame, [F, R, 3] float32. Who made the character compares them with what it
+// shows.
+void exportPositions(const VisibilityReader& bake, const ExportRows& rows, const std::filesystem::path& output);
+
 // Returns the values of COLOR_0 of a target: its own ones, or white, times `factor` [vertices]. There are 4 numbers a
 // vertex where the own ones have alpha or `components` is 4, and else 3.
 struct VertexColors {

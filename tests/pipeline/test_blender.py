@@ -1,0 +1,101 @@
+"""The add-on for Blender: both routes on a character with modifiers, a shape key, two materials and a box on a bone.
+
+Skipped where there is no Blender: PENUMBRA_BLENDER names it, else it is found by PATH. With --cycles, as scripts/test
+--tools runs it, ambient occlusion is also held against Cycles' own bake.
+
+usage: test_blender.py BIN [--cycles]"""
+import importlib.util
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+
+import h5py
+import numpy as np
+
+BIN = os.path.abspath(sys.argv[1])
+HERE = os.path.dirname(os.path.abspath(__file__))
+SCRIPTS = os.path.join(HERE, "..", "..", "scripts", "blender")
+MOST_RMS, LEAST_SPEED = 0.03, 5.0
+
+
+def run(script, *words):
+    """Runs a script in Blender, without the user's own settings, and returns what it prints."""
+    blender = os.environ.get("PENUMBRA_BLENDER") or shutil.which("blender")
+    if not blender:
+        print("skipped: no Blender (PENUMBRA_BLENDER or PATH)")
+        sys.exit(77)
+    with tempfile.TemporaryDirectory() as own:
+        os.mkdir(os.path.join(own, "addons"))
+        environment = dict(os.environ, BLENDER_USER_SCRIPTS=own, BLENDER_USER_CONFIG=own)
+        command = [blender, "-b", "-t", "1", "--factory-startup", "--python-exit-code", "3"]
+        command += ["--python", os.path.join(HERE, script), "--", *words]
+        result = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=400)
+    if result.returncode != 0:
+        said = result.stdout[-4000:] + result.stderr[-4000:]
+        sys.exit(f"test_blender: {script} ended with {result.returncode}\n{said}")
+    return result.stdout
+
+
+def check_programs():
+    """Command lines, names of files on another system, and progress, which need no Blender."""
+    spec = importlib.util.spec_from_file_location("programs", os.path.join(SCRIPTS, "penumbra_addon", "programs.py"))
+    module = sys.modules["programs"] = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    art = pathlib.PureWindowsPath("C:\\art\\hero ü.npz")
+    wsl = module.Programs(("wsl",), "/opt/penumbra/")
+    assert wsl.program("bake") == ["wsl", "/opt/penumbra/penumbra-bake"], wsl.program("bake")
+    assert wsl.argument(art) == "/mnt/c/art/hero ü.npz", wsl.argument(art)
+    docker = module.Programs(("docker", "run", "penumbra"), path_from="C:\\art", path_to="/art")
+    assert docker.argument(art) == "/art/hero ü.npz" and docker.argument("C:\\art") == "C:\\art"
+    for line, expected in (
+        ("openjd_progress: 42.0", (0.42, "x")),
+        ("openjd_status: tracing", (0.1, "tracing")),
+        ("openjd_progress: rubbish", (0.1, "x")),
+        ("openjd_progress: 1e9", (1.0, "x")),
+        ("rubbish", (0.1, "x")),
+    ):
+        assert module.progress_of(line, 0.1, "x") == expected, line
+    try:
+        list(module.Programs(folder=BIN).run("bake", "visibility", pathlib.Path("no such.npz"), "-o", "x.vis.h5"))
+    except module.Failed as failed:
+        assert "no such.npz" in str(failed), failed
+    else:
+        sys.exit("test_blender: a failure of a program was not told")
+
+
+def check_positions(folder):
+    """`penumbra-pack export --positions` is what the bake has, in the order of the file; it goes with a bake alone."""
+    bake, positions = os.path.join(folder, "bend.vis.h5"), os.path.join(folder, "positions.npy")
+    words = ["visibility", os.path.join(BIN, "..", "samples", "bend.glb"), "-o", bake, "--rays", "16", "-q"]
+    subprocess.run([os.path.join(BIN, "penumbra-bake"), *words], check=True)
+    export = [os.path.join(BIN, "penumbra-pack"), "export", bake, "-o", positions, "--positions", "-q"]
+    subprocess.run(export, check=True)
+    with h5py.File(bake) as file:
+        expected = file["frames/positions"][:][:, file["mesh/source_vertex"][:]]
+    assert np.array_equal(np.load(positions), expected), "positions of a bake"
+    for wrong in (["--as", "table", "-o", positions + ".png"], ["--clips", "bend"], ["--rate", "5"]):
+        assert subprocess.run(export + wrong, capture_output=True).returncode == 1, wrong
+
+
+def lines_of(text, *starts):
+    return [line for line in text.splitlines() if line.startswith(starts)]
+
+
+check_programs()
+with tempfile.TemporaryDirectory() as folder:
+    check_positions(folder)
+    archive = os.path.join(folder, "penumbra_addon.zip")
+    subprocess.run([sys.executable, os.path.join(SCRIPTS, "make_zip"), "-o", archive], check=True, stdout=subprocess.DEVNULL)
+    said = run("blender_steps.py", archive, BIN, folder)
+    print("\n".join(lines_of(said, "route", "without", "clips", "roles", "compare", "stopped", "export")))
+    if "PASSED" not in said:
+        sys.exit("test_blender: the steps did not come to their end\n" + said[-4000:])
+    if "--cycles" in sys.argv:
+        said = run("blender_cycles.py", SCRIPTS, BIN, folder, "1024")
+        rms, speed = (float(word) for word in lines_of(said, "CYCLES")[0].split()[1:])
+        print("\n".join(line for line in said.splitlines() if "of Cycles' bake" in line))
+        if not (rms <= MOST_RMS and speed >= LEAST_SPEED):
+            sys.exit(f"test_blender: rms {rms} above {MOST_RMS}, or {speed} times faster, below {LEAST_SPEED}")
