@@ -9,7 +9,7 @@
 #include "tests/bake/shapes.h"
 #include "tests/difference.h"
 
-namespace penumbra {
+namespace penumbra::test_moments {
 
 namespace {
 
@@ -235,4 +235,4 @@ TEST(Moments, MatchBruteForceOnRigs) {
             expectBruteForceOnRig(std::filesystem::path(data) / "rigs" / name, 24);
 }
 
-}  // namespace penumbra
+}  // namespace penumbra::test_moments

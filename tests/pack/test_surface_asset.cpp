@@ -10,7 +10,7 @@
 #include "tests/pack/changed_asset.h"
 #include "tests/synthetic_model.h"
 
-namespace penumbra {
+namespace penumbra::test_surface_asset {
 namespace {
 
 const Model& tube() {
@@ -135,4 +135,4 @@ TEST(SurfaceTerms, OfAnOpenVertexAreTheClosedForm) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_surface_asset

@@ -13,7 +13,7 @@
 #include "tests/capi/packed_asset.h"
 #include "tests/difference.h"
 
-namespace penumbra {
+namespace penumbra::test_engine_glsl {
 namespace {
 
 using namespace capi_test;
@@ -234,4 +234,4 @@ TEST(EngineGlsl, WrongCallsAreRefused) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_engine_glsl
