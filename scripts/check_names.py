@@ -3,7 +3,8 @@
 
 The compiler sees two functions of one name (-Wmissing-declarations), but no type that two files define. So a .cpp file
 defines types in unnamed namespaces alone, and no two headers that can meet in a program define a type of one name. Reads
-what clang-format leaves: what stands at namespace level begins its line. Exits 1 and lists every place."""
+what clang-format leaves: what stands at namespace level begins its line. Sources of tests are compiled several at once, so
+tests/X/test_Y.cpp stands in namespace penumbra::test_Y. Exits 1 and lists every place."""
 import collections
 import pathlib
 import re
@@ -35,6 +36,12 @@ def programs_of(relative):
     return PROGRAMS.get("/".join(folders[:2])) or PROGRAMS.get(folders[0] if folders else "") or set.union(*PROGRAMS.values())
 
 
+def tests_without_namespace():
+    for path in sorted((ROOT / "tests").glob("*/test_*.cpp")):
+        if f"\nnamespace penumbra::{path.stem} {{\n" not in path.read_text():
+            yield f"{path.relative_to(ROOT)}: stands not in namespace penumbra::{path.stem}"
+
+
 def main():
     wrong, places = [], collections.defaultdict(list)
     for top in ("sh", "formats", "runtime", "bake", "fit", "pack", "player", "tests"):
@@ -47,6 +54,7 @@ def main():
                 wrong += [f"{relative}:{line}: {name} is also in {other}" for other in places[name]
                           if other != relative and programs_of(other) & programs_of(relative)]
                 places[name].append(relative)
+    wrong += tests_without_namespace()
     print("\n".join(wrong) or f"{len(places)} types, each defined once a program")
     return 1 if wrong else 0
 

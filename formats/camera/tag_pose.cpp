@@ -1,10 +1,12 @@
 #include "formats/camera/tag_pose.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <limits>
+#include <span>
 
 #include "sh/quaternion.h"
+#include "sh/symmetric_eigen.h"
 
 namespace penumbra {
 
@@ -23,13 +25,33 @@ Mat3d fromEigen(const Matrix3& m) {
     return out;
 }
 Vec3d fromEigen(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-Eigen::Vector3d toEigen(Vec3d v) { return {v.x, v.y, v.z}; }
 
+// Row j of `vectors` is the eigenvector of values[j], which are in no particular order. Eigen's decompositions would
+// take ten times as long to compile as the rest of this file.
+template <int n>
+struct Axes {
+    Eigen::Matrix<double, n, 1> values;
+    Eigen::Matrix<double, n, n, Eigen::RowMajor> vectors;
+};
+template <int n>
+Axes<n> axesOf(const Eigen::Matrix<double, n, n>& matrix) {
+    Eigen::Matrix<double, n, n, Eigen::RowMajor> symmetric = matrix;
+    Axes<n> out;
+    constexpr std::size_t kNumbers = std::size_t(n) * n;
+    diagonalise(n, std::span(symmetric.data(), kNumbers), std::span(out.vectors.data(), kNumbers));
+    out.values = symmetric.diagonal();
+    return out;
+}
+
+// The rotation that is nearest to a matrix of positive determinant: m (m^T m)^(-1/2).
 Matrix3 nearestTurn(const Matrix3& m) {
-    const Eigen::JacobiSVD<Matrix3> svd(m, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    Matrix3 flip = Matrix3::Identity();
-    flip(2, 2) = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
-    return svd.matrixU() * flip * svd.matrixV().transpose();
+    const Axes<3> axes = axesOf<3>(m.transpose() * m);
+    Matrix3 root = Matrix3::Zero();
+    for (int j = 0; j < 3; ++j) {
+        const Eigen::Vector3d axis = axes.vectors.row(j).transpose();
+        root += axis * axis.transpose() / std::sqrt(axes.values[j]);
+    }
+    return m * root;
 }
 
 // Turns the pose by step[0..2] about the camera and moves it by step[3..5] there.
@@ -80,8 +102,10 @@ Matrix3 homographyOf(const PinholeCamera& camera, std::span<const SeenPoint> poi
         rows.block<1, 3>(r + 1, 3) = p;
         rows.block<1, 3>(r + 1, 6) = -ray.y / ray.z * p;
     }
-    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(rows, Eigen::ComputeFullV);
-    const Eigen::VectorXd h = svd.matrixV().col(8);
+    const Axes<9> axes = axesOf<9>(rows.transpose() * rows);
+    Eigen::Index least;
+    axes.values.minCoeff(&least);
+    const Eigen::Matrix<double, 9, 1> h = axes.vectors.row(least).transpose();
     Matrix3 scaled, to_unit;
     scaled << h[0], h[1], h[2], h[3], h[4], h[5], h[6], h[7], h[8];
     to_unit << 1 / size, 0, -middle.x / size, 0, 1 / size, -middle.y / size, 0, 0, 1;
@@ -94,8 +118,9 @@ std::optional<CameraPose> poseOfHomography(Matrix3 h) {
     const double scale = std::sqrt(h.col(0).norm() * h.col(1).norm());
     if (!(scale > 0) || !std::isfinite(scale)) return std::nullopt;
     h /= scale;
+    const Vec3d third = cross(fromEigen(Eigen::Vector3d(h.col(0))), fromEigen(Eigen::Vector3d(h.col(1))));
     Matrix3 turn;
-    turn << h.col(0), h.col(1), h.col(0).cross(h.col(1));
+    turn << h.col(0), h.col(1), Eigen::Vector3d(third.x, third.y, third.z);
     return CameraPose{fromEigen(nearestTurn(turn)), fromEigen(Eigen::Vector3d(h.col(2)))};
 }
 
@@ -104,12 +129,14 @@ CameraPose mirrored(const CameraPose& pose, std::span<const SeenPoint> points) {
     Vec3d middle;
     for (const SeenPoint& one : points) middle += one.point / double(points.size());
     const Vec3d seen = pose.rotation * middle + pose.translation;
-    const Eigen::Vector3d sight = toEigen(normalized(seen));
-    const Matrix3 old_turn = toEigen(pose.rotation);
-    const Eigen::Vector3d normal = old_turn.col(2);
-    const Eigen::Vector3d other = 2 * normal.dot(sight) * sight - normal;
-    const Matrix3 turn = Eigen::Quaterniond::FromTwoVectors(normal, other).toRotationMatrix() * old_turn;
-    return {fromEigen(turn), seen - fromEigen(turn) * middle};
+    const Vec3d sight = normalized(seen);
+    const Vec3d normal{pose.rotation(0, 2), pose.rotation(1, 2), pose.rotation(2, 2)};
+    const Vec3d other = sight * (2 * dot(normal, sight)) - normal;
+    const Vec3d axis = cross(normal, other);
+    const double sine = length(axis);
+    if (sine == 0) return pose;  // seen along its normal, where both are one
+    const Mat3d turn = matrixOf(rotationOf(axis * (std::atan2(sine, dot(normal, other)) / sine))) * pose.rotation;
+    return {turn, seen - turn * middle};
 }
 
 }  // namespace

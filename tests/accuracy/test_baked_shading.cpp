@@ -14,7 +14,7 @@
 #include "sh/sh_rotation.h"
 #include "tests/accuracy/extent.h"
 
-namespace penumbra {
+namespace penumbra::test_baked_shading {
 namespace {
 
 struct Scene {
@@ -115,4 +115,4 @@ TEST(ShadingAccuracy, Characters) {
             expectAccuracy(std::filesystem::path(data) / "rigs" / name, 24);
 }
 
-}  // namespace penumbra
+}  // namespace penumbra::test_baked_shading

@@ -10,7 +10,7 @@
 #include "tests/fit/multiply_adds.h"
 #include "tests/fit/reference_brdfs.h"
 
-namespace penumbra {
+namespace penumbra::test_operator_table {
 namespace {
 
 const Convention kA4{BelowHorizon::kOpen, 4}, kD5{BelowHorizon::kMirrored, 5};
@@ -80,4 +80,4 @@ TEST(BrdfOperators, ShadingErrorsAreThoseOfTheTable) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_operator_table

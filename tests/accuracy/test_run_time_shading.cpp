@@ -14,7 +14,7 @@
 #include "tests/accuracy/extent.h"
 #include "tests/fit/golden_scenes.h"
 
-namespace penumbra {
+namespace penumbra::test_run_time_shading {
 namespace {
 
 Mat3d randomRotation(std::mt19937& random) {
@@ -118,4 +118,4 @@ TEST(ShadingError, OfTruthAgainstBruteForceIsWithinTheTable) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_run_time_shading

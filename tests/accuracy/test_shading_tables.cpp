@@ -12,7 +12,7 @@
 #include "tests/accuracy/extent.h"
 #include "tests/fit/golden_scenes.h"
 
-namespace penumbra {
+namespace penumbra::test_shading_tables {
 namespace {
 
 const Convention kD5{BelowHorizon::kMirrored, 5};
@@ -124,4 +124,4 @@ TEST(ShadingScenes, PhongPathInClosedForm) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_shading_tables

@@ -12,7 +12,7 @@
 #include "tests/accuracy/extent.h"
 #include "tests/difference.h"
 
-namespace penumbra {
+namespace penumbra::test_slice_form_table {
 namespace {
 
 // Turns [J^2, E, 3] into [3, J^2, E] in single precision, and back.
@@ -82,4 +82,4 @@ TEST(SliceForm, FittedMaterialsKeepTheirShadingError) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_slice_form_table

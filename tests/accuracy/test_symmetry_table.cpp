@@ -8,7 +8,7 @@
 #include "sh/sh_basis.h"
 #include "tests/accuracy/extent.h"
 
-namespace penumbra {
+namespace penumbra::test_symmetry_table {
 namespace {
 
 // Compares the shortcuts (rotation for isotropic BRDFs, mirrors for the others) with a table without them.
@@ -33,4 +33,4 @@ TEST(FitBrdf, SymmetriesMatchDirectIntegration) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_symmetry_table

@@ -10,7 +10,7 @@
 #include "tests/accuracy/extent.h"
 #include "tests/fit/pixel_sun.h"
 
-namespace penumbra {
+namespace penumbra::test_window_table {
 namespace {
 
 using std::numbers::pi;
@@ -44,4 +44,4 @@ TEST(LightWindow, OnePixelSunDoesNotRing) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_window_table

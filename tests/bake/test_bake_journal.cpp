@@ -7,7 +7,7 @@
 #include "formats/common/fp16.h"
 #include "tests/formats/stage_samples.h"
 
-namespace penumbra {
+namespace penumbra::test_bake_journal {
 namespace {
 using testing::AllOf;
 using testing::HasSubstr;
@@ -169,4 +169,4 @@ TEST(BakeJournal, ADeepKeyIsOnlyForeign) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_bake_journal

@@ -10,7 +10,7 @@
 #include "tests/bake/shapes.h"
 #include "tests/difference.h"
 
-namespace penumbra {
+namespace penumbra::test_bake_visibility {
 
 namespace {
 
@@ -144,4 +144,4 @@ TEST(BakeOptions, FrameRangeTakesTwoOrThreeNumbers) {
         EXPECT_THROW(parseFrameRange(bad), std::invalid_argument) << bad;
 }
 
-}  // namespace penumbra
+}  // namespace penumbra::test_bake_visibility

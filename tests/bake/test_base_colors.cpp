@@ -12,7 +12,7 @@
 #include "tests/formats/textured_rig.h"
 #include "tests/formats/tiny_jpeg.h"
 
-namespace penumbra {
+namespace penumbra::test_base_colors {
 namespace {
 
 using samples::EditableGlb;
@@ -297,4 +297,4 @@ TEST(BaseColors, DiffuseTexturesOfColladaDirectXAndFbxLieBesideTheFile) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_base_colors

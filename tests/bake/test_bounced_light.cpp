@@ -8,7 +8,7 @@
 #include "tests/bake/transfer_case.h"
 #include "tests/difference.h"
 
-namespace penumbra {
+namespace penumbra::test_bounced_light {
 
 namespace {
 
@@ -206,4 +206,4 @@ TEST(BouncedLight, AgreesWithTheBakeOnASheetThatLetsLightThrough) {
     EXPECT_LT(relativeDifference(found, expected), 0.02);
 }
 
-}  // namespace penumbra
+}  // namespace penumbra::test_bounced_light

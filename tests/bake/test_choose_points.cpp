@@ -5,7 +5,7 @@
 #include "bake/source/choose_points.h"
 #include "tests/bake/shapes.h"
 
-namespace penumbra {
+namespace penumbra::test_choose_points {
 namespace {
 
 Mesh meshOf(const shapes::Shape& shape) {
@@ -140,4 +140,4 @@ TEST(ChoosePoints, GoOnFromSlotToSlot) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_choose_points

@@ -13,7 +13,7 @@
 #include "formats/rig/rig_matrix.h"
 #include "formats/source/source_readers.h"
 
-namespace penumbra {
+namespace penumbra::test_choose_poses {
 namespace {
 
 std::filesystem::path sample(const std::string& name) {
@@ -180,4 +180,4 @@ TEST(PoseFeatures, SameForAnyThreadCount) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_choose_poses

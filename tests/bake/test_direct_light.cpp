@@ -7,7 +7,7 @@
 #include "sh/quadrature.h"
 #include "tests/bake/shapes.h"
 
-namespace penumbra {
+namespace penumbra::test_direct_light {
 
 namespace {
 
@@ -236,4 +236,4 @@ TEST(Reference, BackgroundFillsWhatIsNotCovered) {
     EXPECT_EQ(image.alpha[0], 1);
 }
 
-}  // namespace penumbra
+}  // namespace penumbra::test_direct_light

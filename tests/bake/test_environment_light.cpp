@@ -8,7 +8,7 @@
 #include "sh/quadrature.h"
 #include "tests/bake/shapes.h"
 
-namespace penumbra {
+namespace penumbra::test_environment_light {
 namespace {
 
 using shapes::Shape;
@@ -133,4 +133,4 @@ TEST(EnvironmentLight, DirectionalLightAloneHasNoSamples) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_environment_light

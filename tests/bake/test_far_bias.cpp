@@ -6,7 +6,7 @@
 #include "bake/visibility/frame_scene.h"
 #include "tests/formats/glb_writer.h"
 
-namespace penumbra {
+namespace penumbra::test_far_bias {
 namespace {
 
 shapes::Shape squareFloor(float side, float y) {
@@ -63,4 +63,4 @@ TEST(FarBias, RaysStartInTheGapAndOverTheFloor) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_far_bias

@@ -14,7 +14,7 @@
 #include "tests/difference.h"
 #include "tests/formats/stage_samples.h"
 
-namespace penumbra {
+namespace penumbra::test_fields {
 namespace {
 
 using Numbers = std::array<float, kFieldNumbers>;
@@ -300,4 +300,4 @@ TEST(MergeFields, GapsOverlapsAndOtherOptionsAreRefused) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_fields

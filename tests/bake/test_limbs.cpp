@@ -9,7 +9,7 @@
 #include "bake/source/frame_choice.h"
 #include "tests/bake/limb_rigs.h"
 
-namespace penumbra {
+namespace penumbra::test_limbs {
 namespace {
 
 using samples::addJoint;
@@ -165,4 +165,4 @@ TEST(AttachedJoints, AHandUnderTheRootJoinsTheArmToTheTrunk) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_limbs

@@ -10,7 +10,7 @@
 #include "tests/bake/shapes.h"
 #include "tests/bake/sheets.h"
 
-namespace penumbra {
+namespace penumbra::test_local_moments {
 namespace {
 
 std::filesystem::path sample(const std::string& name) {
@@ -295,4 +295,4 @@ TEST_F(LocalBake, SameBytesForAnyThreadCount) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_local_moments

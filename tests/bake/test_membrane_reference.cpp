@@ -6,7 +6,7 @@
 
 #include "bake/reference/bake_reference.h"
 
-namespace penumbra {
+namespace penumbra::test_membrane_reference {
 namespace {
 
 // A square in the plane y = 0 whose front is above, seen from `pitch` degrees.
@@ -46,4 +46,4 @@ TEST(MembraneReference, MixesTheSidesOfAFlatSheet) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_membrane_reference

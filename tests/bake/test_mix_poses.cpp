@@ -15,7 +15,7 @@
 #include "tests/bake/limb_rigs.h"
 #include "tests/difference.h"
 
-namespace penumbra {
+namespace penumbra::test_mix_poses {
 namespace {
 
 using samples::jointNamed;
@@ -354,4 +354,4 @@ TEST(MixedPoseList, RigsThatCannotBeMixedAreRefused) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_mix_poses

@@ -9,7 +9,7 @@
 #include "tests/bake/shapes.h"
 #include "tests/difference.h"
 
-namespace penumbra {
+namespace penumbra::test_moments {
 
 namespace {
 
@@ -280,4 +280,4 @@ TEST(RayReach, AWallCountsByItsDistance) {
     EXPECT_NEAR(mean_down, expected, 2e-3);
 }
 
-}  // namespace penumbra
+}  // namespace penumbra::test_moments

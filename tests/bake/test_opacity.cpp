@@ -13,7 +13,7 @@
 #include "tests/bake/shapes.h"
 #include "tests/formats/textured_rig.h"
 
-namespace penumbra {
+namespace penumbra::test_opacity {
 namespace {
 
 using samples::EditableGlb;
@@ -225,4 +225,4 @@ TEST(Opacity, TurnedTrianglesKeepTheirPieces) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_opacity

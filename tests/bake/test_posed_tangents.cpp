@@ -8,7 +8,7 @@
 #include "tests/bake/shapes.h"
 #include "tests/synthetic_cloth.h"
 
-namespace penumbra {
+namespace penumbra::test_posed_tangents {
 namespace {
 
 // A square in the plane z = 0 of two clusters, each with a joint of its own. Rest tangents are x and y.
@@ -127,4 +127,4 @@ TEST(Reference, EachVertexHasItsMaterial) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_posed_tangents

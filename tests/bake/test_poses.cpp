@@ -17,7 +17,7 @@
 #include "formats/source/source_readers.h"
 #include "tests/difference.h"
 
-namespace penumbra {
+namespace penumbra::test_poses {
 namespace {
 
 std::filesystem::path sample(const std::string& name) {
@@ -281,4 +281,4 @@ TEST_F(PoseFiles, ListsOfOtherRigsAreRefused) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_poses

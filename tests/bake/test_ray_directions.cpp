@@ -7,7 +7,7 @@
 #include "tests/difference.h"
 #include "tests/sh/sh_project.h"
 
-namespace penumbra {
+namespace penumbra::test_ray_directions {
 
 TEST(RayDirections, AreTwiceTheRaysUnitAndPadded) {
     const RayDirections set = makeRayDirections(17, 3, 2);
@@ -101,4 +101,4 @@ TEST(AboveHorizon, GroundLeavesDirectionsThatPointUp) {
     EXPECT_NEAR(double(aboveHorizon(set, {1, 0, 0}, Floor::kSolid, lanes)), 150, 6);
 }
 
-}  // namespace penumbra
+}  // namespace penumbra::test_ray_directions

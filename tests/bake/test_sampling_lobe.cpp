@@ -11,7 +11,7 @@
 #include "tests/bake/shapes.h"
 #include "tests/formats/brdf_samples.h"
 
-namespace penumbra {
+namespace penumbra::test_sampling_lobe {
 namespace {
 
 RgbBrdf brdfOf(const char* spec) { return rgbBrdf(parseBrdf(spec)); }
@@ -160,4 +160,4 @@ TEST(DirectLight, IsUnbiasedForEveryKindOfMaterial) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_sampling_lobe

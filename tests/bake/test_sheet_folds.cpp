@@ -11,7 +11,7 @@
 #include "tests/bake/sheets.h"
 #include "tests/difference.h"
 
-namespace penumbra {
+namespace penumbra::test_sheet_folds {
 namespace {
 
 using namespace sheets;
@@ -204,4 +204,4 @@ TEST(Sheets, DrapedClothMatchesBruteForce) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_sheet_folds

@@ -3,7 +3,7 @@
 
 #include "tests/bake/sheets.h"
 
-namespace penumbra {
+namespace penumbra::test_sheets {
 namespace {
 
 using namespace sheets;
@@ -163,4 +163,4 @@ TEST(Sheets, NormalBehindATriangleDoesNotLeak) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_sheets

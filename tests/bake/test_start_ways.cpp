@@ -11,7 +11,7 @@
 #include "bake/trace/vertex_side.h"
 #include "formats/common/mesh_places.h"
 
-namespace penumbra {
+namespace penumbra::test_start_ways {
 namespace {
 
 TEST(StartWays, LieBetweenTheSidesOfAPlace) {
@@ -80,4 +80,4 @@ TEST(StartWays, HardEdgesAreNoBorders) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_start_ways

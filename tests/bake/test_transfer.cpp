@@ -8,7 +8,7 @@
 #include "tests/difference.h"
 #include "tests/sh/golden.h"
 
-namespace penumbra {
+namespace penumbra::test_transfer {
 
 namespace {
 
@@ -271,4 +271,4 @@ TEST(Transfer, SameBitsForAnyNumberOfThreads) {
     for (const int threads : {2, 8}) EXPECT_EQ(bakeCase(of, threads).indirect, one.indirect) << threads;
 }
 
-}  // namespace penumbra
+}  // namespace penumbra::test_transfer

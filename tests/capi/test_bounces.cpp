@@ -10,7 +10,7 @@
 #include "tests/synthetic_composition.h"
 #include "tests/synthetic_indirect.h"
 
-namespace penumbra {
+namespace penumbra::test_bounces {
 namespace {
 
 using namespace capi_test;
@@ -171,4 +171,4 @@ TEST(CApiBounces, AssetsWithoutItAndWrongCallsAreRefused) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_bounces

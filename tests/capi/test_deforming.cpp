@@ -12,7 +12,7 @@
 #include "tests/runtime/count_allocations.h"
 #include "tests/synthetic_cloth.h"
 
-namespace penumbra {
+namespace penumbra::test_deforming {
 namespace {
 
 using namespace capi_test;
@@ -213,4 +213,4 @@ TEST(CApiDeforming, HostileBytesAreRefusedOrUsable) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_deforming

@@ -12,7 +12,7 @@
 #include "tests/capi/packed_asset.h"
 #include "tests/no_simd.h"
 
-namespace penumbra {
+namespace penumbra::test_errors {
 namespace {
 
 using namespace capi_test;
@@ -450,4 +450,4 @@ TEST(CApiErrors, AnyOrderOfGivingBack) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_errors

@@ -6,7 +6,7 @@
 #include "tests/posed_vertices.h"
 #include "tests/synthetic_dense.h"
 
-namespace penumbra {
+namespace penumbra::test_followers {
 namespace {
 
 using namespace capi_test;
@@ -51,4 +51,4 @@ TEST(CApiFollowers, OtherAssetsHaveNone) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_followers

@@ -7,7 +7,7 @@
 #include "tests/capi/packed_asset.h"
 #include "tests/runtime/count_allocations.h"
 
-namespace penumbra {
+namespace penumbra::test_frames {
 namespace {
 
 using namespace capi_test;
@@ -163,4 +163,4 @@ TEST(CApiFrames, ThreadsSplitFramesAndShareAssets) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_frames

@@ -14,7 +14,7 @@
 #include "tests/difference.h"
 #include "tests/runtime/count_allocations.h"
 
-namespace penumbra {
+namespace penumbra::test_heights {
 namespace {
 
 using namespace capi_test;
@@ -244,4 +244,4 @@ TEST(CApiHeights, RefuseWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_heights

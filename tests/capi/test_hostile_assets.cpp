@@ -9,7 +9,7 @@
 #include "formats/common/errors.h"
 #include "tests/capi/use_c_api.h"
 
-namespace penumbra {
+namespace penumbra::test_hostile_assets {
 namespace {
 
 using namespace capi_test;
@@ -118,4 +118,4 @@ TEST(CApiHostile, SizesThatTheFileDoesNotHold) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_hostile_assets

@@ -6,7 +6,7 @@
 #include "tests/runtime/count_allocations.h"
 #include "tests/synthetic_cloth.h"
 
-namespace penumbra {
+namespace penumbra::test_material_parameter {
 namespace {
 
 using namespace capi_test;
@@ -133,4 +133,4 @@ TEST(CApiSides, AreEachOthersOther) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_material_parameter

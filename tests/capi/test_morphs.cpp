@@ -5,7 +5,7 @@
 #include "tests/capi/use_c_api.h"
 #include "tests/synthetic_morphs.h"
 
-namespace penumbra {
+namespace penumbra::test_morphs {
 namespace {
 
 using namespace capi_test;
@@ -51,4 +51,4 @@ TEST(CApiMorphs, WeightsAreInputsByName) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_morphs

@@ -8,7 +8,7 @@
 #include "tests/posed_vertices.h"
 #include "tests/synthetic_cloth.h"
 
-namespace penumbra {
+namespace penumbra::test_rig_inputs {
 namespace {
 
 using namespace capi_test;
@@ -197,4 +197,4 @@ TEST(CApiRigInputs, OtherPosesAreRefused) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_rig_inputs

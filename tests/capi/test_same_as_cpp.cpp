@@ -11,7 +11,7 @@
 
 extern "C" std::size_t sizes_seen_by_c(void);
 
-namespace penumbra {
+namespace penumbra::test_same_as_cpp {
 namespace {
 
 using namespace capi_test;
@@ -296,4 +296,4 @@ TEST(CApi, RotationVectorsAreLogsRelativeToRest) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_same_as_cpp

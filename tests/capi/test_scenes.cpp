@@ -9,7 +9,7 @@
 #include "tests/runtime/count_allocations.h"
 #include "tests/synthetic_composition.h"
 
-namespace penumbra {
+namespace penumbra::test_scenes {
 namespace {
 
 using namespace capi_test;
@@ -266,4 +266,4 @@ TEST(CApiScenes, RefusesWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_scenes

@@ -8,7 +8,7 @@
 #include "tests/capi/packed_asset.h"
 #include "tests/runtime/count_allocations.h"
 
-namespace penumbra {
+namespace penumbra::test_suns {
 namespace {
 
 using namespace capi_test;
@@ -416,4 +416,4 @@ TEST(CApiSuns, TheTextOfLobes) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_suns

@@ -10,7 +10,7 @@
 #include "tests/runtime/count_allocations.h"
 #include "tests/synthetic_transfer.h"
 
-namespace penumbra {
+namespace penumbra::test_transfer {
 namespace {
 
 using namespace capi_test;
@@ -111,4 +111,4 @@ TEST(CApiTransfer, MutationsNeverHarm) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_transfer

@@ -10,7 +10,7 @@
 #include "sh/quaternion.h"
 #include "tests/sh/golden.h"
 
-namespace penumbra {
+namespace penumbra::test_align_tracks {
 namespace {
 
 using ::testing::HasSubstr;
@@ -150,4 +150,4 @@ TEST(AlignTracks, PairFramesByNameAndElseByNumber) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_align_tracks

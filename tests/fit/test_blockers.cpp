@@ -17,7 +17,7 @@
 #include "tests/synthetic_cloth.h"
 #include "tests/synthetic_model.h"
 
-namespace penumbra {
+namespace penumbra::test_blockers {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -452,4 +452,4 @@ TEST(FitBlockers, RefusesWhatHasNoArea) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_blockers

@@ -11,7 +11,7 @@
 #include "sh/brdf/reflection_operator.h"
 #include "tests/fit/golden_scenes.h"
 
-namespace penumbra {
+namespace penumbra::test_brdf_operators {
 namespace {
 
 const Convention kA4{BelowHorizon::kOpen, 4}, kD5{BelowHorizon::kMirrored, 5};
@@ -161,4 +161,4 @@ TEST(BrdfOperators, SameResultForAnyThreadCount) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_brdf_operators

@@ -10,7 +10,7 @@
 #include "sh/sh_product.h"
 #include "tests/sh/golden.h"
 
-namespace penumbra {
+namespace penumbra::test_brdf_terms {
 namespace {
 
 // Returns k columns of a discrete cosine transform, which are orthonormal.
@@ -208,4 +208,4 @@ TEST(BrdfTerms, ChannelsAreShared) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_brdf_terms

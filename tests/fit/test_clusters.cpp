@@ -8,7 +8,7 @@
 #include "fit/clusters/vertex_clusters.h"
 #include "tests/fit/synthetic_character.h"
 
-namespace penumbra {
+namespace penumbra::test_clusters {
 namespace {
 
 // Vertices of six known groups with jittered weights. Four groups follow one joint each, and two follow two joints by
@@ -95,4 +95,4 @@ TEST(Clusters, DoNotDependOnThreads) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_clusters

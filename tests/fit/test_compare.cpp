@@ -8,7 +8,7 @@
 #include "fit/papers/compare/joint_sweep.h"
 #include "tests/fit/compared_character.h"
 
-namespace penumbra {
+namespace penumbra::test_compare {
 namespace {
 
 TEST(CompareGrid, HoldsEachFitOnceAndAllThatTheFiguresAskFor) {
@@ -199,4 +199,4 @@ TEST(JointSweep, CoversTheBakedAnglesAndGivesTheModelsOwnValueThere) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_compare

@@ -14,7 +14,7 @@
 #include "sh/zonal.h"
 #include "tests/fit/compared_character.h"
 
-namespace penumbra {
+namespace penumbra::test_compare_small {
 namespace {
 
 const VectorFit& find(const std::vector<VectorFit>& fits, FeatureKind features, int degree, bool prior) {
@@ -186,4 +186,4 @@ TEST(LightPair, OfALobeIsTheLobe) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_compare_small

@@ -8,7 +8,7 @@
 #include "fit/models/linear_model.h"
 #include "fit/numerics/cross_validation.h"
 
-namespace penumbra {
+namespace penumbra::test_cross_validation {
 namespace {
 
 FrameList clipsOf(const std::vector<std::size_t>& lengths) {
@@ -96,4 +96,4 @@ TEST(BlockedErrors, EqualThoseOfRefittedRidges) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_cross_validation

@@ -7,7 +7,7 @@
 #include "tests/fit/hinged_sheet.h"
 #include "tests/fit/synthetic_character.h"
 
-namespace penumbra {
+namespace penumbra::test_deforming_fit {
 namespace {
 
 using synthetic::TemporaryFile;
@@ -173,4 +173,4 @@ TEST(DeformingFit, RefusesWhatDoesNotGoTogether) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_deforming_fit

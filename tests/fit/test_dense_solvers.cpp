@@ -5,7 +5,7 @@
 #include "fit/numerics/dense_solvers.h"
 #include "fit/numerics/minimise_directions.h"
 
-namespace penumbra {
+namespace penumbra::test_dense_solvers {
 namespace {
 
 SmallMatrix filled(int rows, int columns, double salt) {
@@ -52,4 +52,4 @@ TEST(MinimiseDirections, FindsTheAxes) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_dense_solvers

@@ -4,7 +4,7 @@
 #include "tests/difference.h"
 #include "tests/fit/synthetic_character.h"
 
-namespace penumbra {
+namespace penumbra::test_features {
 namespace {
 
 std::vector<double> featuresOf(const FeatureRecipe& recipe, int joint, const VisibilityFrame& frame) {
@@ -123,4 +123,4 @@ TEST(JointCenters, OfAJointThatMovesNothingIsItsAncestors) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_features

@@ -12,7 +12,7 @@
 #include "fit/camera/find_response.h"
 #include "formats/common/errors.h"
 
-namespace penumbra {
+namespace penumbra::test_find_response {
 namespace {
 
 using ::testing::HasSubstr;
@@ -108,4 +108,4 @@ TEST(FindResponse, RefusesWhatTellsNone) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_find_response

@@ -12,7 +12,7 @@
 #include "sh/sh_product.h"
 #include "tests/sh/golden.h"
 
-namespace penumbra {
+namespace penumbra::test_fit_brdf {
 namespace {
 
 RgbBrdf specBrdf(const std::string& text) { return rgbBrdf(parseBrdf(text)); }
@@ -153,4 +153,4 @@ TEST(FitBrdf, SameResultForAnyThreadCount) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_fit_brdf

@@ -8,7 +8,7 @@
 #include "sh/sh_basis.h"
 #include "sh/zonal.h"
 
-namespace penumbra {
+namespace penumbra::test_fit_light {
 namespace {
 
 using std::numbers::pi;
@@ -95,4 +95,4 @@ TEST(FitLight, BlackPictureIsBlack) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_fit_light

@@ -9,7 +9,7 @@
 #include "fit/reflectance/shading_error.h"
 #include "tests/difference.h"
 
-namespace penumbra {
+namespace penumbra::test_fit_steps {
 namespace {
 
 // Returns the slices of one value from the steps about it, which must enclose it: [J^2, E, 3].
@@ -83,4 +83,4 @@ TEST(FitSteps, ShadeAsWellBetweenAsAtThem) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_fit_steps

@@ -8,7 +8,7 @@
 #include "formats/common/errors.h"
 #include "tests/fit/synthetic_character.h"
 
-namespace penumbra {
+namespace penumbra::test_fit_visibility {
 namespace {
 
 using synthetic::TemporaryFile;
@@ -204,4 +204,4 @@ TEST(FitVisibility, OfOneFrameIsItsMean) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_fit_visibility

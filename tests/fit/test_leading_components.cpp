@@ -7,7 +7,7 @@
 #include "fit/numerics/leading_components.h"
 #include "fit/numerics/pca.h"
 
-namespace penumbra {
+namespace penumbra::test_leading_components {
 namespace {
 
 // Rows whose principal components fall off slowly, as those of transfer do, and with a mean that is not zero.
@@ -108,4 +108,4 @@ TEST(LeadingComponents, SmallMatrixIsExact) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_leading_components

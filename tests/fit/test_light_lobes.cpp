@@ -10,7 +10,7 @@
 #include "tests/difference.h"
 #include "tests/sh/golden.h"
 
-namespace penumbra {
+namespace penumbra::test_light_lobes {
 namespace {
 
 struct GoldenLight {
@@ -145,4 +145,4 @@ TEST(LightLobes, SameLobesEveryTime) {
 // Measures the calling thread alone, so that other work on the machine does not count.
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_light_lobes

@@ -11,7 +11,7 @@
 #include "tests/fit/pixel_sun.h"
 #include "tests/sh/golden.h"
 
-namespace penumbra {
+namespace penumbra::test_light_window {
 namespace {
 
 using std::numbers::pi;
@@ -112,4 +112,4 @@ TEST(LightWindow, ResidualIsThatOfTheWindowedLight) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_light_window

@@ -3,7 +3,7 @@
 #include "fit/models/linear_model.h"
 #include "tests/fit/golden_matrix.h"
 
-namespace penumbra {
+namespace penumbra::test_linear_model {
 namespace {
 
 // Compares weights, intercept, diagonal of the hat matrix and leave-one-out error with the golden file, at its own
@@ -47,4 +47,4 @@ TEST(Ridge, StrongPriorLeavesTheMean) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_linear_model

@@ -4,7 +4,7 @@
 #include "fit/reflectance/live_shading_error.h"
 #include "tests/sh/golden.h"
 
-namespace penumbra {
+namespace penumbra::test_live_shading_error {
 namespace {
 
 TEST(LiveShadingError, RadianceIsTheGoldenOne) {
@@ -32,4 +32,4 @@ TEST(LiveShadingError, StaysWithinItsBounds) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_live_shading_error

@@ -7,7 +7,7 @@
 #include "fit/papers/compare/paper_forms.h"
 #include "tests/fit/synthetic_character.h"
 
-namespace penumbra {
+namespace penumbra::test_local_numbers {
 namespace {
 
 using std::numbers::pi;
@@ -107,4 +107,4 @@ TEST(ClusterNumbers, CosineWeightedStartWithTheAmbientTerm) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_local_numbers

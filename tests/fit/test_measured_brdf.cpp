@@ -11,7 +11,7 @@
 #include "tests/difference.h"
 #include "tests/formats/brdf_samples.h"
 
-namespace penumbra {
+namespace penumbra::test_measured_brdf {
 namespace {
 
 double differenceOfSlices(const RgbBrdf& measured, const RgbBrdf& exact) {
@@ -104,4 +104,4 @@ TEST(MeasuredBrdf, GeneralSymmetryKeepsALobeThatIsTurned) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_measured_brdf

@@ -5,7 +5,7 @@
 
 #include "fit/models/net_kernels.h"
 
-namespace penumbra {
+namespace penumbra::test_net_kernels {
 namespace {
 
 std::vector<double> noise(std::size_t count, unsigned seed) {
@@ -59,4 +59,4 @@ TEST(NetKernels, TanhMatchesTheStandardLibrary) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_net_kernels

@@ -9,7 +9,7 @@
 #include "tests/difference.h"
 #include "tests/fit/synthetic_net.h"
 
-namespace penumbra {
+namespace penumbra::test_neural_cross_validation {
 namespace {
 
 using synthetic::normalMatrix;
@@ -131,4 +131,4 @@ TEST(NeuralCrossValidation, SameArgumentsSameBits) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_neural_cross_validation

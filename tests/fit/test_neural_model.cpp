@@ -8,7 +8,7 @@
 #include "tests/fit/neural_bfgs.h"
 #include "tests/fit/synthetic_net.h"
 
-namespace penumbra {
+namespace penumbra::test_neural_model {
 namespace {
 
 using synthetic::normalMatrix;
@@ -116,4 +116,4 @@ TEST(NeuralStart, IgnoresFramesThatAreOnePose) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_neural_model

@@ -3,7 +3,7 @@
 #include "fit/page/page_json.h"
 #include "formats/common/errors.h"
 
-namespace penumbra {
+namespace penumbra::test_page {
 namespace {
 
 std::string pageWith(const std::string& sections) {
@@ -84,4 +84,4 @@ TEST(PageJson, LinksStayBesideThePage) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_page

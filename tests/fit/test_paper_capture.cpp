@@ -9,7 +9,7 @@
 #include "tests/sh/golden.h"
 #include "tests/synthetic_photos.h"
 
-namespace penumbra {
+namespace penumbra::test_paper_capture {
 namespace {
 
 using std::numbers::pi;
@@ -82,4 +82,4 @@ TEST(BallCrop, EquationSixErrsAtAnyDistance) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_paper_capture

@@ -6,7 +6,7 @@
 #include "fit/numerics/pca.h"
 #include "tests/difference.h"
 
-namespace penumbra {
+namespace penumbra::test_pca {
 namespace {
 
 // Returns centered rows with column scales 1, 1/2, 1/3, ...
@@ -105,4 +105,4 @@ TEST(PrincipalAxes, OfABoxAreItsEdges) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_pca

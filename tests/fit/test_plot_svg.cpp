@@ -5,7 +5,7 @@
 
 #include "fit/papers/compare/plot_svg.h"
 
-namespace penumbra {
+namespace penumbra::test_plot_svg {
 namespace {
 
 std::size_t occurrences(const std::string& text, const std::string& word) {
@@ -141,4 +141,4 @@ TEST(PlotSvg, BarsHaveWhiskers) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_plot_svg

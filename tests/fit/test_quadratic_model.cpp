@@ -7,7 +7,7 @@
 #include "fit/numerics/cross_validation.h"
 #include "tests/fit/synthetic_net.h"
 
-namespace penumbra {
+namespace penumbra::test_quadratic_model {
 namespace {
 
 using synthetic::normalMatrix;
@@ -102,4 +102,4 @@ TEST(QuadraticModel, CrossValidationMatchesFitsByHand) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_quadratic_model

@@ -7,7 +7,7 @@
 #include "fit/numerics/ridge_path.h"
 #include "tests/fit/golden_matrix.h"
 
-namespace penumbra {
+namespace penumbra::test_ridge_path {
 namespace {
 
 constexpr std::size_t kAll = 1000;
@@ -98,4 +98,4 @@ TEST(RidgePath, OneFoldGivesNoError) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_ridge_path

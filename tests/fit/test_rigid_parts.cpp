@@ -6,7 +6,7 @@
 #include "fit/clusters/rigid_parts.h"
 #include "tests/fit/hinged_sheet.h"
 
-namespace penumbra {
+namespace penumbra::test_rigid_parts {
 namespace {
 
 using synthetic::HingedSheet;
@@ -90,4 +90,4 @@ TEST(RigidParts, MeshesWithoutAreaOrTrianglesAreOnePart) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_rigid_parts

@@ -10,7 +10,7 @@
 #include "sh/quadrature.h"
 #include "tests/fit/golden_scenes.h"
 
-namespace penumbra {
+namespace penumbra::test_shading_scenes {
 namespace {
 
 const Convention kD5{BelowHorizon::kMirrored, 5};
@@ -103,4 +103,4 @@ TEST(ShadingError, SameResultForAnyThreadCount) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_shading_scenes

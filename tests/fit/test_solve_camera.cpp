@@ -10,7 +10,7 @@
 #include "formats/common/errors.h"
 #include "sh/quaternion.h"
 
-namespace penumbra {
+namespace penumbra::test_solve_camera {
 namespace {
 
 using ::testing::HasSubstr;
@@ -129,4 +129,4 @@ TEST(TagGrid, LeavesOutWhatIsThereTwiceOrOfNoGrid) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_solve_camera

@@ -10,7 +10,7 @@
 #include "sh/light/dominant_light.h"
 #include "sh/quadrature.h"
 
-namespace penumbra {
+namespace penumbra::test_sun_shading {
 namespace {
 
 double skyRadianceAt(Vec3d d) { return d.z > 0 ? 1 - 0.5 * d.z : 0.3; }
@@ -119,4 +119,4 @@ TEST(SunShading, FactoredIsNearerToBruteForceThanSh) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_sun_shading

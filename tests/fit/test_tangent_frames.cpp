@@ -4,7 +4,7 @@
 #include "tests/difference.h"
 #include "tests/fit/synthetic_character.h"
 
-namespace penumbra {
+namespace penumbra::test_tangent_frames {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
@@ -100,4 +100,4 @@ TEST(TangentFrames, HaveAUnitTangentEvenWhereTheProjectionVanishes) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_tangent_frames

@@ -6,7 +6,7 @@
 
 #include "fit/models/trainers.h"
 
-namespace penumbra {
+namespace penumbra::test_train_additive {
 namespace {
 
 // Three joints with two outputs. The angles of the joints are random and independent.
@@ -99,4 +99,4 @@ TEST(TrainAdditive, AUnitSeesOneJoint) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_train_additive

@@ -18,7 +18,7 @@
 #include "tests/fit/synthetic_character.h"
 #include "tests/sh/sh_project.h"
 
-namespace penumbra {
+namespace penumbra::test_transfer_fit {
 namespace {
 
 using synthetic::TemporaryFile;
@@ -319,4 +319,4 @@ TEST(FitTransfer, RefusesWhatItCannotFit) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_transfer_fit

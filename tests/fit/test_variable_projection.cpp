@@ -8,7 +8,7 @@
 #include "tests/fit/neural_bfgs.h"
 #include "tests/fit/synthetic_net.h"
 
-namespace penumbra {
+namespace penumbra::test_variable_projection {
 namespace {
 
 using synthetic::normalMatrix;
@@ -127,4 +127,4 @@ TEST(VariableProjection, StrongPriorLeavesTheMean) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_variable_projection

@@ -9,7 +9,7 @@
 #include "tests/fit/synthetic_character.h"
 #include "tests/sh/golden.h"
 
-namespace penumbra {
+namespace penumbra::test_visibility_lobes {
 namespace {
 
 std::vector<double> grey(const std::vector<double>& numbers) {
@@ -213,4 +213,4 @@ TEST(VisibilityLobes, OfNothingAreNothing) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_visibility_lobes

@@ -10,7 +10,7 @@
 #include "sh/angles.h"
 #include "sh/sh_basis.h"
 
-namespace penumbra {
+namespace penumbra::test_area_lights {
 namespace {
 
 using std::numbers::pi;
@@ -189,4 +189,4 @@ TEST(AreaLights, AreContinuousInThePicture) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_area_lights

@@ -9,7 +9,7 @@
 #include "tests/sh/golden.h"
 #include "tests/synthetic_photos.h"
 
-namespace penumbra {
+namespace penumbra::test_ball_panorama {
 namespace {
 
 using std::numbers::pi;
@@ -151,4 +151,4 @@ TEST(BallOutline, NamesWhatCannotBe) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_ball_panorama

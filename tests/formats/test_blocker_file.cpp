@@ -9,7 +9,7 @@
 #include "tests/formats/round_trip.h"
 #include "tests/formats/stage_samples.h"
 
-namespace penumbra {
+namespace penumbra::test_blocker_file {
 namespace {
 
 TEST(BlockerFile, RoundTripIsExactAndDeterministic) {
@@ -123,4 +123,4 @@ TEST(CasterSphere, MovesAndScalesWithItsBone) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_blocker_file

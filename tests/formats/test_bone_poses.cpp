@@ -7,7 +7,7 @@
 #include "formats/common/errors.h"
 #include "formats/scene/bone_poses.h"
 
-namespace penumbra {
+namespace penumbra::test_bone_poses {
 namespace {
 
 using ::testing::HasSubstr;
@@ -108,4 +108,4 @@ TEST(BonePoses, AreOfOneRig) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_bone_poses

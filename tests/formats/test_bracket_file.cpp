@@ -5,7 +5,7 @@
 #include "formats/camera/bracket_file.h"
 #include "formats/common/errors.h"
 
-namespace penumbra {
+namespace penumbra::test_bracket_file {
 namespace {
 
 using ::testing::HasSubstr;
@@ -113,4 +113,4 @@ TEST(BracketFile, RefusesEveryTruncation) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_bracket_file

@@ -9,7 +9,7 @@
 #include "tests/difference.h"
 #include "tests/formats/drawn_tags.h"
 
-namespace penumbra {
+namespace penumbra::test_bracket_pose {
 namespace {
 
 const TagChoice kTag{TagFamily::k36h11, 3, 0.7};
@@ -66,4 +66,4 @@ TEST(TagEdges, AreNoneWhereThereIsNoTag) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_bracket_pose

@@ -11,7 +11,7 @@
 #include "tests/formats/round_trip.h"
 #include "tests/formats/stage_samples.h"
 
-namespace penumbra {
+namespace penumbra::test_brdf_light_file {
 namespace {
 
 using samples::bytesOf;
@@ -396,4 +396,4 @@ TEST(BrdfFile, NaNIsRefused) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_brdf_light_file

@@ -14,7 +14,7 @@
 #include "tests/difference.h"
 #include "tests/formats/brdf_samples.h"
 
-namespace penumbra {
+namespace penumbra::test_brdf_source {
 namespace {
 
 using testing::HasSubstr;
@@ -357,4 +357,4 @@ TEST(BrdfSource, FilesAreToldApartByWhatIsInThem) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_brdf_source

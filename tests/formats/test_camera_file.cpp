@@ -9,7 +9,7 @@
 #include "formats/common/errors.h"
 #include "formats/scene/bone_poses.h"
 
-namespace penumbra {
+namespace penumbra::test_camera_file {
 namespace {
 
 using ::testing::HasSubstr;
@@ -116,4 +116,4 @@ TEST(CameraPosesFile, RefusesEveryTruncation) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_camera_file

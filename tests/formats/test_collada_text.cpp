@@ -11,7 +11,7 @@
 #include "tests/formats/rig_samples.h"
 #include "tests/formats/stage_samples.h"
 
-namespace penumbra {
+namespace penumbra::test_collada_text {
 namespace {
 
 using testing::ElementsAre;
@@ -239,4 +239,4 @@ TEST_F(ColladaFile, SidesAndLinesAreReadOrSaid) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_collada_text

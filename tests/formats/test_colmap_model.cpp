@@ -5,7 +5,7 @@
 #include "formats/camera/colmap_model.h"
 #include "formats/common/errors.h"
 
-namespace penumbra {
+namespace penumbra::test_colmap_model {
 namespace {
 
 using ::testing::HasSubstr;
@@ -108,4 +108,4 @@ TEST(ColmapModel, BearsEveryTruncation) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_colmap_model

@@ -34,7 +34,7 @@ extern "C" int fsync(int file) {
     return int(::syscall(SYS_fsync, file));
 }
 
-namespace penumbra {
+namespace penumbra::test_common {
 namespace {
 
 // --- SHA-256 --------------------------------------------------------------------------------------------------------
@@ -541,4 +541,4 @@ TEST(Mesh, VertexNormalsAreAreaWeightedAtAnyScale) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_common

@@ -7,7 +7,7 @@
 #include "formats/common/surface_tree.h"
 #include "tests/formats/round_trip.h"
 
-namespace penumbra {
+namespace penumbra::test_drawn_mesh {
 namespace {
 
 struct Soup {
@@ -153,4 +153,4 @@ TEST(DrawnMesh, RefusesTablesThatDoNotFit) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_drawn_mesh

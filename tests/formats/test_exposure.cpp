@@ -5,7 +5,7 @@
 
 #include "formats/image/exposure.h"
 
-namespace penumbra {
+namespace penumbra::test_exposure {
 namespace {
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN(), kInf = std::numeric_limits<float>::infinity();
@@ -79,4 +79,4 @@ TEST(AutomaticExposure, CancelsTheBrightnessOfTheLight) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_exposure

@@ -8,7 +8,7 @@
 #include "sh/angles.h"
 #include "tests/sh/golden.h"
 
-namespace penumbra {
+namespace penumbra::test_factor_light {
 namespace {
 
 using std::numbers::pi;
@@ -178,4 +178,4 @@ TEST(FactorLight, ABlackPictureHasNoSun) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_factor_light

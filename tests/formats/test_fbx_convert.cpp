@@ -15,7 +15,7 @@
 #include "tests/formats/rig_samples.h"
 #include "tests/formats/stage_samples.h"
 
-namespace penumbra {
+namespace penumbra::test_fbx_convert {
 namespace {
 
 namespace fs = std::filesystem;
@@ -206,4 +206,4 @@ TEST_F(FbxRealConverter, ReadsCurvesPivotsAndLayers) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_fbx_convert

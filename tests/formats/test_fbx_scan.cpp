@@ -11,7 +11,7 @@
 #include "formats/rig/rig_build.h"
 #include "tests/formats/fbx_samples.h"
 
-namespace penumbra {
+namespace penumbra::test_fbx_scan {
 namespace {
 
 using samples::FbxRig;
@@ -298,4 +298,4 @@ TEST(FbxTakes, CutsInterpolateTheirEnds) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_fbx_scan

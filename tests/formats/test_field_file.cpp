@@ -9,7 +9,7 @@
 #include "tests/formats/round_trip.h"
 #include "tests/formats/stage_samples.h"
 
-namespace penumbra {
+namespace penumbra::test_field_file {
 namespace {
 
 bool sameBoxes(const PartField& a, const PartField& b) {
@@ -147,4 +147,4 @@ TEST(FieldFile, AMeshWithBacksHasTheHashOfItsFronts) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_field_file

@@ -5,7 +5,7 @@
 
 #include "formats/brdf/fit_lobes.h"
 
-namespace penumbra {
+namespace penumbra::test_fit_lobes {
 namespace {
 
 RgbBrdf sumOf(std::vector<BrdfLobe> lobes) {
@@ -61,4 +61,4 @@ TEST(FitLobes, HalfWidthIsThatOfTheDistribution) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_fit_lobes

@@ -14,7 +14,7 @@
 #include "formats/stage/hdf5_text.h"
 #include "tests/formats/stage_samples.h"
 
-namespace penumbra {
+namespace penumbra::test_global_heaps {
 namespace {
 
 template <class T>
@@ -246,4 +246,4 @@ TEST(OpeningFiles, TextOfVariableLengthIsReadAndItsDamageIsFound) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_global_heaps

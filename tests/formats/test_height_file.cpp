@@ -18,7 +18,7 @@
 #include "formats/image/image_codecs.h"
 #include "formats/image/image_file.h"
 
-namespace penumbra {
+namespace penumbra::test_height_file {
 namespace {
 
 using ::testing::HasSubstr;
@@ -268,4 +268,4 @@ TEST(GrayPng, AnyByteThatChangesIsRefusedOrRead) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_height_file

@@ -13,7 +13,7 @@
 #include "tests/formats/stage_samples.h"
 #include "tests/synthetic_cloth.h"
 
-namespace penumbra {
+namespace penumbra::test_hostile_files {
 namespace {
 
 void readAllOfVisibility(const std::filesystem::path& path) {
@@ -303,4 +303,4 @@ TEST(HostileFiles, OtherKindsAreNotGuessedAt) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_hostile_files

@@ -12,7 +12,7 @@
 #include "formats/image/image_file.h"
 #include "tests/formats/stage_samples.h"
 
-namespace penumbra {
+namespace penumbra::test_image_file {
 namespace {
 
 std::filesystem::path scratch(const std::string& name) {
@@ -194,4 +194,4 @@ TEST(ImageFile, LatLongIsSeenFromInside) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_image_file

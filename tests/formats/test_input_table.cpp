@@ -7,7 +7,7 @@
 #include "formats/stage/input_table.h"
 #include "tests/formats/stage_samples.h"
 
-namespace penumbra {
+namespace penumbra::test_input_table {
 namespace {
 
 using testing::ElementsAre;
@@ -98,4 +98,4 @@ TEST(InputTable, AnyBytesAreReadOrRefused) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_input_table

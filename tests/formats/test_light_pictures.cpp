@@ -22,7 +22,7 @@
 #include "formats/image/factor_light.h"
 #include "tests/formats/stage_samples.h"
 
-namespace penumbra {
+namespace penumbra::test_light_pictures {
 namespace {
 
 using testing::HasSubstr;
@@ -345,4 +345,4 @@ TEST(LightPictures, RejectsEveryTruncation) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_light_pictures

@@ -16,7 +16,7 @@
 #include "tests/difference.h"
 #include "tests/formats/stage_samples.h"
 
-namespace penumbra {
+namespace penumbra::test_light_shapes {
 namespace {
 
 std::filesystem::path scratch(const std::string& name) {
@@ -192,4 +192,4 @@ TEST(PictureLight, LargePicturesWithFaultsAreReadWhole) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_light_shapes

@@ -7,7 +7,7 @@
 #include "tests/formats/round_trip.h"
 #include "tests/formats/stage_samples.h"
 
-namespace penumbra {
+namespace penumbra::test_lobe_file {
 namespace {
 
 using samples::lobeModel;
@@ -86,4 +86,4 @@ TEST(LobeFile, IsRefusedAsAModel) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_lobe_file

@@ -6,7 +6,7 @@
 #include "formats/capture/shot_pictures.h"
 #include "tests/difference.h"
 
-namespace penumbra {
+namespace penumbra::test_merge_exposures {
 namespace {
 
 using ::testing::HasSubstr;
@@ -86,4 +86,4 @@ TEST(ExposureSet, NamesPicturesThatDoNotBelongTogether) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_merge_exposures

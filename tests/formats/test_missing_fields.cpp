@@ -13,7 +13,7 @@
 #include "tests/synthetic_composition.h"
 #include "tests/synthetic_indirect.h"
 
-namespace penumbra {
+namespace penumbra::test_missing_fields {
 namespace {
 
 namespace fs = std::filesystem;
@@ -230,4 +230,4 @@ TEST(MissingFields, OtherVersionsAreRefusedByTheirNumbers) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_missing_fields

@@ -11,7 +11,7 @@
 #include "tests/synthetic_composition.h"
 #include "tests/synthetic_indirect.h"
 
-namespace penumbra {
+namespace penumbra::test_model_file {
 namespace {
 
 void expectSame(const ClusterModel& a, const ClusterModel& b) {
@@ -273,4 +273,4 @@ TEST(ModelFile, NeverWritesWhatItWouldRefuse) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_model_file

@@ -5,7 +5,7 @@
 #include "formats/common/options.h"
 #include "formats/common/slot_choice.h"
 
-namespace penumbra {
+namespace penumbra::test_options {
 namespace {
 
 enum class Fruit { kApple, kPear };
@@ -106,4 +106,4 @@ TEST(Options, ARefusalNamesOptionRangeAndValue) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_options

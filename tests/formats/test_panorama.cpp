@@ -10,7 +10,7 @@
 #include "tests/sh/golden.h"
 #include "tests/synthetic_photos.h"
 
-namespace penumbra {
+namespace penumbra::test_panorama {
 namespace {
 
 using std::numbers::pi;
@@ -109,4 +109,4 @@ TEST(Panorama, ClippedPixelsAreRaisedToTheIrradianceThatIsWanted) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_panorama

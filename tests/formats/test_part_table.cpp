@@ -3,7 +3,7 @@
 
 #include "formats/common/part_table.h"
 
-namespace penumbra {
+namespace penumbra::test_part_table {
 namespace {
 
 // A skeleton that owns one tetrahedron for each joint with a size > 0.
@@ -161,4 +161,4 @@ TEST(PartTable, BacksHaveThePartsOfTheirFronts) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_part_table

@@ -17,7 +17,7 @@
 #include "tests/formats/rig_samples.h"
 #include "tests/formats/sheet_files.h"
 
-namespace penumbra {
+namespace penumbra::test_point_cache {
 namespace {
 
 using samples::distanceToSheet;
@@ -183,4 +183,4 @@ TEST(ZipArchive, SizesOf64Bits) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_point_cache

@@ -12,7 +12,7 @@
 #include "tests/formats/rig_samples.h"
 #include "tests/formats/sheet_files.h"
 
-namespace penumbra {
+namespace penumbra::test_point_cache_formats {
 namespace {
 
 using samples::expectSheet;
@@ -352,4 +352,4 @@ TEST(PointCacheGltf, WrongMorphsAreRefused) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_point_cache_formats

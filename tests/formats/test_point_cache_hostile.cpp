@@ -10,7 +10,7 @@
 #include "tests/formats/flapping_sheet.h"
 #include "tests/formats/rig_samples.h"
 
-namespace penumbra {
+namespace penumbra::test_point_cache_hostile {
 namespace {
 
 using samples::bytesOf;
@@ -177,4 +177,4 @@ TEST(PointCacheHostile, FilesThatDoNotBelongTogether) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_point_cache_hostile

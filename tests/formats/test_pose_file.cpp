@@ -9,7 +9,7 @@
 #include "tests/formats/round_trip.h"
 #include "tests/formats/stage_samples.h"
 
-namespace penumbra {
+namespace penumbra::test_pose_file {
 namespace {
 
 TEST(PoseFile, RoundTripIsExactAndDeterministic) {
@@ -86,4 +86,4 @@ TEST(PoseFile, WrongListsAreRefused) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_pose_file

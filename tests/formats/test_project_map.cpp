@@ -12,7 +12,7 @@
 #include "tests/difference.h"
 #include "tests/sh/golden.h"
 
-namespace penumbra {
+namespace penumbra::test_project_map {
 namespace {
 
 using std::numbers::pi;
@@ -300,4 +300,4 @@ TEST(EnvironmentMap, RingingKeepsItsFlux) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_project_map

@@ -9,7 +9,7 @@
 #include "tests/difference.h"
 #include "tests/formats/rig_samples.h"
 
-namespace penumbra {
+namespace penumbra::test_rig_bvh {
 namespace {
 
 using testing::ElementsAre;
@@ -119,4 +119,4 @@ TEST(RigBvh, MovesARigInAnotherUnit) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_rig_bvh

@@ -10,7 +10,7 @@
 #include "formats/rig/rig_names.h"
 #include "tests/difference.h"
 
-namespace penumbra {
+namespace penumbra::test_rig_clips {
 namespace {
 
 using testing::ElementsAre;
@@ -283,4 +283,4 @@ TEST(RigClipTimes, ClipsOfACameraAreLeftOut) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_rig_clips

@@ -11,7 +11,7 @@
 #include "tests/difference.h"
 #include "tests/formats/rig_samples.h"
 
-namespace penumbra {
+namespace penumbra::test_rig_exchange {
 namespace {
 
 using testing::HasSubstr;
@@ -123,4 +123,4 @@ TEST(RigFiles, UnknownKindsMissingFilesAndFolders) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_rig_exchange

@@ -10,7 +10,7 @@
 #include "formats/source/source_readers.h"
 #include "tests/formats/rig_samples.h"
 
-namespace penumbra {
+namespace penumbra::test_rig_hostile {
 namespace {
 
 using nlohmann::json;
@@ -349,4 +349,4 @@ TEST(RigGltf, BuffersBesideTheFileAndInside) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_rig_hostile

@@ -24,7 +24,7 @@
 #include "tests/formats/rig_samples.h"
 #include "tests/formats/stage_samples.h"
 
-namespace penumbra {
+namespace penumbra::test_rig_import {
 namespace {
 
 using testing::HasSubstr;
@@ -421,4 +421,4 @@ TEST(RigBytes, EachWrongNumberIsNamed) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_rig_import

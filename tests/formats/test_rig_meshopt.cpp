@@ -11,7 +11,7 @@
 #include "formats/source/source_readers.h"
 #include "tests/formats/rig_samples.h"
 
-namespace penumbra {
+namespace penumbra::test_rig_meshopt {
 namespace {
 
 using nlohmann::json;
@@ -182,4 +182,4 @@ TEST(RigMeshopt, DamagedAndImpossibleViewsAreRefused) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_rig_meshopt

@@ -12,7 +12,7 @@
 #include "tests/difference.h"
 #include "tests/formats/rig_samples.h"
 
-namespace penumbra {
+namespace penumbra::test_rig_morphs {
 namespace {
 
 using samples::EditableGlb;
@@ -254,4 +254,4 @@ TEST(RigMorphs, BacksMoveWithTheirFronts) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_rig_morphs

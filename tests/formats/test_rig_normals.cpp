@@ -12,7 +12,7 @@
 #include "tests/difference.h"
 #include "tests/formats/rig_samples.h"
 
-namespace penumbra {
+namespace penumbra::test_rig_normals {
 namespace {
 
 using testing::ElementsAre;
@@ -266,4 +266,4 @@ TEST(RigNormals, FollowTheNodeOfTheirMesh) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_rig_normals

@@ -8,7 +8,7 @@
 #include "formats/common/errors.h"
 #include "tests/formats/rig_samples.h"
 
-namespace penumbra {
+namespace penumbra::test_rig_pose {
 namespace {
 
 using samples::readSample;
@@ -174,4 +174,4 @@ TEST(RigFrames, UnknownAndRepeatedClipsAndBadRatesAreUsageErrors) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_rig_pose

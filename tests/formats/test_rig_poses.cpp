@@ -11,7 +11,7 @@
 #include "tests/formats/rig_samples.h"
 #include "tests/formats/stage_samples.h"
 
-namespace penumbra {
+namespace penumbra::test_rig_poses {
 namespace {
 
 // Every synthetic rig, of every importer.
@@ -162,4 +162,4 @@ TEST(RigPoses, SameGlbTwice) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_rig_poses

@@ -8,7 +8,7 @@
 #include "formats/common/twin_triangles.h"
 #include "formats/rig/rig_build.h"
 
-namespace penumbra {
+namespace penumbra::test_rig_sides {
 namespace {
 
 using testing::Each;
@@ -209,4 +209,4 @@ TEST(RigSides, UnusedVerticesGiveNoPointTheirPlaceOrSlot) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_rig_sides

@@ -9,7 +9,7 @@
 #include "formats/rig/rig_build.h"
 #include "tests/formats/rig_samples.h"
 
-namespace penumbra {
+namespace penumbra::test_rig_weld {
 namespace {
 
 using testing::ElementsAre;
@@ -210,4 +210,4 @@ TEST(RigMatrix, SlerpTurnsEvenlyAndTheShortWay) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_rig_weld

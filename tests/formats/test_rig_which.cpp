@@ -11,7 +11,7 @@
 #include "sh/character_box.h"
 #include "tests/formats/glb_writer.h"
 
-namespace penumbra {
+namespace penumbra::test_rig_which {
 namespace {
 
 using samples::GlbWriter;
@@ -311,4 +311,4 @@ TEST(CutPolygon, QuadsWithACornerOnALineKeepIt) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_rig_which

@@ -8,7 +8,7 @@
 #include "tests/difference.h"
 #include "tests/synthetic_photos.h"
 
-namespace penumbra {
+namespace penumbra::test_roam_panorama {
 namespace {
 
 using std::numbers::pi;
@@ -114,4 +114,4 @@ TEST(RoamPanorama, WhatIsNotClippedCountsMore) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_roam_panorama

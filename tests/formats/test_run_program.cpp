@@ -6,7 +6,7 @@
 #include "formats/common/child_process.h"
 #include "tests/formats/stage_samples.h"
 
-namespace penumbra {
+namespace penumbra::test_run_program {
 namespace {
 
 struct RunProgram : testing::Test {
@@ -57,4 +57,4 @@ TEST_F(RunProgram, CrashesAndLimitsAreNamed) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_run_program

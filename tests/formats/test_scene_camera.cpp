@@ -8,7 +8,7 @@
 #include "formats/scene/scene_placement.h"
 #include "tests/difference.h"
 
-namespace penumbra {
+namespace penumbra::test_scene_camera {
 namespace {
 
 // A camera 4 m in front of the marker and 2 m above, that looks at it.
@@ -106,4 +106,4 @@ TEST(SceneCamera, RefusesWhatItDoesNotKnow) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_scene_camera

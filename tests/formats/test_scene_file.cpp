@@ -6,7 +6,7 @@
 #include "formats/scene/scene_origin.h"
 #include "formats/scene/scene_placement.h"
 
-namespace penumbra {
+namespace penumbra::test_scene_file {
 namespace {
 
 using ::testing::HasSubstr;
@@ -218,4 +218,4 @@ TEST(SceneFile, RefusesHeightsWithThePlaceOfWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_scene_file

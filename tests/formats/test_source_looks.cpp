@@ -12,7 +12,7 @@
 #include "tests/bake/shapes.h"
 #include "tests/formats/glb_writer.h"
 
-namespace penumbra {
+namespace penumbra::test_source_looks {
 namespace {
 
 using testing::ElementsAre;
@@ -139,4 +139,4 @@ TEST(SourceLooks, SurviveTheWayFromAnotherProcess) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_source_looks

@@ -6,7 +6,7 @@
 #include "formats/cache/still_mesh.h"
 #include "formats/common/errors.h"
 
-namespace penumbra {
+namespace penumbra::test_still_mesh {
 namespace {
 
 using Json = nlohmann::json;
@@ -79,4 +79,4 @@ TEST(StillMesh, RefusesWhatReachesOutsideOfTheFile) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_still_mesh

@@ -10,7 +10,7 @@
 #include "formats/common/errors.h"
 #include "tests/formats/drawn_tags.h"
 
-namespace penumbra {
+namespace penumbra::test_tags {
 namespace {
 
 using samples::DrawnTag;
@@ -150,4 +150,4 @@ TEST(TagChoice, IsReadOrNamed) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_tags

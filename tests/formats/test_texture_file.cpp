@@ -9,7 +9,7 @@
 #include "formats/image/texture_file.h"
 #include "tests/formats/tiny_jpeg.h"
 
-namespace penumbra {
+namespace penumbra::test_texture_file {
 namespace {
 
 using testing::ElementsAre;
@@ -128,4 +128,4 @@ TEST(TextureFile, OtherKindsAreUnsupported) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_texture_file

@@ -7,7 +7,7 @@
 #include "tests/formats/round_trip.h"
 #include "tests/formats/stage_samples.h"
 
-namespace penumbra {
+namespace penumbra::test_transfer_file {
 namespace {
 
 using samples::transferModel;
@@ -61,4 +61,4 @@ TEST(TransferFile, RefusesWhatIsNoModel) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_transfer_file

@@ -12,7 +12,7 @@
 #include "formats/common/errors.h"
 #include "tests/formats/tiny_jpeg.h"
 
-namespace penumbra {
+namespace penumbra::test_video_device {
 namespace {
 
 using ::testing::HasSubstr;
@@ -187,4 +187,4 @@ TEST(VideoDevice, NamesWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_video_device

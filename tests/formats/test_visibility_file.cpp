@@ -8,7 +8,7 @@
 #include "formats/stage/visibility_check.h"
 #include "tests/formats/stage_samples.h"
 
-namespace penumbra {
+namespace penumbra::test_visibility_file {
 namespace {
 
 void expectSame(const VisibilityHeader& a, const VisibilityHeader& b) {
@@ -317,4 +317,4 @@ TEST(VisibilityFile, MissingFileIsAnIoError) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_visibility_file

@@ -7,7 +7,7 @@
 #include "formats/stage/visibility_check.h"
 #include "tests/formats/stage_samples.h"
 
-namespace penumbra {
+namespace penumbra::test_visibility_virtual {
 namespace {
 using testing::HasSubstr;
 namespace fs = std::filesystem;
@@ -134,4 +134,4 @@ TEST(VisibilityVirtual, RefusesAListThatDoesNotFit) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_visibility_virtual

@@ -7,7 +7,7 @@
 #include "formats/common/errors.h"
 #include "formats/image/y4m_stream.h"
 
-namespace penumbra {
+namespace penumbra::test_y4m_stream {
 namespace {
 
 std::vector<std::uint8_t> ramp(int width, int height) {
@@ -98,4 +98,4 @@ TEST(Y4mStream, RefusesWhatItCannotRead) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_y4m_stream

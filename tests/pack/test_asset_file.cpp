@@ -13,7 +13,7 @@
 #include "tests/synthetic_model.h"
 #include "tests/use_asset.h"
 
-namespace penumbra {
+namespace penumbra::test_asset_file {
 namespace {
 
 std::vector<std::byte> tinyAsset(AssetPrecision precision = AssetPrecision::kI8) {
@@ -172,4 +172,4 @@ TEST(AssetFile, TellsWhichClipsAreHeldOut) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_asset_file

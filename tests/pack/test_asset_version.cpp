@@ -8,7 +8,7 @@
 #include "formats/common/errors.h"
 #include "tests/fuzz/tiny_inputs.h"
 
-namespace penumbra {
+namespace penumbra::test_asset_version {
 namespace {
 
 using testing::HasSubstr;
@@ -172,4 +172,4 @@ TEST(AssetVersion, MissingFieldsOfTransferAreNamed) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_asset_version

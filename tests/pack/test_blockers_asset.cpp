@@ -10,7 +10,7 @@
 #include "tests/synthetic_model.h"
 #include "tests/use_asset.h"
 
-namespace penumbra {
+namespace penumbra::test_blockers_asset {
 namespace {
 
 SphereBlockers someBlockers(std::size_t count) {
@@ -85,4 +85,4 @@ TEST(BlockersAsset, WrongCountsAreRefused) {
 TEST(BlockersAsset, RejectsEveryTruncation) { expectTruncationsRefused(packedWith(someBlockers(2))); }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_blockers_asset

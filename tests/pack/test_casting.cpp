@@ -5,7 +5,7 @@
 
 #include "pack/sections/asset_writer.h"
 
-namespace penumbra {
+namespace penumbra::test_casting {
 namespace {
 
 // A strip of triangles, all of which have the opacity `value`.
@@ -53,4 +53,4 @@ TEST(Casting, OpaqueMeshesHaveNoListAndClearOnesCastNothing) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_casting

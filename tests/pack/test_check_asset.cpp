@@ -20,7 +20,7 @@
 #include "tests/posed_vertices.h"
 #include "tests/synthetic_model.h"
 
-namespace penumbra {
+namespace penumbra::test_check_asset {
 namespace {
 
 namespace fs = std::filesystem;
@@ -370,4 +370,4 @@ TEST(SpanProjector, ProjectsOntoAPlaneInSpace) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_check_asset

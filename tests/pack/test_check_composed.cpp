@@ -11,7 +11,7 @@
 #include "sh/sh_rotation.h"
 #include "tests/synthetic_composition.h"
 
-namespace penumbra {
+namespace penumbra::test_check_composed {
 namespace {
 
 namespace fs = std::filesystem;
@@ -152,4 +152,4 @@ TEST(CheckComposed, MissingComponentsAreLocalPca) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_check_composed

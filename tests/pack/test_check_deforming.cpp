@@ -12,7 +12,7 @@
 #include "tests/posed_vertices.h"
 #include "tests/synthetic_cloth.h"
 
-namespace penumbra {
+namespace penumbra::test_check_deforming {
 namespace {
 
 namespace fs = std::filesystem;
@@ -139,4 +139,4 @@ TEST(TruthOfDeforming, HoldsPositionsInputsAndBothSides) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_check_deforming

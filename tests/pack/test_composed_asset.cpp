@@ -9,7 +9,7 @@
 #include "tests/synthetic_composition.h"
 #include "tests/use_asset.h"
 
-namespace penumbra {
+namespace penumbra::test_composed_asset {
 namespace {
 
 using synthetic::composedTube;
@@ -187,4 +187,4 @@ TEST(ComposedAsset, RanksComponentsOfBothForOneBudget) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_composed_asset

@@ -9,7 +9,7 @@
 #include "runtime/evaluate/evaluator.h"
 #include "tests/synthetic_model.h"
 
-namespace penumbra {
+namespace penumbra::test_compress_model {
 namespace {
 
 TEST(SymmetricAxes, RebuildTheMatrixFromOrthonormalVectors) {
@@ -222,4 +222,4 @@ TEST(PackWithin, DropsByDefaultWhatHardlyCounts) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_compress_model

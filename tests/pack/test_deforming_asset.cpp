@@ -14,7 +14,7 @@
 #include "tests/synthetic_cloth.h"
 #include "tests/use_asset.h"
 
-namespace penumbra {
+namespace penumbra::test_deforming_asset {
 namespace {
 
 using synthetic::ClothOptions;
@@ -216,4 +216,4 @@ TEST(DeformingAsset, RefusesPositionsThatAreNotFinite) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_deforming_asset

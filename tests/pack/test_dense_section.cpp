@@ -11,7 +11,7 @@
 #include "tests/synthetic_composition.h"
 #include "tests/synthetic_dense.h"
 
-namespace penumbra {
+namespace penumbra::test_dense_section {
 namespace {
 
 std::vector<std::byte> packedDense(Model model) {
@@ -102,4 +102,4 @@ TEST(DenseSection, ReaderRefusesBadTables) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_dense_section

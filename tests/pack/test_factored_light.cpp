@@ -10,7 +10,7 @@
 #include "tests/pack/changed_asset.h"
 #include "tests/synthetic_model.h"
 
-namespace penumbra {
+namespace penumbra::test_factored_light {
 namespace {
 
 LightFile factoredLight() {
@@ -96,4 +96,4 @@ TEST(FactoredLight, MoreThanEightSunsAreRefused) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_factored_light

@@ -14,7 +14,7 @@
 #include "tests/posed_vertices.h"
 #include "tests/synthetic_indirect.h"
 
-namespace penumbra {
+namespace penumbra::test_indirect_asset {
 namespace {
 
 using synthetic::litTube;
@@ -177,4 +177,4 @@ TEST(IndirectAsset, AmbientWithBouncesIsWhatUniformLightGives) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_indirect_asset

@@ -11,7 +11,7 @@
 #include "tests/pack/changed_asset.h"
 #include "tests/synthetic_cloth.h"
 
-namespace penumbra {
+namespace penumbra::test_live_asset {
 namespace {
 
 BrdfFile live(const char* text) {
@@ -74,4 +74,4 @@ TEST(LiveAsset, BrokenOnesAreRefused) {
 TEST(LiveAsset, RejectsEveryTruncation) { expectTruncationsRefused(packed({membrane(), live("ggx-live")}), 97); }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_live_asset

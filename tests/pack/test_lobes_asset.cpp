@@ -10,7 +10,7 @@
 #include "tests/pack/changed_asset.h"
 #include "tests/synthetic_model.h"
 
-namespace penumbra {
+namespace penumbra::test_lobes_asset {
 namespace {
 
 std::vector<std::byte> packedWith(std::vector<BrdfLobe> lobes, double error = 0) {
@@ -70,4 +70,4 @@ TEST(LobesAsset, WrongLobesAreRefused) {
 TEST(LobesAsset, RejectsEveryTruncation) { expectTruncationsRefused(packedWith(twoLobes())); }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_lobes_asset

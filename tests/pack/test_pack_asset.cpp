@@ -12,7 +12,7 @@
 #include "sh/brdf/slice_form.h"
 #include "tests/synthetic_model.h"
 
-namespace penumbra {
+namespace penumbra::test_pack_asset {
 namespace {
 
 using synthetic::tubeModel;
@@ -378,4 +378,4 @@ TEST(PackLibrary, HoldsMaterialsAndLightsOnly) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_pack_asset

@@ -11,7 +11,7 @@
 #include "sh/sh_rotation.h"
 #include "tests/synthetic_model.h"
 
-namespace penumbra {
+namespace penumbra::test_resample_model {
 namespace {
 
 DrawnMesh itself(const Model& model) {
@@ -111,4 +111,4 @@ TEST(BorderCorners, AreWhatTheirOwnClusterPredicts) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_resample_model

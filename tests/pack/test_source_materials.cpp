@@ -9,7 +9,7 @@
 #include "sh/brdf/brdf_sum.h"
 #include "tests/difference.h"
 
-namespace penumbra {
+namespace penumbra::test_source_materials {
 namespace {
 
 using testing::ElementsAre;
@@ -68,4 +68,4 @@ TEST(SourceMaterials, DamageIsNamed) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_source_materials

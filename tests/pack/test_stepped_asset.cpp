@@ -12,7 +12,7 @@
 #include "tests/pack/changed_asset.h"
 #include "tests/synthetic_model.h"
 
-namespace penumbra {
+namespace penumbra::test_stepped_asset {
 namespace {
 
 // Steps of ggx alpha whose slices are multiples of a Lambertian material's, in a colour or in three of their own.
@@ -100,4 +100,4 @@ TEST(SteppedAsset, OfSeveralLobesIsReadBackAndBrokenOnesAreRefused) {
 TEST(SteppedAsset, RejectsEveryTruncation) { expectTruncationsRefused(packed({stepped()}), 97); }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_stepped_asset

@@ -14,7 +14,7 @@
 #include "tests/runtime/count_allocations.h"
 #include "tests/synthetic_indirect.h"
 
-namespace penumbra {
+namespace penumbra::test_surface_asset {
 namespace {
 
 const Model& tube() {
@@ -204,4 +204,4 @@ TEST(SurfaceTerms, ShadedAtOnceAreThoseShadedOneByOne) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_surface_asset

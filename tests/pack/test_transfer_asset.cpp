@@ -17,7 +17,7 @@
 #include "tests/synthetic_transfer.h"
 #include "tests/use_asset.h"
 
-namespace penumbra {
+namespace penumbra::test_transfer_asset {
 namespace {
 
 using synthetic::tubeTransfer;
@@ -266,4 +266,4 @@ TEST(TransferAsset, MutationsAreRefusedOrUsable) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_transfer_asset

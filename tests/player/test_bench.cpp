@@ -5,7 +5,7 @@
 #include "tests/runtime/synthetic_asset.h"
 #include "tests/synthetic_composition.h"
 
-namespace penumbra {
+namespace penumbra::test_bench {
 namespace {
 
 RenderOptions smallPicture() {
@@ -120,4 +120,4 @@ TEST(Roofline, MeasuresEveryWorkingSetForAnyThreadCount) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_bench

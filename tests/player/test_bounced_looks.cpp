@@ -11,7 +11,7 @@
 #include "tests/synthetic_cloth.h"
 #include "tests/synthetic_indirect.h"
 
-namespace penumbra {
+namespace penumbra::test_bounced_looks {
 namespace {
 
 constexpr Vec3 kRho{0.5f, 0.3f, 0.1f}, kTau{0.2f, 0.4f, 0.6f};
@@ -147,4 +147,4 @@ TEST(BouncedLooks, TheGpuGivesWhatTheCpuGives) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_bounced_looks

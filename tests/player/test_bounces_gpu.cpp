@@ -16,7 +16,7 @@
 #include "tests/synthetic_composition.h"
 #include "tests/synthetic_indirect.h"
 
-namespace penumbra {
+namespace penumbra::test_bounces_gpu {
 namespace {
 
 constexpr int kSize = 128;  // pixels
@@ -124,4 +124,4 @@ TEST(BouncesGpu, PicturesAreThoseOfTheCpu) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_bounces_gpu

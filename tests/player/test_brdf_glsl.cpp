@@ -12,7 +12,7 @@
 #include "sh/quadrature.h"
 #include "tests/difference.h"
 
-namespace penumbra {
+namespace penumbra::test_brdf_glsl {
 namespace {
 
 constexpr char kBuffers[] = R"(#version 430 core
@@ -153,4 +153,4 @@ TEST(BrdfGlsl, CompilesAsGlsl330AndIgnoresUnknownModels) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_brdf_glsl

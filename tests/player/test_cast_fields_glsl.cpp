@@ -10,7 +10,7 @@
 #include "tests/player/cast_shaders.h"
 #include "tests/synthetic_composition.h"
 
-namespace penumbra {
+namespace penumbra::test_cast_fields_glsl {
 namespace {
 
 using namespace capi_test;
@@ -199,4 +199,4 @@ TEST(CastFieldsGlsl, WrongCallsAreRefused) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_cast_fields_glsl

@@ -11,7 +11,7 @@
 #include "tests/capi/packed_asset.h"
 #include "tests/player/cast_shaders.h"
 
-namespace penumbra {
+namespace penumbra::test_cast_glsl {
 namespace {
 
 using namespace capi_test;
@@ -228,4 +228,4 @@ TEST(CastGlsl, WrongCallsAreRefused) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_cast_glsl

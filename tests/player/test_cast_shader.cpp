@@ -10,7 +10,7 @@
 #include "player/scene/scene_receivers.h"
 #include "tests/sh/caster_scenes.h"
 
-namespace penumbra {
+namespace penumbra::test_cast_shader {
 namespace {
 
 std::vector<float> flatFloats(const nlohmann::json& rows) {
@@ -169,4 +169,4 @@ TEST(GroundWeights, OfFreeSightIsTheLight) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_cast_shader

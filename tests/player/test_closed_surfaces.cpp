@@ -10,7 +10,7 @@
 #include "player/gl/offscreen_target.h"
 #include "tests/runtime/synthetic_asset.h"
 
-namespace penumbra {
+namespace penumbra::test_closed_surfaces {
 namespace {
 
 using Indices = std::vector<std::uint32_t>;
@@ -94,4 +94,4 @@ TEST(ClosedSurfaces, PictureIsTheSameWithoutWhatIsHidden) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_closed_surfaces

@@ -15,7 +15,7 @@
 #include "tests/runtime/count_allocations.h"
 #include "tests/synthetic_composition.h"
 
-namespace penumbra {
+namespace penumbra::test_composed_gpu {
 namespace {
 
 using player_test::GlCalls;
@@ -228,4 +228,4 @@ TEST(FarWords, EveryVertexFindsAnchorsOfItsPart) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_composed_gpu

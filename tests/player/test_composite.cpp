@@ -27,7 +27,7 @@
 #include "tests/sh/golden.h"
 #include "tests/synthetic_composition.h"
 
-namespace penumbra {
+namespace penumbra::test_composite {
 namespace {
 
 namespace fs = std::filesystem;
@@ -361,4 +361,4 @@ TEST(LensResampler, BendsAsTheLensDoes) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_composite

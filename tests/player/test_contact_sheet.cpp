@@ -7,7 +7,7 @@
 #include "player/render/caption_text.h"
 #include "player/render/contact_sheet.h"
 
-namespace penumbra {
+namespace penumbra::test_contact_sheet {
 namespace {
 
 using testing::ElementsAre;
@@ -191,4 +191,4 @@ TEST(ContactSheet, ErrorColorsAreViridis) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_contact_sheet

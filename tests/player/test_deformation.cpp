@@ -9,7 +9,7 @@
 #include "tests/runtime/count_allocations.h"
 #include "tests/synthetic_cloth.h"
 
-namespace penumbra {
+namespace penumbra::test_deformation {
 namespace {
 
 using synthetic::ClothOptions;
@@ -157,4 +157,4 @@ TEST(PositionInterpolation, IsTheFramesAtBothEndsAndTheirMeanBetween) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_deformation

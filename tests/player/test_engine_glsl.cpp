@@ -17,7 +17,7 @@
 #include "tests/difference.h"
 #include "tests/textured_tube.h"
 
-namespace penumbra {
+namespace penumbra::test_engine_glsl {
 namespace {
 
 using namespace capi_test;
@@ -421,4 +421,4 @@ TEST(EngineGlsl, WrongCallsAreRefused) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_engine_glsl

@@ -9,7 +9,7 @@
 #include "player/render/frame_errors.h"
 #include "tests/runtime/synthetic_asset.h"
 
-namespace penumbra {
+namespace penumbra::test_frame_figures {
 namespace {
 
 using player_test::SyntheticAsset;
@@ -230,4 +230,4 @@ TEST(ErrorGate, NaNNeverPasses) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_frame_figures

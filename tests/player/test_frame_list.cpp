@@ -5,7 +5,7 @@
 #include "formats/common/errors.h"
 #include "player/render/frame_list.h"
 
-namespace penumbra {
+namespace penumbra::test_frame_list {
 namespace {
 
 using testing::ElementsAre;
@@ -96,4 +96,4 @@ TEST(FramePattern, RefusesEverythingElse) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_frame_list

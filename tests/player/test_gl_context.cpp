@@ -5,7 +5,7 @@
 #include "player/gl/gl_objects.h"
 #include "player/gl/offscreen_target.h"
 
-namespace penumbra {
+namespace penumbra::test_gl_context {
 namespace {
 
 TEST(GlContext, GivesOpenGl43WithoutAWindow) {
@@ -60,4 +60,4 @@ TEST(OffscreenTarget, ClearsToTransparentBlack) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_gl_context

@@ -12,7 +12,7 @@
 #include "sh/zonal.h"
 #include "tests/difference.h"
 
-namespace penumbra {
+namespace penumbra::test_light_blend {
 namespace {
 
 constexpr std::size_t kOrder = 5;
@@ -219,4 +219,4 @@ TEST(LightBlend, IsNotWhereItIsNotWanted) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_light_blend

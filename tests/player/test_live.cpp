@@ -11,7 +11,7 @@
 #include "tests/formats/drawn_tags.h"
 #include "tests/formats/stage_samples.h"
 
-namespace penumbra {
+namespace penumbra::test_live {
 namespace {
 
 using samples::DrawnTag;
@@ -86,4 +86,4 @@ TEST(LiveLight, IsThatOfTheBall) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_live

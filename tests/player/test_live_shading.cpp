@@ -17,7 +17,7 @@
 #include "tests/runtime/synthetic_asset.h"
 #include "tests/sh/golden.h"
 
-namespace penumbra {
+namespace penumbra::test_live_shading {
 namespace {
 
 using player_test::GlCalls;
@@ -147,7 +147,7 @@ TEST(LiveShading, EveryPathIsTheReferenceInDoubles) {
 // A synthetic asset whose fourth material is live.
 struct LiveAsset {
     SyntheticAsset data;
-    BrdfLobe lobe = penumbra::lobe("phong-live:exponent=10,color=0.9/0.8/0.7");
+    BrdfLobe lobe = test_live_shading::lobe("phong-live:exponent=10,color=0.9/0.8/0.7");
 
     explicit LiveAsset(const player_test::AssetRecipe& recipe = {.rings = 10, .light_order = 5, .slots = 3})
         : data(recipe) {
@@ -262,4 +262,4 @@ TEST(LiveShading, TheGpuGivesWhatTheCpuGives) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_live_shading

@@ -19,7 +19,7 @@
 #include "tests/sh/golden.h"
 #include "tests/synthetic_cloth.h"
 
-namespace penumbra {
+namespace penumbra::test_membrane_shading {
 namespace {
 
 using player_test::GlCalls;
@@ -294,4 +294,4 @@ TEST(MembraneShading, OneSidedMeshesRefuseIt) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_membrane_shading

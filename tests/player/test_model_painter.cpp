@@ -15,7 +15,7 @@
 #include "tests/runtime/count_allocations.h"
 #include "tests/runtime/synthetic_asset.h"
 
-namespace penumbra {
+namespace penumbra::test_model_painter {
 namespace {
 
 using player_test::AssetRecipe;
@@ -247,4 +247,4 @@ TEST(UploadRing, PartsTakeTurns) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_model_painter

@@ -11,7 +11,7 @@
 #include "tests/difference.h"
 #include "tests/runtime/count_allocations.h"
 
-namespace penumbra {
+namespace penumbra::test_pose_interpolation {
 namespace {
 
 constexpr std::size_t kJoints = 4, kFrames = 24;
@@ -253,4 +253,4 @@ TEST(Playhead, PositionsLieBetweenFrames) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_pose_interpolation

@@ -15,7 +15,7 @@
 #include "tests/runtime/synthetic_asset.h"
 #include "tests/synthetic_composition.h"
 
-namespace penumbra {
+namespace penumbra::test_render {
 namespace {
 
 using player_test::AssetRecipe;
@@ -432,4 +432,4 @@ TEST(Render, OverlaysThatAnAssetHasNotAreRefused) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_render

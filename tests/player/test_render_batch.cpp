@@ -9,7 +9,7 @@
 #include "player/render/render_sheet.h"
 #include "tests/runtime/synthetic_asset.h"
 
-namespace penumbra {
+namespace penumbra::test_render_batch {
 namespace {
 
 using player_test::SyntheticAsset;
@@ -170,4 +170,4 @@ TEST(RenderBatch, AFrameWithoutTruthHasNeitherErrorsNorPanelsOfIt) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_render_batch

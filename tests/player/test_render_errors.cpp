@@ -5,7 +5,7 @@
 #include "player/render/render_offscreen.h"
 #include "tests/runtime/synthetic_asset.h"
 
-namespace penumbra {
+namespace penumbra::test_render_errors {
 namespace {
 
 using player_test::SyntheticAsset;
@@ -131,4 +131,4 @@ TEST(Render, TooManySamplesOrPixelsAreUnsupported) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_render_errors

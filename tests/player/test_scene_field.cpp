@@ -18,7 +18,7 @@
 #include "tests/sh/height_samples.h"
 #include "tests/synthetic_composition.h"
 
-namespace penumbra {
+namespace penumbra::test_scene_field {
 namespace {
 
 namespace fs = std::filesystem;
@@ -452,4 +452,4 @@ TEST_F(SceneFieldTest, RefusesOtherWaysToCastAndMaterialsThatAreNotThere) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_scene_field

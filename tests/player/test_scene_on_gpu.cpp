@@ -13,7 +13,7 @@
 #include "tests/difference.h"
 #include "tests/synthetic_composition.h"
 
-namespace penumbra {
+namespace penumbra::test_scene_on_gpu {
 namespace {
 
 namespace fs = std::filesystem;
@@ -456,4 +456,4 @@ TEST_F(SceneOnGpuTest, CostHasEveryStepOfScenesThatFit) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_scene_on_gpu

@@ -15,7 +15,7 @@
 #include "tests/difference.h"
 #include "tests/synthetic_composition.h"
 
-namespace penumbra {
+namespace penumbra::test_scene_receivers {
 namespace {
 
 namespace fs = std::filesystem;
@@ -257,4 +257,4 @@ TEST_F(SceneReceivers, HalvesOfFieldsMakeASphere) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_scene_receivers

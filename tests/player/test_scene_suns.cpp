@@ -11,7 +11,7 @@
 #include "player/scene/scene_receivers.h"
 #include "tests/synthetic_composition.h"
 
-namespace penumbra {
+namespace penumbra::test_scene_suns {
 namespace {
 
 namespace fs = std::filesystem;
@@ -138,4 +138,4 @@ TEST_F(SceneSunsOfProbe, AreOnlyWhereTheyCanBe) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_scene_suns

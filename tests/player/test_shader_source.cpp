@@ -8,7 +8,7 @@
 #include "sh/sh_basis.h"
 #include "tests/runtime/synthetic_asset.h"
 
-namespace penumbra {
+namespace penumbra::test_shader_source {
 namespace {
 
 // The worst of the 8 orders has 8e-6 of the light's size.
@@ -96,4 +96,4 @@ TEST(ShaderSource, MaterialsOfOneStructureHaveOneText) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_shader_source

@@ -7,7 +7,7 @@
 #include "formats/image/image_file.h"
 #include "player/frame/sky_picture.h"
 
-namespace penumbra {
+namespace penumbra::test_sky_picture {
 namespace {
 
 float redTowards(const SkyPicture& sky, Vec3d direction) {
@@ -46,4 +46,4 @@ TEST(SkyPicture, ALightsOwnPictureComesWithItsSuns) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_sky_picture

@@ -17,7 +17,7 @@
 #include "tests/runtime/count_allocations.h"
 #include "tests/runtime/synthetic_asset.h"
 
-namespace penumbra {
+namespace penumbra::test_stepped_shading {
 namespace {
 
 using player_test::GlCalls;
@@ -252,4 +252,4 @@ TEST(SteppedShading, TheGpuGivesWhatTheCpuGives) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_stepped_shading

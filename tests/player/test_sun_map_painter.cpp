@@ -8,7 +8,7 @@
 #include "tests/runtime/count_allocations.h"
 #include "tests/runtime/sun_scenes.h"
 
-namespace penumbra {
+namespace penumbra::test_sun_map_painter {
 namespace {
 
 using player_test::SunMesh;
@@ -347,4 +347,4 @@ TEST(SunMapPainter, SizesAboveTheLimitAreUnsupported) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_sun_map_painter

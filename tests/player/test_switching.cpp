@@ -12,7 +12,7 @@
 #include "tests/player/gl_calls.h"
 #include "tests/runtime/synthetic_asset.h"
 
-namespace penumbra {
+namespace penumbra::test_switching {
 namespace {
 
 using player_test::GlCalls;
@@ -109,4 +109,4 @@ TEST(Switching, ManyChangesBetweenFramesDrawTheLast) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_switching

@@ -6,7 +6,7 @@
 #include "tests/runtime/count_allocations.h"
 #include "tests/synthetic_transfer.h"
 
-namespace penumbra {
+namespace penumbra::test_transfer_evaluator {
 namespace {
 
 std::vector<std::byte> packedTube(TransferModelKind kind) {
@@ -53,4 +53,4 @@ TEST(TransferEvaluator, FollowsTheLight) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_transfer_evaluator

@@ -8,7 +8,7 @@
 #include "tests/difference.h"
 #include "tests/synthetic_cloth.h"
 
-namespace penumbra {
+namespace penumbra::test_two_sided {
 namespace {
 
 constexpr int kSize = 48;
@@ -87,4 +87,4 @@ TEST(TwoSided, FramesThatWereLeftOutAreSaidSo) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_two_sided

@@ -10,7 +10,7 @@
 #include "player/view/view_pick.h"
 #include "tests/synthetic_composition.h"
 
-namespace penumbra {
+namespace penumbra::test_view_brush {
 namespace {
 
 namespace fs = std::filesystem;
@@ -135,4 +135,4 @@ TEST_F(ViewBrush, BothPathsDrawTheSameGround) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_view_brush

@@ -13,7 +13,7 @@
 #include "tests/difference.h"
 #include "tests/synthetic_composition.h"
 
-namespace penumbra {
+namespace penumbra::test_view_cast {
 namespace {
 
 namespace fs = std::filesystem;
@@ -323,4 +323,4 @@ TEST_F(ViewCast, ThePointerMeetsTheGround) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_view_cast

@@ -13,7 +13,7 @@
 #include "tests/difference.h"
 #include "tests/synthetic_model.h"
 
-namespace penumbra {
+namespace penumbra::test_view_files {
 namespace {
 
 namespace fs = std::filesystem;
@@ -263,4 +263,4 @@ TEST_F(ViewFiles, AFrameIsEvaluatedOnce) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_view_files

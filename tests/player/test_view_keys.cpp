@@ -17,7 +17,7 @@
 #include "tests/synthetic_indirect.h"
 #include "tests/synthetic_morphs.h"
 
-namespace penumbra {
+namespace penumbra::test_view_keys {
 namespace {
 
 namespace fs = std::filesystem;
@@ -254,4 +254,4 @@ TEST_P(ViewKeysTest, WeightsOfTheUserPoseTheCharacter) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_view_keys

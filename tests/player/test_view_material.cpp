@@ -11,7 +11,7 @@
 #include "tests/runtime/count_allocations.h"
 #include "tests/synthetic_model.h"
 
-namespace penumbra {
+namespace penumbra::test_view_material {
 namespace {
 
 namespace fs = std::filesystem;
@@ -90,4 +90,4 @@ TEST_F(ViewMaterial, AMembraneOnASolidIsNotPutOn) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_view_material

@@ -10,7 +10,7 @@
 #include "tests/difference.h"
 #include "tests/runtime/synthetic_asset.h"
 
-namespace penumbra {
+namespace penumbra::test_view_pick {
 namespace {
 
 using player_test::SyntheticAsset;
@@ -141,4 +141,4 @@ TEST(DivergingColor, EndsAreBlueAndRed) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_view_pick

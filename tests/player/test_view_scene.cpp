@@ -15,7 +15,7 @@
 #include "tests/difference.h"
 #include "tests/runtime/synthetic_asset.h"
 
-namespace penumbra {
+namespace penumbra::test_view_scene {
 namespace {
 
 using player_test::SyntheticAsset;
@@ -207,4 +207,4 @@ TEST(Screenshot, NamesAreFreeAndSafe) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_view_scene

@@ -11,7 +11,7 @@
 #include "player/view/view_layout.h"
 #include "sh/light/light_rotation.h"
 
-namespace penumbra {
+namespace penumbra::test_view_state {
 namespace {
 
 // Clip "a" has frames at 0, 0.5, 1 s and clip "b" one at 7 s, since an animation's times may run on from clip to
@@ -331,4 +331,4 @@ TEST(ViewLayout, PanesCoverThePictureOnce) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_view_state

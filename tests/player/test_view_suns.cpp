@@ -15,7 +15,7 @@
 #include "tests/player/gl_calls.h"
 #include "tests/synthetic_composition.h"
 
-namespace penumbra {
+namespace penumbra::test_view_suns {
 namespace {
 
 namespace fs = std::filesystem;
@@ -315,4 +315,4 @@ TEST_F(ViewSuns, ADraggedSliderMakesNothing) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_view_suns

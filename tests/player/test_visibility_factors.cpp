@@ -15,7 +15,7 @@
 #include "tests/difference.h"
 #include "tests/synthetic_composition.h"
 
-namespace penumbra {
+namespace penumbra::test_visibility_factors {
 namespace {
 
 const synthetic::TubeOptions kTube{
@@ -190,4 +190,4 @@ TEST(SignedLobe, ShowsNegativeFunctionsInTheirOwnColour) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_visibility_factors

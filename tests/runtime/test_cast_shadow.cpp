@@ -9,7 +9,7 @@
 #include "tests/runtime/count_allocations.h"
 #include "tests/synthetic_composition.h"
 
-namespace penumbra {
+namespace penumbra::test_cast_shadow {
 namespace {
 
 const synthetic::TubeOptions kTube{
@@ -464,4 +464,4 @@ TEST(CastShadow, RefusesTooManyParts) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_cast_shadow

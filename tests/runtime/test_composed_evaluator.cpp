@@ -12,7 +12,7 @@
 #include "tests/runtime/count_allocations.h"
 #include "tests/synthetic_composition.h"
 
-namespace penumbra {
+namespace penumbra::test_composed_evaluator {
 namespace {
 
 using synthetic::composedTube;
@@ -381,4 +381,4 @@ TEST(ComposedEvaluator, NothingPopsOverAThousandFrames) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_composed_evaluator

@@ -11,7 +11,7 @@
 #include "tests/runtime/count_allocations.h"
 #include "tests/synthetic_model.h"
 
-namespace penumbra {
+namespace penumbra::test_evaluator {
 namespace {
 
 using synthetic::tubeModel;
@@ -463,4 +463,4 @@ TEST(Evaluator, SingularBoneGivesFiniteNumbers) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_evaluator

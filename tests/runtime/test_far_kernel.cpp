@@ -6,7 +6,7 @@
 #include "tests/difference.h"
 #include "tests/synthetic_composition.h"
 
-namespace penumbra {
+namespace penumbra::test_far_kernel {
 namespace {
 
 using synthetic::composedTube;
@@ -114,4 +114,4 @@ TEST(FarKernel, AnchorsLeaveOutWhatIsNearerThanTheirSpacings) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_far_kernel

@@ -8,7 +8,7 @@
 #include "runtime/shade/indirect_light.h"
 #include "sh/far/far_visibility.h"
 
-namespace penumbra {
+namespace penumbra::test_indirect_light {
 namespace {
 
 TEST(IndirectLight, OthersLeaveTheShareOfAWhiteSky) {
@@ -49,4 +49,4 @@ TEST(IndirectLight, NumbersGiveBackWhatTheAxesSpan) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_indirect_light

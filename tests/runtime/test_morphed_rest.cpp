@@ -10,7 +10,7 @@
 #include "tests/runtime/count_allocations.h"
 #include "tests/synthetic_morphs.h"
 
-namespace penumbra {
+namespace penumbra::test_morphed_rest {
 namespace {
 
 std::vector<std::byte> packedMorphs(const Model& model) {
@@ -67,4 +67,4 @@ TEST(MorphedRest, DamagedTargetsAreRefused) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_morphed_rest

@@ -12,7 +12,7 @@
 #include "tests/sh/sh_project.h"
 #include "tests/synthetic_model.h"
 
-namespace penumbra {
+namespace penumbra::test_shading {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -329,4 +329,4 @@ TEST(Ambient, IsOneWhereNothingIsInTheWay) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_shading

@@ -17,7 +17,7 @@
 #include "tests/runtime/count_allocations.h"
 #include "tests/runtime/synthetic_asset.h"
 
-namespace penumbra {
+namespace penumbra::test_shading_set {
 namespace {
 
 using player_test::SyntheticAsset;
@@ -288,4 +288,4 @@ TEST(Operators, AreThePapersFormula) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_shading_set

@@ -11,7 +11,7 @@
 #include "tests/runtime/count_allocations.h"
 #include "tests/runtime/synthetic_asset.h"
 
-namespace penumbra {
+namespace penumbra::test_shading_suns {
 namespace {
 
 using player_test::SyntheticAsset;
@@ -126,4 +126,4 @@ TEST(ShadingSuns, LiveLightsAreFactoredAndAddUp) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_shading_suns

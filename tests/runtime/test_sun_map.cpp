@@ -4,7 +4,7 @@
 
 #include "tests/runtime/sun_scenes.h"
 
-namespace penumbra {
+namespace penumbra::test_sun_map {
 namespace {
 
 using player_test::SunMesh;
@@ -213,4 +213,4 @@ TEST(SunMap, RubbishIsSkipped) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_sun_map

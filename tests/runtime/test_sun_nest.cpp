@@ -6,7 +6,7 @@
 #include "tests/difference.h"
 #include "tests/runtime/sun_scenes.h"
 
-namespace penumbra {
+namespace penumbra::test_sun_nest {
 namespace {
 
 using player_test::sunGround;
@@ -290,4 +290,4 @@ TEST(SunMaps, DrawTheSameInParts) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_sun_nest

@@ -12,7 +12,7 @@
 #include "sh/zonal.h"
 #include "tests/difference.h"
 
-namespace penumbra {
+namespace penumbra::test_analytic_light {
 namespace {
 
 using std::numbers::pi;
@@ -212,4 +212,4 @@ TEST(AnalyticLight, LightsAddUp) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_analytic_light

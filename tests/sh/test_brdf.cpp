@@ -10,7 +10,7 @@
 #include "tests/sh/eval_slice.h"
 #include "tests/sh/golden.h"
 
-namespace penumbra {
+namespace penumbra::test_brdf {
 namespace {
 
 std::string messageOf(const std::string& text) {
@@ -211,4 +211,4 @@ TEST(Reflectance, SliceIsTheMatrixProduct) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_brdf

@@ -6,7 +6,7 @@
 #include "sh/quadrature.h"
 #include "tests/sh/golden.h"
 
-namespace penumbra {
+namespace penumbra::test_brdf_lobe {
 namespace {
 
 // Directions over the hemisphere, with the pole and some that graze.
@@ -75,4 +75,4 @@ TEST(BrdfLobe, RubbishIsNotValid) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_brdf_lobe

@@ -5,7 +5,7 @@
 
 #include "sh/brdf/brdf_range.h"
 
-namespace penumbra {
+namespace penumbra::test_brdf_range {
 namespace {
 
 TEST(BrdfRange, IsParsedWithAllElse) {
@@ -69,4 +69,4 @@ TEST(BrdfRange, WrongOnesAreNamed) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_brdf_range

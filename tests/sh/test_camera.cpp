@@ -4,7 +4,7 @@
 #include "sh/camera.h"
 #include "tests/sh/golden.h"
 
-namespace penumbra {
+namespace penumbra::test_camera {
 namespace {
 
 const std::vector<Vec3> kBox = {{-1, 0, -2}, {3, 4, 2}};
@@ -80,4 +80,4 @@ TEST(Camera, DepthSpansTheModel) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_camera

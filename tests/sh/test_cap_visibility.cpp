@@ -10,7 +10,7 @@
 #include "sh/zonal.h"
 #include "tests/sh/caster_scenes.h"
 
-namespace penumbra {
+namespace penumbra::test_cap_visibility {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
@@ -185,4 +185,4 @@ TEST(NetLog, EndsWithTheTable) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_cap_visibility

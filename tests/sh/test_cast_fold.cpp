@@ -14,7 +14,7 @@
 #include "tests/sh/caster_scenes.h"
 #include "tests/sh/slice_transfer.h"
 
-namespace penumbra {
+namespace penumbra::test_cast_fold {
 namespace {
 
 // [16][3] of a golden file, row after row.
@@ -147,4 +147,4 @@ TEST(CastFold, WithFreeSightChangesNothing) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_cast_fold

@@ -7,7 +7,7 @@
 #include "sh/cast/cast_reference.h"
 #include "tests/sh/caster_scenes.h"
 
-namespace penumbra {
+namespace penumbra::test_cast_reference {
 namespace {
 
 const std::vector<Vec3> kPlaces = {{0.4f, 0.1f, 0}, {0.9f, -0.3f, 0.02f}, {1.5f, 1, 0.5f}, {-0.5f, 0.5f, 1.2f}};
@@ -64,4 +64,4 @@ TEST(CastReference, AllWaysAreNearOneAnotherFarFromTheBody) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_cast_reference

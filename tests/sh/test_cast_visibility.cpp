@@ -12,7 +12,7 @@
 #include "tests/difference.h"
 #include "tests/sh/caster_scenes.h"
 
-namespace penumbra {
+namespace penumbra::test_cast_visibility {
 namespace {
 
 // Around a person, inside of it and far away.
@@ -163,4 +163,4 @@ TEST(CastVisibility, OfNothingIsFreeSight) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_cast_visibility

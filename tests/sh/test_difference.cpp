@@ -10,7 +10,7 @@
 #include "sh/vec3.h"
 #include "tests/difference.h"
 
-namespace penumbra {
+namespace penumbra::test_difference {
 namespace {
 
 using Floats = std::vector<float>;
@@ -90,4 +90,4 @@ TEST(Difference, LargestFailsWhereItIsRead) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_difference

@@ -4,7 +4,7 @@
 
 #include "sh/dihedral_angles.h"
 
-namespace penumbra {
+namespace penumbra::test_dihedral_angles {
 namespace {
 
 using Triangles = std::vector<std::array<std::uint32_t, 3>>;
@@ -71,4 +71,4 @@ TEST(DihedralAngles, TurnsMakeAClipContinuous) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_dihedral_angles

@@ -13,7 +13,7 @@
 #include "tests/difference.h"
 #include "tests/sh/golden.h"
 
-namespace penumbra {
+namespace penumbra::test_dominant_light {
 namespace {
 
 std::vector<double> lightOf(const char* text, int order) { return projectLights(partsOf(parseLights(text)), order); }
@@ -292,4 +292,4 @@ TEST(DominantLight, ASunBelowTheGroundIsFound) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_dominant_light

@@ -12,7 +12,7 @@
 #include "tests/difference.h"
 #include "tests/sh/ball_field.h"
 
-namespace penumbra {
+namespace penumbra::test_far_visibility {
 namespace {
 
 const float kOne = float(std::sqrt(4 * std::numbers::pi));
@@ -158,4 +158,4 @@ TEST(FarParts, AreThoseBeyondTheLocalSteps) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_far_visibility

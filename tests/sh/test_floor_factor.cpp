@@ -11,7 +11,7 @@
 #include "sh/sh_basis.h"
 #include "sh/visibility_convention.h"
 
-namespace penumbra {
+namespace penumbra::test_floor_factor {
 namespace {
 
 struct Frames {
@@ -78,4 +78,4 @@ TEST(FloorFactor, MultipliesFarVisibilities) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_floor_factor

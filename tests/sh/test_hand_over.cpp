@@ -14,7 +14,7 @@
 #include "tests/difference.h"
 #include "tests/sh/slice_transfer.h"
 
-namespace penumbra {
+namespace penumbra::test_hand_over {
 namespace {
 
 using Sweep = std::function<std::vector<double>(double t)>;  // SH of order 6, [36, 3], for t from 0 to 1
@@ -153,4 +153,4 @@ TEST(HandOver, RadianceMovesInTheStepsOfTheGolden) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_hand_over

@@ -9,7 +9,7 @@
 #include "sh/height/height_field.h"
 #include "tests/sh/height_samples.h"
 
-namespace penumbra {
+namespace penumbra::test_height_field {
 namespace {
 
 std::vector<float> levelOf(const HeightField& field, std::size_t l) {
@@ -212,4 +212,4 @@ TEST(HeightGrid, NamesTheFieldThatIsOutOfRange) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_height_field

@@ -10,7 +10,7 @@
 #include "tests/difference.h"
 #include "tests/sh/height_samples.h"
 
-namespace penumbra {
+namespace penumbra::test_height_refinement {
 namespace {
 
 struct Looked {
@@ -188,4 +188,4 @@ TEST(HeightRefinement, AfterAnEditCellsThatAreNotStaleSeeWhatTheySaw) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_height_refinement

@@ -14,7 +14,7 @@
 #include "tests/sh/height_samples.h"
 #include "tests/sh/horizon_reference.h"
 
-namespace penumbra {
+namespace penumbra::test_height_visibility {
 namespace {
 
 HeightField goldenField() {
@@ -344,4 +344,4 @@ TEST(AnalyticHeights, CloseAtAPeriodicBorder) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_height_visibility

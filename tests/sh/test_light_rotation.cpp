@@ -5,7 +5,7 @@
 #include "sh/camera.h"
 #include "sh/light/light_rotation.h"
 
-namespace penumbra {
+namespace penumbra::test_light_rotation {
 namespace {
 
 void expectNear(Vec3d a, Vec3d b) { EXPECT_LT(length(a - b), 1e-12); }
@@ -42,4 +42,4 @@ TEST(LightRotation, RefusesWhatItCannotRead) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_light_rotation

@@ -12,7 +12,7 @@
 #include "tests/difference.h"
 #include "tests/sh/caster_scenes.h"
 
-namespace penumbra {
+namespace penumbra::test_log_visibility {
 namespace {
 
 const double kOne = std::sqrt(4 * std::numbers::pi);
@@ -267,4 +267,4 @@ TEST(ExpOfLog, AmbientFadesInsideASphere) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_log_visibility

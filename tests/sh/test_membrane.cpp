@@ -5,7 +5,7 @@
 
 #include "sh/brdf/membrane.h"
 
-namespace penumbra {
+namespace penumbra::test_membrane {
 namespace {
 
 TEST(Membrane, TextIsReadBack) {
@@ -36,4 +36,4 @@ TEST(Membrane, WrongValuesAreNamed) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_membrane

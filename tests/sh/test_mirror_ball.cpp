@@ -8,7 +8,7 @@
 #include "tests/difference.h"
 #include "tests/sh/golden.h"
 
-namespace penumbra {
+namespace penumbra::test_mirror_ball {
 namespace {
 
 using std::numbers::pi;
@@ -115,4 +115,4 @@ TEST(BallView, StaysInsideOfTheMostIncidence) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_mirror_ball

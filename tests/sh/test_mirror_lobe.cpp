@@ -10,7 +10,7 @@
 #include "sh/sh_basis.h"
 #include "tests/sh/golden.h"
 
-namespace penumbra {
+namespace penumbra::test_mirror_lobe {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -109,4 +109,4 @@ TEST(MirrorLobe, WrongParametersAreNamed) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_mirror_lobe

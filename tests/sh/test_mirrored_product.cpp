@@ -10,7 +10,7 @@
 #include "sh/reflectance.h"
 #include "sh/sh_product.h"
 
-namespace penumbra {
+namespace penumbra::test_mirrored_product {
 namespace {
 
 std::vector<float> someNumbers(int count, double step) {
@@ -75,4 +75,4 @@ TEST(MultiplyMirrored, WithTheConstantOneChangesNothing) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_mirrored_product

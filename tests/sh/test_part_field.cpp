@@ -8,7 +8,7 @@
 #include "sh/zonal.h"
 #include "tests/difference.h"
 
-namespace penumbra {
+namespace penumbra::test_part_field {
 namespace {
 
 constexpr float kRadius = 0.5f;
@@ -202,4 +202,4 @@ TEST(PartField, AnyFinitePointHasAFiniteValue) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_part_field

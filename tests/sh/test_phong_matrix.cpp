@@ -8,7 +8,7 @@
 #include "sh/sh_basis.h"
 #include "tests/sh/golden.h"
 
-namespace penumbra {
+namespace penumbra::test_phong_matrix {
 namespace {
 
 TEST(PhongMatrix, MatchesGolden) {
@@ -47,4 +47,4 @@ TEST(PhongMatrix, HasFortyFourEntries) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_phong_matrix

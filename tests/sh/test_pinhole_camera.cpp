@@ -7,7 +7,7 @@
 #include "sh/pinhole_camera.h"
 #include "tests/sh/golden.h"
 
-namespace penumbra {
+namespace penumbra::test_pinhole_camera {
 namespace {
 
 const PinholeCamera kPlain{640, 319.5, 239.5, 640, 480, 0, 0};
@@ -90,4 +90,4 @@ TEST(CameraResponse, CodesComeBack) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_pinhole_camera

@@ -11,7 +11,7 @@
 #include "sh/brdf/principled.h"
 #include "tests/difference.h"
 
-namespace penumbra {
+namespace penumbra::test_principled {
 namespace {
 
 using std::numbers::pi;
@@ -122,4 +122,4 @@ TEST(BrdfSum, AddsUpItsTermsWithTheirColours) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_principled

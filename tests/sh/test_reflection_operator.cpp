@@ -7,7 +7,7 @@
 #include "sh/brdf/reflection_operator.h"
 #include "sh/sh_product.h"
 
-namespace penumbra {
+namespace penumbra::test_reflection_operator {
 namespace {
 
 std::vector<double> someNumbers(std::size_t n, double step) {
@@ -56,4 +56,4 @@ TEST(ReflectionOperator, ConstantIsTheIdentity) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_reflection_operator

@@ -6,7 +6,7 @@
 #include "sh/rigid_fit.h"
 #include "tests/difference.h"
 
-namespace penumbra {
+namespace penumbra::test_rigid_fit {
 namespace {
 
 std::vector<Vec3> points(std::size_t count, Vec3 place, bool flat) {
@@ -93,4 +93,4 @@ TEST(InputBones, AreTranslations) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_rigid_fit

@@ -6,7 +6,7 @@
 #include "tests/sh/golden.h"
 #include "tests/sh/sh_project.h"
 
-namespace penumbra {
+namespace penumbra::test_sh_basis {
 
 TEST(ShBasis, IndexAndBandAgree) {
     for (int band = 0; band < kMaxProductOrder; ++band)
@@ -127,4 +127,4 @@ TEST(Quadrature, MortonOrderIsAPermutationOfNeighbours) {
     EXPECT_GT(meanStep(plain), 0.5);
 }
 
-}  // namespace penumbra
+}  // namespace penumbra::test_sh_basis

@@ -8,7 +8,7 @@
 #include "tests/sh/golden.h"
 #include "tests/sh/sh_project.h"
 
-namespace penumbra {
+namespace penumbra::test_sh_product {
 
 namespace {
 
@@ -187,4 +187,4 @@ TEST(Zonal, CapIsThatOfTheClosedForm) {
     EXPECT_NEAR(z[3], -std::sqrt(7 * pi) / 8 * (5 * c * c - 1) * s2, 1e-14);
 }
 
-}  // namespace penumbra
+}  // namespace penumbra::test_sh_product

@@ -4,7 +4,7 @@
 #include "tests/difference.h"
 #include "tests/sh/golden.h"
 
-namespace penumbra {
+namespace penumbra::test_sh_rotation {
 
 namespace {
 
@@ -133,4 +133,4 @@ TEST(NearestRotation, IsARotationForAnyMatrix) {
     EXPECT_EQ(nearestRotation(matrices[0]), Mat3{});
 }
 
-}  // namespace penumbra
+}  // namespace penumbra::test_sh_rotation

@@ -13,7 +13,7 @@
 #include "sh/brdf/slice_form.h"
 #include "tests/sh/eval_slice.h"
 
-namespace penumbra {
+namespace penumbra::test_slice_form {
 namespace {
 
 constexpr SliceForm kForms[] = {SliceForm::kGeneral, SliceForm::kOrthotropic, SliceForm::kIsotropic};
@@ -130,4 +130,4 @@ TEST(SliceForm, MostCompactOneThatHoldsWithinTheTolerance) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_slice_form

@@ -5,7 +5,7 @@
 
 #include "sh/brdf/spectrum.h"
 
-namespace penumbra {
+namespace penumbra::test_spectrum {
 namespace {
 
 std::vector<double> wavelengths(double first, double step, int n) {
@@ -59,4 +59,4 @@ TEST(Spectrum, LuminanceOfGreenLightIsPositiveThoughItLiesOutsideRec709) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_spectrum

@@ -6,7 +6,7 @@
 
 #include "sh/light/sun_smoothing.h"
 
-namespace penumbra {
+namespace penumbra::test_sun_smoothing {
 namespace {
 
 SunD sunAt(double angle, double irradiance) {
@@ -90,4 +90,4 @@ TEST(SunSmoothing, RefusesTimesThatAreNone) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_sun_smoothing

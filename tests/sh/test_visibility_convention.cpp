@@ -7,7 +7,7 @@
 #include "tests/sh/golden.h"
 #include "tests/sh/sh_project.h"
 
-namespace penumbra {
+namespace penumbra::test_visibility_convention {
 
 namespace {
 
@@ -144,4 +144,4 @@ TEST(VisibilityConvention, BinaryEnergyLessTheNumbersIsTheTruncation) {
     }
 }
 
-}  // namespace penumbra
+}  // namespace penumbra::test_visibility_convention
