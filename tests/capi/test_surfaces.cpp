@@ -8,7 +8,7 @@
 #include "tests/runtime/count_allocations.h"
 #include "tests/textured_tube.h"
 
-namespace penumbra {
+namespace penumbra::test_surfaces {
 namespace {
 
 using namespace capi_test;
@@ -127,4 +127,4 @@ TEST(CApiSurfaces, TermsAreThoseOfThePlayer) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_surfaces

@@ -6,7 +6,7 @@
 #include "formats/rig/growing_glb.h"
 #include "tests/formats/rig_samples.h"
 
-namespace penumbra {
+namespace penumbra::test_growing_glb {
 
 namespace {
 
@@ -124,4 +124,4 @@ TEST(GrowingGlb, RefusesEveryBeginningOfAFile) {
     EXPECT_THROW(openGrowingGlb("/nowhere/x.glb"), IoError);
 }
 
-}  // namespace penumbra
+}  // namespace penumbra::test_growing_glb

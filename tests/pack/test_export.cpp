@@ -9,7 +9,7 @@
 #include "pack/export/turn_to_rest.h"
 #include "pack/export/weight_tracks.h"
 
-namespace penumbra {
+namespace penumbra::test_export {
 
 namespace {
 
@@ -174,4 +174,4 @@ TEST(MatchRows, FindsVerticesByNumberThenByPlaceAndRefusesOthers) {
     EXPECT_EQ(with_more.left_out.size(), 1u);
 }
 
-}  // namespace penumbra
+}  // namespace penumbra::test_export

@@ -19,7 +19,7 @@
 #include "tests/runtime/count_allocations.h"
 #include "tests/textured_tube.h"
 
-namespace penumbra {
+namespace penumbra::test_textured_gpu {
 namespace {
 
 namespace fs = std::filesystem;
@@ -191,4 +191,4 @@ TEST_F(TexturedGpu, AFrameAllocatesNothing) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_textured_gpu
