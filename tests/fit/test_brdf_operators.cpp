@@ -16,6 +16,10 @@ namespace {
 
 const Convention kA4{BelowHorizon::kOpen, 4}, kD5{BelowHorizon::kMirrored, 5};
 
+BrdfFile withOperators(BrdfFile file, const RgbBrdf& brdf, OperatorSource from) {
+    file.operators = fitOperators(brdf, file, from, 8, 2);
+    return file;
+}
 BrdfFile fitted(const RgbBrdf& brdf, OperatorSource from, int count) {
     BrdfFile file = fitBrdf(brdf, {}, 2);
     file.operators = fitOperators(brdf, file, from, count, 2);
@@ -96,10 +100,10 @@ TEST(BrdfOperators, NoPairIsCut) {
         return Vec3d{std::cos(angle) * d.x - std::sin(angle) * d.y, std::sin(angle) * d.x + std::cos(angle) * d.y, d.z};
     };
     const std::vector<Vec3d> views = {{0.6, 0, 0.8}, turned({0.6, 0, 0.8})};
-    for (const char* text : {"phong:exponent=10", "ggx"})
+    for (const char* text : {"phong:exponent=10", "ggx"}) {
+        const RgbBrdf brdf = rgbBrdf(parseBrdf(text));
+        const BrdfFile file = fitBrdf(brdf, {}, 2);
         for (OperatorSource from : {OperatorSource::kSlices, OperatorSource::kTable}) {
-            const RgbBrdf brdf = rgbBrdf(parseBrdf(text));
-            BrdfFile file = fitBrdf(brdf, {}, 2);
             for (int k : {1, 2, 3, 5, 8, 11, 16}) {
                 const BrdfOperators o = fitOperators(brdf, file, from, k, 2);
                 EXPECT_LE(std::abs(o.count - k), 1) << text << k;
@@ -118,6 +122,7 @@ TEST(BrdfOperators, NoPairIsCut) {
                     }
             }
         }
+    }
 }
 
 // Channels of different materials are fitted one by one. A black channel has no terms.
@@ -126,8 +131,10 @@ TEST(BrdfOperators, ChannelsOfTheirOwn) {
     const RgbBrdf mixed{"mixed", BrdfSymmetry::kIsotropic, [&](Vec3d wi, Vec3d wo) {
                             return Vec3d{lambert.eval(wi, wo).x, 2 * ggx.eval(wi, wo).x, 0};
                         }};
+    const BrdfFile of_mixed = fitBrdf(mixed, {}, 2), of_ggx = fitBrdf(ggx, {}, 2), of_lambert = fitBrdf(lambert, {}, 2);
     for (OperatorSource from : {OperatorSource::kSlices, OperatorSource::kTable, OperatorSource::kLiteral}) {
-        const BrdfFile file = fitted(mixed, from, 8), alone = fitted(ggx, from, 8), flat = fitted(lambert, from, 8);
+        const BrdfFile file = withOperators(of_mixed, mixed, from), alone = withOperators(of_ggx, ggx, from),
+                       flat = withOperators(of_lambert, lambert, from);
         const std::vector<Vec3d> views = {{0.6, 0, 0.8}, {0, -0.8, 0.6}};
         const auto f = slicesOfOperators(file.operators, views), g = slicesOfOperators(alone.operators, views),
                    h = slicesOfOperators(flat.operators, views);
@@ -142,11 +149,13 @@ TEST(BrdfOperators, ChannelsOfTheirOwn) {
 
 TEST(BrdfOperators, BlackIsNoProblem) {
     const RgbBrdf black = rgbBrdf(parseBrdf("lambert:color=0/0/0"));
+    const BrdfFile without = fitBrdf(black, {}, 2);
+    const ShadingTruth truth = shadingTruth(black, 2);
     for (OperatorSource from : {OperatorSource::kSlices, OperatorSource::kTable, OperatorSource::kLiteral}) {
-        BrdfFile file = fitted(black, from, 8);
+        BrdfFile file = withOperators(without, black, from);
         EXPECT_EQ(file.operators.count, 1);
         EXPECT_THAT(file.operators.u, testing::Each(0.0));
-        measureOperators(shadingTruth(black, 2), file);
+        measureOperators(truth, file);
         EXPECT_EQ(file.errors.at("shading_operators"), 0);
     }
 }

@@ -21,7 +21,7 @@ struct Sheet {
 };
 
 Sheet makeSheet() {
-    const synthetic::HingedSheet source = synthetic::hingedSheet(kFrames, 0.002);
+    const synthetic::HingedSheet source = synthetic::hingedSheet(kFrames, 0.002, 8);
     Sheet sheet;
     sheet.header.order = 3;
     sheet.header.rays = 1;

@@ -110,8 +110,8 @@ TEST(VisibilityLobes, ALobeThatMovesWithThePoseIsLearned) {
 // A character of fewer vertices than a sample has, so that a comparison is of all.
 synthetic::Options smallCharacter() {
     synthetic::Options options;
-    options.rings = 6;
-    options.sides = 6;
+    options.rings = 4;
+    options.sides = 5;
     options.frames_per_clip = 6;
     options.convention = {BelowHorizon::kBlocked, 5};
     return options;
@@ -176,7 +176,7 @@ TEST(VisibilityLobes, AFileHasTheErrorsOfTheComparison) {
     options.threads = 2;
     const CompareInput input{reader, poses, "lobes.vis.h5"};
     const LobeComparison found = compareLobes(input, prepareCharacter(input, options), options, {});
-    ASSERT_EQ(found.vertices, 36u);
+    ASSERT_EQ(found.vertices, 20u);
     for (int lobes = 1; lobes <= 2; ++lobes) {
         LobeFitOptions fit_options;
         fit_options.lobes = lobes;
