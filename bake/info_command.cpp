@@ -1,4 +1,4 @@
-// penumbra-bake info FILE: what is in a Penumbra file of any kind, who made it and from what.
+// penumbra-bake info FILE: what is in a Penumbra file of any kind, who made it and from what; or what a rig holds.
 #include <array>
 #include <fstream>
 #include <memory>
@@ -8,6 +8,7 @@
 #include "bake/info/info_files.h"
 #include "formats/asset/asset_file.h"
 #include "formats/common/errors.h"
+#include "formats/source/source_readers.h"
 #include "formats/stage/stage_file_kind.h"
 
 namespace penumbra {
@@ -19,6 +20,10 @@ Json describeFile(const fs::path& path, VertexSample sample) {
     std::array<char, 8> head{};
     std::ifstream(path, std::ios::binary).read(head.data(), head.size());
     Json json{{"file", path.string()}, {"bytes", fs::file_size(path)}};
+    if (findReader(path)) {
+        json.update(describeSource(path));
+        return json;
+    }
     std::string format = "penumbra.asset";
     Json content;
     if (std::string_view(head.data() + 4, 4) == kAssetIdentifier) {
@@ -51,7 +56,7 @@ struct InfoCommand {
 void defineInfo(CLI::App& app, InfoCommand& command) {
     app.add_option("file", command.file,
                    ".vis.h5, .poses.h5, .fields.h5, .model.h5, .lobes.h5, .transfer.h5, .brdf.h5, .light.h5, "
-                   ".blockers.h5 or .pnb")
+                   ".blockers.h5 or .pnb; or the rig or the point cache of a character, before it is baked")
         ->required();
     app.add_flag("--all", command.all, "read the visibility of all vertices, not of some, for its range");
 }

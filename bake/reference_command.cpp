@@ -250,8 +250,9 @@ void runScene(ReferenceCommand& command, const CommonOptions& common, Report& re
     const bool shaded = command.options.channel == ReferenceChannel::kShaded;
     const SceneDescription description = readScene(command.scene);
     report.willRead(filesNamedIn(description));
-    const SceneFrame scene =
-        poseScene(description, command.time, command.camera, shaded ? SceneLook::kMaterials : SceneLook::kNone);
+    const bool own = command.brdf.analytic.empty() && command.brdf.files().empty();
+    const SceneLook look = !shaded ? SceneLook::kNone : own ? SceneLook::kPictures : SceneLook::kMaterials;
+    const SceneFrame scene = poseScene(description, command.time, command.camera, look);
     const std::size_t ground = description.ground ? scene.brdf_of_vertex.back() : scene.materials.size();
     if (shaded) readMaterialsOf(command, scene, ground, common.threads);
     const EnvironmentLight light = readLightOf(command, common, scene);
@@ -271,6 +272,8 @@ void runScene(ReferenceCommand& command, const CommonOptions& common, Report& re
     input.ground = scene.ends_at_horizon;
     input.scale = scene.scale;
     input.back_of_vertex = scene.back_of_vertex;
+    input.twins = scene.twins;
+    input.pictures = scene.pictures;
     const Image image = renderReference(input, scene.camera, light, command.options, common.threads, common.progress);
     report.phase("write");
     writePicture(command, common, image, report);

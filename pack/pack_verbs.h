@@ -7,5 +7,6 @@ namespace penumbra {
 Verb assetVerb();
 Verb truthVerb();
 Verb checkVerb();
+Verb exportVerb();
 
 }  // namespace penumbra

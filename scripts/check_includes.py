@@ -54,7 +54,8 @@ MAY_INCLUDE = {
     "fit": SH | FIT | {"fit/camera", "fit/report", "fit/page", "fit/papers"} | FORMATS,  # no other room includes fit/papers
     "pack/compress": SH | RUNTIME | FORMATS,
     **{f"pack/{room}": SH | RUNTIME | {"pack/compress"} | FORMATS for room in ("sections", "check")},
-    "pack": SH | RUNTIME | {"pack/compress", "pack/sections", "pack/check"} | FORMATS,
+    "pack/export": SH | RUNTIME | {"pack/compress"} | FORMATS,
+    "pack": SH | RUNTIME | {"pack/compress", "pack/sections", "pack/check", "pack/export"} | FORMATS,
     **{f"runtime{room}": SH | {"formats/common", "formats/asset"} for room in ("", "/papers", "/sun")},
     "runtime/evaluate": SH | {"runtime/papers", "formats/common", "formats/asset"},
     "runtime/shade": SH | {"runtime/papers", "runtime/evaluate", "formats/common", "formats/asset"},

@@ -18,6 +18,8 @@ Json describeLight(const std::filesystem::path& path);
 Json describePoses(const std::filesystem::path& path);
 Json describeFields(const std::filesystem::path& path);
 Json describeBlockers(const std::filesystem::path& path);
+// A rig or a point cache, as it would be baked without options: its parts, clips, and what its reader does not do.
+Json describeSource(const std::filesystem::path& path);
 Json describeAsset(const std::filesystem::path& path);
 
 }  // namespace penumbra

@@ -57,7 +57,8 @@ struct ReferenceFrame {
     // the other side of each one. It is the vertex itself where that is no sheet. In a scene rays of sheets start at
     // the bias as well.
     std::span<const std::uint32_t> back_of_vertex = {};
-    std::span<const Vec3> albedo = {};  // [V] what the mesh reflects; needed with bounces
+    std::span<const std::uint32_t> twins = {};  // [T] of a scene, as twinTriangles() says; empty: there are none
+    std::span<const Vec3> albedo = {};          // [V] what the mesh reflects; needed with bounces
     // [V] what a two-sided mesh sends to the side of the vertex of the light on its other side; empty: nothing
     std::span<const Vec3> transmission = {};
     // Pictures on the mesh, which stand in the place of the BRDFs of their triangles.

@@ -18,7 +18,8 @@ ReferenceScene makeReferenceScene(const ReferenceFrame& input, const ReferenceOp
     std::vector<Vec3> positions;
     for (Vec3 p : model) positions.push_back(scale.apply(p));
     // The camera sees surfaces as the player draws them, which has no textures; light passes through them.
-    const SeeThrough through = input.blockers ? input.blockers->through() : SeeThrough{&input.mesh.opacity, {}};
+    const SeeThrough through =
+        input.blockers ? input.blockers->through() : SeeThrough{&input.mesh.opacity, input.twins};
     OcclusionScene scene(positions, input.mesh.frontTriangles(), Queries::kPlain, {nullptr, through.twins});
     std::optional<OcclusionScene> shadows;
     if (!input.mesh.opacity.empty()) shadows.emplace(positions, input.mesh.frontTriangles(), Queries::kPlain, through);
@@ -33,7 +34,8 @@ ReferenceScene makeReferenceScene(const ReferenceFrame& input, const ReferenceOp
         const std::span casting = std::span(input.mesh.triangles).first(*input.casting_triangles);
         std::vector<Triangle> triangles(casting.begin(), casting.end());
         triangles.insert(triangles.end(), input.unseen_triangles.begin(), input.unseen_triangles.end());
-        shadows.emplace(all, triangles);
+        shadows.emplace(all, triangles, Queries::kPlain,
+                        SeeThrough{nullptr, input.twins.first(std::min(input.twins.size(), casting.size()))});
     }
     std::vector<SampledBrdf> materials(brdfs.size());
     parallelFor(brdfs.size(), threads, [&](std::size_t i) { materials[i] = sampledBrdf(brdfs[i]); });

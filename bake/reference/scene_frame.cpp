@@ -8,9 +8,11 @@
 #include <memory>
 #include <numeric>
 
+#include "bake/reference/scene_pictures.h"
 #include "formats/asset/asset_file.h"
 #include "formats/asset/other_sides.h"
 #include "formats/common/errors.h"
+#include "formats/common/twin_triangles.h"
 #include "formats/scene/bone_poses.h"
 #include "formats/scene/scene_origin.h"
 #include "formats/scene/scene_placement.h"
@@ -55,17 +57,38 @@ MorphTargets morphsOf(const MorphsView& view) {
     return morphs;
 }
 
+Skin skinOf(const AssetView& asset, std::size_t bones) {
+    Skin skin;
+    skin.joint_names.resize(bones);  // nobody asks for their names
+    skin.influences = asset.mesh.influences;
+    skin.joints.assign(asset.mesh.skin_joints.begin(), asset.mesh.skin_joints.end());
+    skin.weights.assign(asset.mesh.skin_weights.begin(), asset.mesh.skin_weights.end());
+    return skin;
+}
+
+// The other side of each vertex of an asset, and the twins of its front triangles (empty: none).
+struct Sides {
+    std::vector<std::uint32_t> other, twins;
+};
+
+Sides sidesOf(const AssetView& asset) {
+    Sides sides{otherSides(asset.mesh), {}};
+    if (asset.mesh.two_sided || asset.mesh.skin_joints.empty()) return sides;
+    Mesh mesh;
+    mesh.rest_positions.assign(asset.mesh.positions.begin(), asset.mesh.positions.end());
+    mesh.triangles = trianglesOf(asset.mesh.triangles);
+    sides.twins = twinTriangles(mesh, skinOf(asset, 0));
+    if (!sides.twins.empty()) sides.other = twinVertices(mesh, sides.twins);
+    return sides;
+}
+
 // The vertices of a skinned one in a pose. `inputs` [X] are those of a frame; empty: the bones tell the weights of
 // morph targets.
 VisibilityFrame skinAsset(const AssetView& asset, std::span<const Affine> bones, std::span<const float> inputs) {
     RestShape posed;
     Mesh mesh;
     mesh.rest_positions.assign(asset.mesh.positions.begin(), asset.mesh.positions.end());
-    Skin skin;
-    skin.joint_names.resize(bones.size());  // nobody asks for their names
-    skin.influences = asset.mesh.influences;
-    skin.joints.assign(asset.mesh.skin_joints.begin(), asset.mesh.skin_joints.end());
-    skin.weights.assign(asset.mesh.skin_weights.begin(), asset.mesh.skin_weights.end());
+    const Skin skin = skinOf(asset, bones.size());
     const std::size_t morphs = asset.mesh.morphs.count();
     const std::vector<float> weights =
         inputs.empty() ? morphWeights(asset.model.input_joints, bones, asset.animation.input_names.size(), morphs)
@@ -96,16 +119,17 @@ public:
         const auto first = std::uint32_t(out_.frame.positions.size());
         for (const Vec3 p : posed.positions) out_.frame.positions.push_back(to_scene.point(p));
         for (const Vec3 n : posed.normals) out_.frame.normals.push_back(to_scene.linear() * n);
-        for (const std::uint32_t other : otherSides(asset.mesh)) out_.back_of_vertex.push_back(other + first);
+        const Sides sides = sidesOf(asset);
+        for (const std::uint32_t other : sides.other) out_.back_of_vertex.push_back(other + first);
+        first_triangle_ = out_.mesh.triangles.size();
         // The ray tracer meets each triangle of a sheet once.
         for (const Triangle& t : trianglesOf(asset.mesh.frontTriangles()))
             out_.mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
-        std::vector<std::uint16_t> material_of_slot(std::max<std::size_t>(1, asset.mesh.slots.size()), 0);
-        if (look == SceneLook::kMaterials) {
-            const std::vector<std::size_t> materials = materialsOf(one, asset);
-            for (std::size_t s = 0; s < materials.size(); ++s)
-                material_of_slot[s] = numberOf(std::string(asset.materials[materials[s]].name));
-        }
+        for (std::size_t t = first_triangle_; t < out_.mesh.triangles.size(); ++t)
+            out_.twins.push_back(
+                std::uint32_t(sides.twins.empty() ? t : first_triangle_ + sides.twins[t - first_triangle_]));
+        const std::vector<std::uint16_t> material_of_slot =
+            look == SceneLook::kNone ? std::vector<std::uint16_t>(slotCount(asset), 0) : addLook(one, asset, look);
         for (std::size_t v = 0; v < posed.positions.size(); ++v)
             out_.brdf_of_vertex.push_back(
                 material_of_slot[asset.mesh.slot_of_vertex.empty() ? 0 : asset.mesh.slot_of_vertex[v]]);
@@ -157,6 +181,26 @@ private:
     std::vector<Vec3> corners_;                               // of everyone's boxes
     double least_ = std::numeric_limits<double>::infinity();  // of their diagonals that are not 0
     PoseFiles poses_;
+    ScenePictures pictures_;
+    std::size_t first_triangle_ = 0;  // of the member that is added
+
+    static std::size_t slotCount(const AssetView& asset) { return std::max<std::size_t>(1, asset.mesh.slots.size()); }
+
+    // Adds a member's pictures. Returns which of the scene's materials each of its slots has.
+    std::vector<std::uint16_t> addLook(const SceneCharacter& one, const AssetView& asset, SceneLook look) {
+        const std::vector<std::size_t> materials = materialsOf(one, asset);
+        std::vector<bool> pictured(materials.size(), false);
+        if (look == SceneLook::kPictures) pictured = picturedSlots(asset, materials);
+        if (std::ranges::count(pictured, true) > 0) {
+            out_.surfaces.push_back(pictures_.surfaceOf(one, asset, pictured));
+            out_.pictures.push_back({first_triangle_, out_.surfaces.back().get()});
+        }
+        std::vector<std::uint16_t> material_of_slot;
+        for (std::size_t s = 0; s < materials.size(); ++s)
+            material_of_slot.push_back(
+                numberOf(pictured[s] ? "lambert" : std::string(asset.materials[materials[s]].name)));
+        return material_of_slot;
+    }
 
     // Copies of a periodic field on all sides, as far as horizons are looked for: to the longer side. They join the
     // field and one another by squares from the last line to the next first one.
@@ -252,6 +296,7 @@ SceneFrame poseScene(SceneDescription scene, std::optional<double> seconds, cons
     out.ends_at_horizon = heights && heights->field().grid().border != HeightBorder::kOpen;
     out.casting_triangles = out.mesh.triangles.size();
     if (scene.ground && !heights) mesh.addGround();
+    while (out.twins.size() < out.mesh.triangles.size()) out.twins.push_back(std::uint32_t(out.twins.size()));
     out.mesh.rest_positions = out.frame.positions;
     out.scale = mesh.scale();
     out.camera = cameraOf(scene, camera, mesh.corners());

@@ -1,5 +1,8 @@
 #pragma once
 // Poses everyone of a scene, as one mesh to ray-trace.
+#include <memory>
+
+#include "bake/reference/picture_surface.h"
 #include "bake/trace/occlusion.h"
 #include "formats/scene/scene_file.h"
 #include "formats/stage/visibility_file.h"
@@ -21,6 +24,9 @@ struct SceneFrame {
     bool ends_at_horizon = false;               // a ground with heights goes on for ever: no light comes from below
     std::vector<std::string> materials;         // names in the assets; the last is the ground's
     std::vector<std::uint16_t> brdf_of_vertex;  // [V], index into materials
+    std::vector<std::uint32_t> twins;  // [T], as twinTriangles() says; of two the ray tracer meets the first alone
+    std::vector<std::shared_ptr<const PictureSurface>> surfaces;  // that `pictures` point to
+    std::vector<PicturePart> pictures;                            // on the members that have some
     std::vector<std::uint32_t> back_of_vertex;  // [V], what shades the other side; triangles have fronts alone
     Camera camera;
     int light_order = 0;        // 0: the scene has no light
@@ -28,11 +34,11 @@ struct SceneFrame {
     Mat3d light_rotation;
 };
 
-enum class SceneLook { kNone, kMaterials };
+enum class SceneLook { kNone, kMaterials, kPictures };  // kPictures: materials, and pictures over them
 // Takes meshes, poses, materials and light from the assets. Everyone stands as in penumbra-player render --scene, at
 // their own times or all at `seconds`; `camera` as there. The result has its origin near the first member
 // (openGround()). Throws what reading assets throws, and InvalidInput for what the scene names and an asset has not.
-// Without a look, materials may miss.
+// Without a look, materials may miss. A slot with pictures has the material "lambert" under them.
 SceneFrame poseScene(SceneDescription scene, std::optional<double> seconds, const std::string& camera, SceneLook look);
 
 }  // namespace penumbra

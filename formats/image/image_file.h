@@ -31,6 +31,14 @@ void writeExr(const std::filesystem::path& path, const Image& image);
 void writePng(const std::filesystem::path& path, const Image& image, float exposure);
 // Returns the bytes of that PNG, row by row: RGB, or RGBA when the image has alpha.
 std::vector<std::uint8_t> displayedBytes(const Image& image, float exposure);
+// Numbers of 8 bits that are no colours, such as those of a table: nothing is converted, and nothing says sRGB.
+struct DataPicture {
+    int width = 0, height = 0;
+    int channels = 1;                 // 1 (gray), 3 (RGB) or 4 (RGBA)
+    std::vector<std::uint8_t> bytes;  // [height, width, channels]
+};
+// Writes a PNG of them, whole or not at all. Throws IoError.
+void writeDataPng(const std::filesystem::path& path, const DataPicture& picture);
 // Inverts the sRGB transfer function (IEC 61966-2-1).
 float linearFromSrgb(float srgb);
 // Writes a picture by its extension. Throws UsageError for anything but .png and .exr.

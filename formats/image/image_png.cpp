@@ -6,6 +6,7 @@
 #include <csetjmp>
 
 #include "formats/common/errors.h"
+#include "formats/common/write_file.h"
 #include "formats/image/image_codecs.h"
 
 namespace penumbra {
@@ -78,6 +79,38 @@ std::vector<std::byte> encodePng(const TexturePicture& picture) {
     out.bytes.reserve(picture.rgb.size() / 2);
     if (!writeRows(picture, out)) throw IoError("PNG: cannot be encoded");
     return std::move(out.bytes);
+}
+
+namespace {
+
+bool writeData(const DataPicture& picture, PngWrite& out) {
+    png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
+    png_infop info = png ? png_create_info_struct(png) : nullptr;
+    if (!info || setjmp(png_jmpbuf(png))) {
+        png_destroy_write_struct(&png, &info);
+        return false;
+    }
+    const int type = picture.channels == 1   ? PNG_COLOR_TYPE_GRAY
+                     : picture.channels == 3 ? PNG_COLOR_TYPE_RGB
+                                             : PNG_COLOR_TYPE_RGB_ALPHA;
+    png_set_write_fn(png, &out, PngWrite::add, PngWrite::flush);
+    png_set_IHDR(png, info, png_uint_32(picture.width), png_uint_32(picture.height), 8, type, PNG_INTERLACE_NONE,
+                 PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+    png_write_info(png, info);
+    for (int y = 0; y < picture.height; ++y)
+        png_write_row(png, picture.bytes.data() + std::size_t(y) * std::size_t(picture.width * picture.channels));
+    png_write_end(png, info);
+    png_destroy_write_struct(&png, &info);
+    return true;
+}
+
+}  // namespace
+
+void writeDataPng(const std::filesystem::path& path, const DataPicture& picture) {
+    assert(picture.bytes.size() == std::size_t(picture.width) * std::size_t(picture.height * picture.channels));
+    PngWrite out;
+    if (!writeData(picture, out)) throw IoError("PNG: cannot be encoded");
+    writeWholeFile(path, out.bytes);
 }
 
 std::vector<std::byte> encodePng(const Image& image, float exposure) {

@@ -43,7 +43,9 @@ struct SourcePart {
     std::vector<std::vector<Vec3>> target_normals;  // what each adds to the normals; empty as above
     std::vector<double> rest_weights;               // one for each target
     std::vector<std::string> target_names;          // one for each target, or none; "" where it has none
-    int mesh = -1;                                  // parts of equal numbers draw the same mesh; -1: of no other
+    GltfPlace gltf = {};
+    Matrix instance = kIdentityMatrix;  // from the positions of the file to `positions`
+    int mesh = -1;                      // parts of equal numbers draw the same mesh; -1: of no other
 };
 
 // The weights of a node's morph targets over time. They are interpolated as in Channel.

@@ -35,6 +35,7 @@ void moveKeys(RigSource& source, std::size_t clip, double by) {
         if (std::size_t(channel.clip) == clip)
             for (double& time : channel.times) time += by;
     source.clips[clip].duration += by;
+    source.clips[clip].moved_by += by;
 }
 
 void say(RigSource& source, std::size_t clip, std::string effect) {

@@ -136,7 +136,10 @@ Rig joinRig(std::vector<RigSource> sources, const RigOptions& options) {
         if (source.converted && std::exchange(had_converter, true)) source.files_read.pop_back();
     dropIdleClips(first);
     for (RigSource& source : sources) trimLateClips(source);
-    for (std::size_t i = 1; i < sources.size(); ++i) addClips(first, std::move(sources[i]));
+    for (std::size_t i = 1; i < sources.size(); ++i) {
+        for (Clip& clip : sources[i].clips) clip.gltf_animation = -1;
+        addClips(first, std::move(sources[i]));
+    }
     selectParts(first, options);
     makeClipNamesUnique(first.clips);
     if (first.clips.size() > 65535) throw Unsupported(first.file.string() + ": more than 65535 clips");

@@ -39,6 +39,8 @@ struct Clip {
     std::string name;  // unique in the rig; unnamed clips become "clip0", ...
     double duration = 0;
     std::vector<Channel> channels;
+    int gltf_animation = -1;  // of the .glb or .gltf that the rig comes from; -1: the clip comes from another file
+    double moved_by = 0;      // seconds that the times of the file were moved by
 };
 
 // Weights of the rig's morph targets over the time of a clip. Keys are as in Channel.
@@ -101,12 +103,21 @@ struct PartColor {
     std::string textures_problem = "";      // a message that says why `textures` are not all; "" when they are
 };
 
+// Where a part stands in the .glb or .gltf that it comes from; -1: it comes from another file.
+struct GltfPlace {
+    int node = -1, primitive = -1;  // of the document: a node, and one of the primitives of its mesh
+    bool operator==(const GltfPlace&) const = default;
+};
+
 // A part in the rig. Its vertices stand together in Mesh::source_vertex.
 struct ColoredPart {
     PartColor color;
     std::uint16_t slot = 0;
     std::size_t first_vertex = 0, vertices = 0;  // of source_vertex
     std::vector<Triangle> triangles;             // indices into the part's vertices
+    GltfPlace gltf = {};
+    // Row-major 3x4, from the positions of the file to Mesh::rest_positions.
+    std::array<double, 12> to_rest{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
 };
 
 // Something that a file says and its reader does not do, and what is seen of that.

@@ -219,7 +219,7 @@ ShadingSet shadingOf(const Shot& shot) {
     set.setLight(shot.light);
     set.setSuns(shot.suns);
     set.setBounces(shot.bounces);
-    set.setSurface(shot.surface);
+    if (shot.surface) set.showSurface();
     set.setLightRotation(shot.light_rotation);
     return set;
 }

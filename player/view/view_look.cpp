@@ -41,7 +41,7 @@ bool lightHasSuns(const Scene& scene, const ViewState& state) {
 
 std::unique_ptr<ShadingSet> makeShading(const Scene& scene, const AssetView& asset, const ShadingChoice& choice) {
     auto set = std::make_unique<ShadingSet>(asset, choice);
-    set->setSurface(scene.textures);
+    if (scene.textures) set->showSurface();
     return set;
 }
 

@@ -59,7 +59,9 @@ MaterialView slopeMaterial(const Convention& convention, std::span<const float> 
 
 MaterialTables slopeTables(const Convention& convention, int light_order, int axis) {
     const std::vector<float> slices = slopeSlices(convention, axis);
-    return MaterialTables(convention, light_order, slopeMaterial(convention, slices), Reflectance::kSlices);
+    MaterialTables tables(convention, light_order, slopeMaterial(convention, slices), Reflectance::kSlices);
+    tables.allowNegative();
+    return tables;
 }
 
 }  // namespace penumbra

@@ -241,12 +241,21 @@ TEST(FbxFaults, AreNamedForEachReader) {
 TEST(FbxFaults, CutWeightsAreCounted) {
     FbxRig rig = samples::turningRig();
     for (std::int64_t k = 0; k < 4; ++k) rig.cluster(320 + k, FbxRig::kRoot, {12, 13}, {0.25, k == 0 ? 1.0 : 0.0}, 0);
+    EXPECT_FALSE(hasOtherRate(scanRig(rig)));
     const std::vector<FbxCutWeights> cuts = cutWeights(scanRig(rig));
     ASSERT_EQ(cuts.size(), 1u);  // vertex 12: 1 and four times 0.25
     EXPECT_EQ(cuts[0].vertices, 1u);
     EXPECT_DOUBLE_EQ(cuts[0].most, 0.125);
     EXPECT_THAT(textOf(converterNotes(scanRig(rig)).at(0)),
                 HasSubstr("1 vertices keep the 4 largest, and lose up to 12.5% of their weight"));
+}
+
+TEST(FbxFaults, FramesBetweenThoseOfTheConverterAreSaid) {
+    FbxScan scan = scanRig(samples::turningRig());
+    EXPECT_TRUE(converterNotes(scan).empty());
+    scan.time_mode = 10;  // 25 a second
+    ASSERT_EQ(converterNotes(scan).size(), 1u);
+    EXPECT_EQ(converterNotes(scan)[0].feature, "frame rate");
 }
 
 // --- Clips ----------------------------------------------------------------------------------------------------------

@@ -241,6 +241,8 @@ def check_notes(folder):
     notes = json.load(open(report))["figures"]["notes"]
     assert len(notes) == 1 and "lens.glb: node '" in notes[0] and notes[0].endswith(text), notes
     assert text in run("info", out).stdout
+    about = run("info", rig)
+    assert text in about.stdout and scene["animations"][0]["name"] in about.stdout, about
     for verb, name in (("fields", "x.fields.h5"), ("poses", "x.poses.h5")):
         more = ["--choose", "2"] if verb == "poses" else ["--rays", "16", "--cells", "4"]
         assert run(verb, rig, "-o", place(name), "--strict", *more).returncode == 5 and not os.path.exists(place(name))

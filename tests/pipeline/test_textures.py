@@ -3,6 +3,7 @@
 usage: test_textures.py BIN
 """
 import io
+import json
 import pathlib
 import sys
 import tempfile
@@ -94,6 +95,27 @@ def compare(folder, name, asset, bound):
     return a
 
 
+def check_scene(folder, material):
+    """A sheet with two sides in a scene, beside the reference; with another material its pictures are gone."""
+    save_sheet(folder / "both.glb", [COLORS], {**material, "doubleSided": True})
+    make_model(folder, "both")
+    good("fit", "brdf", "--analytic", "lambert", "-o", folder / "lambert.brdf.h5")
+    pack(folder, "both", folder / "both.pnb", "--materials-of", folder / "both.glb", "--textures", "embed",
+         "--brdf", folder / "lambert.brdf.h5")
+    colorful = []
+    for look in ({}, {"material": "lambert"}):
+        scene = {"version": 1, "characters": [{"asset": "both.pnb", **look}]}
+        (folder / "s.json").write_text(json.dumps(scene))
+        view = ["--scene", folder / "s.json", "--size", "64x64", "--camera", "yaw=0,pitch=60", "--exposure", 0.8]
+        good("player", "render", *view, "-o", folder / "p.png")
+        good("bake", "reference", *view, "--samples", 64, "-o", folder / "r.png")
+        a, b = (np.asarray(Image.open(folder / name).convert("RGBA"), float) for name in ("p.png", "r.png"))
+        both = (a[..., 3] > 250) & (b[..., 3] > 250)
+        assert both.sum() > 300 and abs(a - b)[both][:, :3].mean() < 5, (look, both.sum(), abs(a - b)[both].mean())
+        colorful.append(np.ptp(b[both][:, :3], axis=1).mean())
+    assert colorful[0] > 100 and colorful[1] < 5, colorful
+
+
 def check(folder):
     good("fit", "light", "--analytic", "uniform", "-o", folder / "l.light.h5")
     base = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "metallicFactor": 0, "roughnessFactor": 0.6}}
@@ -127,6 +149,7 @@ def check(folder):
     make_model(folder, "every")
     pack(folder, "every", folder / "every.pnb", "--materials-of", folder / "every.glb", "--textures", "embed")
     compare(folder, "every", folder / "every.pnb", 14)
+    check_scene(folder, base)
     # What is wrong is named, and nothing is written.
     save_sheet(folder / "other.glb", [COLORS], base, n=8)
     refused = pack(folder, "flat", folder / "x.pnb", "--materials-of", folder / "other.glb", "--textures", "embed", code=3)

@@ -353,6 +353,9 @@ std::vector<RigNote> converterNotes(const FbxScan& scan) {
                       cut.vertices, 100 * cut.most);
         notes.push_back({scan.file.string(), cut.mesh, "more than 4 influences", effect});
     }
+    if (hasOtherRate(scan))
+        notes.push_back({scan.file.string(), "", "frame rate",
+                         "frames lie between those of FBX2glTF, 60 a second, where movement is linear"});
     std::set<int> told;
     constexpr int kConstant = 2;
     for (const FbxTrack& track : scan.tracks)

@@ -94,4 +94,9 @@ int framesASecond(const FbxScan& scan) {
     return scan.time_mode == kFrames30 || scan.time_mode == kFrames30Drop ? 30 : 60;
 }
 
+bool hasOtherRate(const FbxScan& scan) {
+    constexpr int kSame[] = {0, 1, 3, 6, 7, 11};  // default, 120, 60, 30, 30, 24
+    return !scan.takes.empty() && std::find(std::begin(kSame), std::end(kSame), scan.time_mode) == std::end(kSame);
+}
+
 }  // namespace penumbra

@@ -28,5 +28,7 @@ void cutClip(RigSource& source, std::size_t clip, double first, double last);
 
 // The samples a second of a file's own timeline that FBX2glTF can be asked for: 24, 30 or 60.
 int framesASecond(const FbxScan& scan);
+// Tells whether frames of the file lie between those that the converter makes.
+bool hasOtherRate(const FbxScan& scan);
 
 }  // namespace penumbra

@@ -198,12 +198,6 @@ RigSource readScannedWithAssimp(const FbxScan& scan) {
     return source;
 }
 
-// Frames of other rates lie between those that the converter makes.
-bool hasOtherRate(const FbxScan& scan) {
-    constexpr int kSame[] = {0, 1, 3, 6, 7, 11};  // default, 120, 60, 30, 30, 24
-    return !scan.takes.empty() && std::find(std::begin(kSame), std::end(kSame), scan.time_mode) == std::end(kSame);
-}
-
 [[noreturn]] void refuse(const FbxScan& scan, const std::string& converter_problem, const std::string& assimp_fault) {
     if (converter_problem.empty())
         throw Unsupported(

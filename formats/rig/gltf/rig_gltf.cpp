@@ -192,7 +192,8 @@ void convertMeshes(Importer& importer) {
         if (node.skin >= 0 && std::size_t(node.skin) >= model.skins.size())
             importer.fail(where + ": its skin does not exist");
         const std::vector<Matrix> instances = placesOf(importer, n, where);
-        for (const tinygltf::Primitive& primitive : model.meshes[std::size_t(node.mesh)].primitives) {
+        const std::vector<tinygltf::Primitive>& primitives = model.meshes[std::size_t(node.mesh)].primitives;
+        for (const tinygltf::Primitive& primitive : primitives) {
             if (primitive.mode < TINYGLTF_MODE_TRIANGLES) {
                 importer.source.notes.push_back({importer.file.path.string(), nodeName(model, n), "points or lines",
                                                  "they are not drawn, and cast no shadow"});
@@ -201,6 +202,7 @@ void convertMeshes(Importer& importer) {
             if (primitive.mode > TINYGLTF_MODE_TRIANGLE_FAN)
                 importer.fail(where + ": has a primitive of an unknown mode");
             convertPrimitive(importer, node, importer.node_of_file_node[n], primitive, where);
+            importer.source.parts.back().gltf = {int(n), int(&primitive - primitives.data())};
             importer.source.parts.back().visible = drawn[n] == Drawn::kYes ? Visible::kShown : Visible::kHidden;
             vertices += instances.size() * importer.source.parts.back().positions.size();
             if (vertices > kMaxSourceVertices)
@@ -314,6 +316,7 @@ void convertClips(Importer& importer) {
         const tinygltf::Animation& from = model.animations[a];
         Clip clip;
         clip.name = from.name.empty() ? "clip" + std::to_string(a) : cleanText(from.name);
+        clip.gltf_animation = int(a);
         if (from.channels.empty())
             importer.source.notes.push_back(
                 {importer.file.path.string(), "", "clip '" + clip.name + "'", "has no channel, left out"});

@@ -237,6 +237,7 @@ Vec3d turned(const Matrix& m, Vec3 v) { return transformPoint(m, toDouble(v)) - 
 SourcePart movedPart(const SourcePart& part, const Matrix& to_node) {
     if (to_node == kIdentityMatrix) return part;
     SourcePart out = part;
+    out.instance = multiply(to_node, part.instance);
     const bool mirrored = determinant(to_node) < 0;
     for (Vec3& p : out.positions) p = toFloat(transformPoint(to_node, toDouble(p)));
     for (std::vector<Vec3>& target : out.targets)

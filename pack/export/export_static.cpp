@@ -1,0 +1,157 @@
+// Writes the mean over all frames into vertex attributes, which nearly every program reads.
+#include <cmath>
+
+#include "formats/common/errors.h"
+#include "formats/common/write_file.h"
+#include "pack/export/export_files.h"
+#include "pack/export/uv_sets.h"
+
+namespace penumbra {
+
+OcclusionFrame FrameReader::read(std::size_t frame, FrameParts parts) const {
+    throwIfInterrupted();
+    OcclusionFrame out = source.read(frame, parts, threads);
+    progress(frame + 1);
+    return out;
+}
+
+namespace {
+
+// The mean over frames. Bent normals count by what they see.
+OcclusionFrame meanOf(const FrameReader& frames) {
+    const std::size_t count = frames.source.frames().frameCount();
+    const std::size_t points = frames.source.mesh().vertexCount();
+    std::vector<double> ambient(points);
+    std::vector<Vec3d> bent(points), bounced(frames.source.hasBounces() ? points : 0);
+    for (std::size_t f = 0; f < count; ++f) {
+        const OcclusionFrame frame = frames.read(f, FrameParts::kAll);
+        for (std::size_t p = 0; p < points; ++p) {
+            ambient[p] += double(frame.ambient[p]);
+            bent[p] += toDouble(frame.bent[p]) * double(frame.ambient[p]);
+            if (!bounced.empty()) bounced[p] += toDouble(frame.bounced[p]);
+        }
+    }
+    OcclusionFrame out;
+    for (std::size_t p = 0; p < points; ++p) {
+        out.ambient.push_back(float(ambient[p] / double(count)));
+        const Vec3 direction = toFloat(normalized(bent[p]));
+        out.bent.push_back(direction == Vec3{} ? frames.source.restNormals()[p] : direction);
+        if (!bounced.empty()) out.bounced.push_back(toFloat(bounced[p] / double(count)));
+    }
+    return out;
+}
+
+template <class Number>
+std::span<const float> flat(const std::vector<Number>& values) {
+    static_assert(sizeof(Vec3) == 3 * sizeof(float));
+    return {reinterpret_cast<const float*>(values.data()), values.size() * sizeof(Number) / sizeof(float)};
+}
+
+struct RowValues {
+    std::vector<float> ambient;
+    std::vector<Vec3> bent, bounced;
+};
+
+class StaticWriter {
+public:
+    StaticWriter(const ExportOptions& options, RowValues values, ExportedGlb& out)
+        : options_(options), values_(std::move(values)), out_(out), uv_(freeUvSet(out.glb, out.targets, 2)) {}
+
+    std::size_t uvSet() const { return uv_; }
+    void write(const GlbTarget& target);
+
+private:
+    const ExportOptions& options_;
+    const RowValues values_;
+    ExportedGlb& out_;
+    std::size_t uv_;
+
+    void add(const GlbTarget& target, const char* name, std::span<const float> numbers, int components) {
+        const std::size_t accessor = addAccessor(out_.glb, numbers, components, AccessorUse::kVertices);
+        primitiveOf(out_.glb, target).at("attributes")[name] = accessor;
+    }
+    void writeColor(const GlbTarget& target, const std::vector<float>& e);
+    void writeDirections(const GlbTarget& target, const std::vector<float>& e);
+};
+
+void StaticWriter::writeColor(const GlbTarget& target, const std::vector<float>& e) {
+    VertexColors colors = ownColors(out_, target, 4);
+    const bool of_bounces = options_.value == TableValue::kBounced;
+    const std::vector<Vec3> bounced = of_bounces ? valuesOf(out_.rig, target, values_.bounced) : std::vector<Vec3>();
+    for (std::size_t v = 0; v < e.size(); ++v)
+        for (int c = 0; c < 3; ++c) colors.values[4 * v + std::size_t(c)] *= of_bounces ? bounced[v][c] : e[v];
+    add(target, "COLOR_0", colors.values, 4);
+}
+
+void StaticWriter::writeDirections(const GlbTarget& target, const std::vector<float>& e) {
+    // Instances may be turned, so each brings its own to the primitive.
+    std::vector<Vec3> bent = values_.bent;
+    for (const std::size_t p : target.parts) {
+        const ColoredPart& part = out_.rig.part_colors[p];
+        bringToPrimitive(part, std::span(bent).subspan(part.first_vertex, part.vertices));
+    }
+    bent = valuesOf(out_.rig, target, bent);
+    std::vector<float> custom, uv_xy, uv_zw;
+    for (std::size_t v = 0; v < bent.size(); ++v) {
+        const Vec3 b = bent[v] = normalized(bent[v]);
+        custom.insert(custom.end(), {b.x, b.y, b.z, e[v]});
+        uv_xy.insert(uv_xy.end(), {b.x, b.y});
+        uv_zw.insert(uv_zw.end(), {b.z, e[v]});
+    }
+    add(target, "_BENT_NORMAL", flat(bent), 3);
+    add(target, "_CUSTOM0", custom, 4);
+    if (!values_.bounced.empty()) add(target, "_BOUNCED", flat(valuesOf(out_.rig, target, values_.bounced)), 3);
+    addUvSet(out_.glb, target, uv_, uv_xy);
+    addUvSet(out_.glb, target, uv_ + 1, uv_zw);
+}
+
+void StaticWriter::write(const GlbTarget& target) {
+    const std::vector<float> e = valuesOf(out_.rig, target, values_.ambient);
+    if (options_.color == VertexColor::kWritten) writeColor(target, e);
+    add(target, "_OCCLUSION", e, 1);
+    if (options_.color == VertexColor::kWritten) writeDirections(target, e);
+}
+
+}  // namespace
+
+void bringToPrimitive(const ColoredPart& part, std::span<Vec3> directions) {
+    Mat3d linear;
+    for (int row = 0; row < 3; ++row)
+        for (int column = 0; column < 3; ++column) linear(row, column) = part.to_rest[std::size_t(4 * row + column)];
+    for (Vec3& b : directions) b = toFloat(normalized(transposed(linear) * toDouble(b)));
+}
+
+VertexColors ownColors(ExportedGlb& out, const GlbTarget& target, int components) {
+    const nlohmann::ordered_json& attributes = primitiveOf(out.glb, target).at("attributes");
+    const std::size_t vertices = out.rig.part_colors[target.parts[0]].vertices;
+    VertexColors colors;
+    colors.components = components;
+    if (!attributes.contains("COLOR_0")) {
+        colors.values.assign(vertices * std::size_t(components), 1);
+        return colors;
+    }
+    const GltfArray own = out.numbers.read(attributes["COLOR_0"].get<std::size_t>(), "COLOR_0");
+    if ((own.components != 3 && own.components != 4) || own.count() != vertices)
+        throw InvalidInput(out.glb.path.string() + ": COLOR_0 does not have 3 or 4 numbers for each vertex");
+    colors.own = true;
+    if (own.components == 4) colors.components = 4;
+    for (std::size_t v = 0; v < vertices; ++v)
+        for (std::size_t c = 0; c < std::size_t(colors.components); ++c)
+            colors.values.push_back(c < own.components ? float(own.values[v * own.components + c]) : 1.0f);
+    return colors;
+}
+
+void exportStatic(const FrameReader& frames, const ExportOptions& options, ExportedGlb& out) {
+    if (options.value == TableValue::kBounced && !frames.source.hasBounces())
+        throw BadOption("bounced", "the source has no light that bounces");
+    const OcclusionFrame mean = meanOf(frames);
+    RowValues values{valuesOfRows(out.rows, mean.ambient), valuesOfRows(out.rows, mean.bent), {}};
+    if (!mean.bounced.empty()) values.bounced = valuesOfRows(out.rows, mean.bounced);
+    StaticWriter writer(options, std::move(values), out);
+    nlohmann::ordered_json mark{{"version", 1}, {"as", "static"}};
+    if (options.color == VertexColor::kWritten) mark["texcoord"] = writer.uvSet();
+    markExport(out.glb, std::move(mark));
+    for (const GlbTarget& target : out.targets) writer.write(target);
+}
+
+}  // namespace penumbra
