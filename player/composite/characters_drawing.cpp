@@ -63,11 +63,17 @@ CharactersDrawing::Part CharactersDrawing::partOf(const SceneView& view) const {
             low_y = std::min(low_y, y), high_y = std::max(high_y, y);
         }
     }
-    const int x0 = int(std::clamp(low_x - kBorder, 0.0, double(camera_.width))),
-              y0 = int(std::clamp(low_y - kBorder, 0.0, double(camera_.height)));
+    int x0 = int(std::clamp(low_x - kBorder, 0.0, double(camera_.width))),
+        y0 = int(std::clamp(low_y - kBorder, 0.0, double(camera_.height)));
     const int x1 = int(std::clamp(high_x + kBorder + 1, 0.0, double(camera_.width))),
               y1 = int(std::clamp(high_y + kBorder + 1, 0.0, double(camera_.height)));
     if (x1 <= x0 || y1 <= y0) return {0, 0, 0, 0};
+    // Derivatives of texture coordinates are those of blocks of 2 x 2 pixels, which stay where the whole picture has
+    // them. OpenGL counts rows from below.
+    if (std::ranges::any_of(frames_.meshes(), showsPictures)) {
+        x0 -= x0 % 2;
+        y0 -= std::min(y0, (camera_.height - y0) % 2);
+    }
     return {x0, y0, (x1 - x0 + kStep - 1) / kStep * kStep, (y1 - y0 + kStep - 1) / kStep * kStep};
 }
 

@@ -100,7 +100,7 @@ TEST(CApiSurfaces, TermsAreThoseOfThePlayer) {
     EXPECT_EQ(run(1), PENUMBRA_OK);
 
     ShadingSet set(view);
-    set.setSurface(true);
+    set.showSurface();
     Evaluator evaluator(view);
     evaluator.setFrame(1);
     const PosedArrays posed(evaluator);
