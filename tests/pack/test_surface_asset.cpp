@@ -192,6 +192,7 @@ TEST(SurfaceTerms, ShadedAtOnceAreThoseShadedOneByOne) {
                 set.usePath(by_one);
                 std::vector<Vec3> expected(set.terms() * count), terms(expected.size(), Vec3{7, 7, 7});
                 set.shadeTerms(posed.all(), {0.5f, 1, 3}, expected);
+
                 for (const ShadePath& path : shadePaths()) {
                     set.usePath(path);
                     const std::size_t before = allocationCount();
