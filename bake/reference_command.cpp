@@ -19,6 +19,7 @@
 #include "formats/common/warning.h"
 #include "formats/image/exposure.h"
 #include "formats/image/light_picture_flags.h"
+#include "formats/rig/rig_options_json.h"
 #include "formats/rig/rig_surface.h"
 #include "formats/source/source_looks.h"
 #include "formats/source/source_readers.h"
@@ -209,10 +210,19 @@ EnvironmentLight readLightOf(const ReferenceCommand& command, const CommonOption
     return light.turned(scene.light_rotation);
 }
 
+RigOptions bakedRigOptions(const std::filesystem::path& bake, const VisibilityHeader& header) try {
+    return rigOptionsOf(header.provenance.options_json);
+} catch (const InvalidInput& error) {
+    throw InvalidInput(bake.string() + ": " + error.what());
+}
+
 // Reads the pictures of --materials-of, whose slots have no other material by --slot; nothing where it has none.
-std::optional<PictureSurface> picturesOf(const ReferenceCommand& command, const Mesh& mesh, Report& report) {
+std::optional<PictureSurface> picturesOf(const ReferenceCommand& command, const VisibilityHeader& header,
+                                         Report& report) {
+    const Mesh& mesh = header.mesh;
     if (command.materials_of.empty()) return {};
-    RigOptions options;
+    // The rig is read as the bake read it.
+    RigOptions options = bakedRigOptions(command.input, header);
     if (mesh.two_sided) options.sides = RigSides::kFronts;
     const std::string name = command.materials_of.string();
     const Rig rig = readRig({command.materials_of}, options);
@@ -319,7 +329,7 @@ void runReference(ReferenceCommand& command, const CommonOptions& common, Report
     }
     const ReferenceBlockers blockers = blockersOfFrame(header, index, command.input.string(), command.occluders);
     const std::vector<std::uint16_t> brdf_of_vertex = chooseSlots(command, header.mesh, common.threads);
-    const std::optional<PictureSurface> pictures = picturesOf(command, header.mesh, report);
+    const std::optional<PictureSurface> pictures = picturesOf(command, header, report);
     const EnvironmentLight light = readLightOf(command, common);
     const SurfaceColors colors = colorsOf(command, header);
     if (common.dry_run) {

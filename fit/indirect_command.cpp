@@ -7,6 +7,7 @@
 #include "fit/report/run_report.h"
 #include "fit/visibility/fit_indirect.h"
 #include "formats/common/options.h"
+#include "formats/common/pass_rig_options.h"
 
 namespace penumbra {
 
@@ -80,6 +81,7 @@ void run(const IndirectCommand& command, const CommonOptions& common, Report& re
     model.indirect = std::move(fit.model);
     nlohmann::ordered_json made;
     made["output_variance"] = options.output_variance;
+    passRigOptions(model.provenance.options_json, made);
     model.provenance = makeProvenance("penumbra-fit indirect", made.dump(), command.inputs());
     writeModel(command.output, model);
 }

@@ -10,6 +10,7 @@
 #include "fit/report/run_report.h"
 #include "formats/common/errors.h"
 #include "formats/common/options.h"
+#include "formats/common/pass_rig_options.h"
 #include "formats/stage/pose_file.h"
 #include "sh/angles.h"
 
@@ -116,7 +117,7 @@ FitOptions resolveOptions(const VisibilityCommand& command, FitOptions options) 
     return options;
 }
 
-std::string optionsJson(const VisibilityCommand& command, const FitOptions& options) {
+std::string optionsJson(const VisibilityCommand& command, const FitOptions& options, const Provenance& bake) {
     nlohmann::ordered_json json;
     json["model"] = modelOf(command);
     if (!options.fields.empty()) json["local_model"] = nameOf(command.local_model);
@@ -127,6 +128,7 @@ std::string optionsJson(const VisibilityCommand& command, const FitOptions& opti
     json["output_variance"] = options.output_variance;
     json["holdout"] = options.holdout;
     json["convention"] = options.convention.name();
+    passRigOptions(bake.options_json, json);
     return json.dump();
 }
 
@@ -229,8 +231,8 @@ void run(const VisibilityCommand& command, const CommonOptions& common, Report& 
     Progress progress = progressOf(common, "fit");
     FitResult result = fitVisibility(reader, command.input, options, observerOf(report, progress));
     report.phase("write");
-    result.model.provenance =
-        makeProvenance("penumbra-fit visibility", optionsJson(command, options), command.inputs());
+    result.model.provenance = makeProvenance(
+        "penumbra-fit visibility", optionsJson(command, options, reader.header().provenance), command.inputs());
     writeModel(command.output, result.model);
     fillReport(result, report);
     if (!common.quiet) printTable(result);

@@ -7,6 +7,7 @@
 #include "formats/common/options.h"
 #include "formats/common/warning.h"
 #include "formats/common/write_file.h"
+#include "formats/rig/rig_options_json.h"
 #include "formats/rig/rig_surface.h"
 #include "formats/source/source_looks.h"
 #include "formats/source/source_readers.h"
@@ -241,7 +242,8 @@ SphereBlockers readBlockersOf(const Model& model, const fs::path& path) {
 
 // Reads the materials of the rig with their pictures, and says them.
 SurfaceLook readSurface(const AssetCommand& command, const Model& model, const CommonOptions& common, Report& report) {
-    RigOptions options;
+    // The rig is read as the bake read it.
+    RigOptions options = naming(command.model, [&] { return rigOptionsOf(model.provenance.options_json); });
     if (model.mesh.two_sided) options.sides = RigSides::kFronts;
     const std::string name = command.materials_of.string();
     const SourceLooks looks = readSourceLooks(command.materials_of);

@@ -66,8 +66,11 @@ Vec3d litFrom(const ReferenceScene& scene, const Corners& corners, const Surface
            toDouble(membrane.tau) * reflectedFrom(scene, behind, other, light, samples, seed + kOther);
 }
 
+// What pictures show has their emission, the factor of a slot that has no picture of it too.
 Vec3d emissionOf(const ReferenceScene& scene, const Corners& corners, const ReferenceOptions& options) {
-    return options.emissions.empty() ? Vec3d{} : toDouble(options.emissions[materialAt(scene.input, corners)]);
+    SurfacePlace place;
+    if (options.emissions.empty() || picturesAt(scene.input, corners, place)) return {};
+    return toDouble(options.emissions[materialAt(scene.input, corners)]);
 }
 
 // Returns what one camera ray sees at a point.

@@ -88,6 +88,10 @@ void shadeTransfer(Evaluator& evaluator, const ShadingSet& shading, int threads,
     shading.reflect(0, radiance.size(), radiance);
 }
 
+static void clampAtZero(std::span<Vec3> colors) {
+    for (Vec3& color : colors) color = {std::max(color.x, 0.0f), std::max(color.y, 0.0f), std::max(color.z, 0.0f)};
+}
+
 void shadeFrame(const ShadingSet& shading, const FrameVertices& vertices, Vec3 eye, int threads,
                 std::vector<Vec3>& radiance) {
     const std::size_t count = vertices.positions.size(), slopes = shading.surfaceTerms().slopes;
@@ -95,11 +99,14 @@ void shadeFrame(const ShadingSet& shading, const FrameVertices& vertices, Vec3 e
     const std::span<const std::uint32_t> order = shading.shadingOrder();
     overVertices(count, threads, [&](std::size_t begin, std::size_t end) {
         shading.shadeTerms(vertices.range(begin, end), eye, radiance);
-        for (std::size_t term = 0; term < shading.terms(); term += term == 0 ? 1 + slopes : 1)  // slopes have signs
-            for (std::size_t at = begin; at < end; ++at) {
-                Vec3& v = radiance[term * count + (order.empty() ? at : order[at])];
-                for (int c = 0; c < 3; ++c) v[c] = std::max(v[c], 0.0f);
+        for (std::size_t term = 0; term < shading.terms(); term += term == 0 ? 1 + slopes : 1) {  // slopes have signs
+            if (order.empty()) {
+                clampAtZero(std::span(radiance).subspan(term * count + begin, end - begin));
+                continue;
             }
+            for (std::size_t at = begin; at < end; ++at)
+                clampAtZero(std::span(radiance).subspan(term * count + order[at], 1));
+        }
     });
 }
 

@@ -6,13 +6,13 @@
 #include <tuple>
 
 #include "runtime/shade/light_tables.h"
+#include "sh/sh_basis.h"
 
 namespace penumbra {
 
 namespace {
 
-int bandOf(int index) { return int(std::sqrt(double(index) + 0.5)); }
-int azimuthOf(int index) { return index - bandOf(index) * (bandOf(index) + 1); }
+int azimuthOf(int index) { return index - bandOfIndex(index) * (bandOfIndex(index) + 1); }
 int mirroredIndex(int index) { return index - 2 * azimuthOf(index); }
 
 // Tells whether f turns with the eye about the normal: A couples equal m, and m as -m.
@@ -32,11 +32,19 @@ JointTables::JointTables(const AssetView& asset, std::span<const int> orders) {
     const SurfaceTerms terms = surfaceTermsOf(*asset.surface);
     number_order_ = convention.order;
     const std::vector<int> indices = convention.indices();
-    index_.assign(indices.begin(), indices.end());
+    const auto position = [&](int index) {
+        const auto at = std::ranges::lower_bound(indices, index);
+        assert(at != indices.end() && *at == index);
+        return std::uint16_t(at - indices.begin());
+    };
+    for (const int index : indices) {
+        const int m = azimuthOf(index), middle = index - m;
+        numbers_.push_back({std::uint16_t(index), position(middle + std::abs(m)), position(middle - std::abs(m)), m});
+    }
     int slice_order = convention.order;  // of the slopes
     for (std::size_t s = 0; s < asset.surface->slots.size(); ++s) slots_.push_back(slotOf(asset, s, terms));
     for (const Slot& slot : slots_)
-        for (const Term& term : slot.terms) slice_order = std::max(slice_order, bandOf(term.views.back().k) + 1);
+        for (const Term& term : slot.terms) slice_order = std::max(slice_order, bandOfIndex(term.views.back().k) + 1);
     for (std::size_t axis = 0; axis < 2 && terms.slopes > 0; ++axis) {
         const MaterialTables tables = slopeTables(convention, orders.back(), int(axis));
         slopes_[axis].views.assign(tables.viewTermsOf(0).begin(), tables.viewTermsOf(0).end());
@@ -62,7 +70,7 @@ JointTables::Product JointTables::productOf(const Convention& convention, int li
         if (product.rows.empty() || product.rows.back().k != e.k || product.rows.back().i != e.i)
             product.rows.push_back({e.k, e.i, 0});
         ++product.rows.back().terms;
-        product.terms.push_back({index_[e.j], e.value});
+        product.terms.push_back({numbers_[e.j].index, e.value});
     }
     for (const TurnTerm& term : quarterTurn(light_order)) {
         product.turn.push_back({term.to, term.from, term.value});
@@ -103,7 +111,7 @@ ShadeTerms JointTables::view(std::size_t slot, std::size_t order, std::size_t ve
     const Slot& of = slots_[slot];
     const Product& product = (of.has_slopes ? sloped_ : plain_)[order];
     ShadeTerms out{};
-    out.joint = {number_order_,        index_.data(),       product.rows.data(),      product.rows.size(),
+    out.joint = {number_order_,        numbers_.data(),     product.rows.data(),      product.rows.size(),
                  product.terms.data(), product.turn.data(), product.turn_back.data(), product.turn.size()};
     const auto termOf = [](const Term& term) -> ShadeTerm {
         return {term.views.data(), term.views.size(), {term.color.x, term.color.y, term.color.z}, term.to};

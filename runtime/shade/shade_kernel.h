@@ -96,9 +96,15 @@ struct JointTerm {
 struct JointRow {
     std::uint16_t k, i, terms;
 };
+// A number of the visibility: the SH function (l, m) at `index`, and where (l, |m|) and (l, -|m|) are among the
+// numbers.
+struct JointNumber {
+    std::uint16_t index, plus, minus;
+    int m;
+};
 struct ShadeJoint {
     int order;                   // of the numbers
-    const std::uint16_t* index;  // [size] SH index of each number
+    const JointNumber* numbers;  // [size]
     const JointRow* rows;        // sorted by k
     std::size_t row_count;
     const JointTerm* products;

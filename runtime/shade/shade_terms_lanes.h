@@ -56,11 +56,16 @@ inline void turnToEye(const ShadeTerms& terms, const Lanes* numbers, const Shade
     LaneFrames& q = out.frames[block];
     JointTurn turn;
     turnOf(order, q.view.x, q.view.y, turn);
-    Lanes v[kMaxOrder * kMaxOrder];
-    for (int i = 0; i < order * order; ++i) v[i] = kZeros;
-    for (int j = 0; j < in.size; ++j) v[terms.joint.index[j]] = numbers[j];
-    turnBack(order, turn.cosine, turn.sine, v);
-    for (int i = 0; i < order * order; ++i) out.v[i][block] = v[i];
+    for (const JointNumber* n = terms.joint.numbers; n < terms.joint.numbers + in.size; ++n) {
+        const Lanes &plus = numbers[n->plus], &minus = numbers[n->minus];
+        // (l, m) and (l, -m) are a pair; the functions with m = 0 stay as they are.
+        if (n->m == 0)
+            out.v[n->index][block] = plus;
+        else if (n->m > 0)
+            out.v[n->index][block] = turn.cosine[n->m] * plus + turn.sine[n->m] * minus;
+        else
+            out.v[n->index][block] = turn.cosine[-n->m] * minus - turn.sine[-n->m] * plus;
+    }
     const Lanes c = turn.cosine[1], s = turn.sine[1];
     LaneVec3 &t = q.tangent, &b = q.bitangent;
     const LaneVec3 along{c * t.x + s * b.x, c * t.y + s * b.y, c * t.z + s * b.z};
@@ -69,7 +74,7 @@ inline void turnToEye(const ShadeTerms& terms, const Lanes* numbers, const Shade
     q.view.x = c * q.view.x + s * q.view.y;
 }
 
-// The basis at azimuth 0, m >= 0, by the recurrences of shade_kernel.h.
+// The basis at azimuth 0, m >= 0 and l + m even, by the recurrences of shade_kernel.h.
 inline void meridianBasis(const ShadeLight& light, int order, int block, JointBlocks& out) {
     const Lanes x = out.frames[block].view.x, z = out.frames[block].view.z;
     Lanes power = kZeros + 1;
@@ -82,7 +87,7 @@ inline void meridianBasis(const ShadeLight& light, int order, int block, JointBl
                 before = q;
                 q = next;
             }
-            out.view_basis[l * l + l + m][block] = q * power;
+            if ((l + m) % 2 == 0) out.view_basis[l * l + l + m][block] = q * power;
         }
         power = power * x;
     }
@@ -199,31 +204,42 @@ inline void join(const ShadeJoint& joint, JointBlocks& blocks) {
     }
 }
 
-// What a term shows, and what it would show of a white sky where that is hidden (hiddenAlbedo()).
 struct TermSums {
     Lanes radiance[3][kBlocks], hidden[kBlocks];
 };
 
+// Computes the next f_k of a term.
+inline void nextF(const ViewTerm*& view, const ViewTerm* end, const JointBlocks& blocks, Lanes* f) {
+    const int k = view->k;
+    for (int b = 0; b < kBlocks; ++b) f[b] = view->value * blocks.view_basis[view->e][b];
+    for (++view; view < end && view->k == k; ++view)
+        for (int b = 0; b < kBlocks; ++b) f[b] += view->value * blocks.view_basis[view->e][b];
+}
+
 inline void sumTerm(const ShadeTerm& term, const JointBlocks& blocks, TermSums& out) {
-    for (int b = 0; b < kBlocks; ++b) {
-        for (int c = 0; c < 3; ++c) out.radiance[c][b] = kZeros;
-        out.hidden[b] = kZeros;
-    }
+    Lanes sum[3][kBlocks] = {}, f[kBlocks];
     const ViewTerm* view = term.views;
     for (const ViewTerm* end = view + term.view_terms; view < end;) {
         const int k = view->k;
-        Lanes f[kBlocks];
-        for (int b = 0; b < kBlocks; ++b) f[b] = view->value * blocks.view_basis[view->e][b];
-        for (++view; view < end && view->k == k; ++view)
-            for (int b = 0; b < kBlocks; ++b) f[b] += view->value * blocks.view_basis[view->e][b];
+        nextF(view, end, blocks, f);
         for (int c = 0; c < 3; ++c)
-            for (int b = 0; b < kBlocks; ++b) out.radiance[c][b] += f[b] * blocks.g[k][c][b];
-        for (int b = 0; b < kBlocks; ++b) out.hidden[b] -= f[b] * blocks.sky[k][b];
-        if (k > 0) continue;
-        for (int b = 0; b < kBlocks; ++b) out.hidden[b] += f[b];
+            for (int b = 0; b < kBlocks; ++b) sum[c][b] += f[b] * blocks.g[k][c][b];
     }
-    // 4 pi Gamma_00k is sqrt(4 pi) where k is 0, and else nothing.
-    for (int b = 0; b < kBlocks; ++b) out.hidden[b] *= 3.54490770f;
+    for (int c = 0; c < 3; ++c)
+        for (int b = 0; b < kBlocks; ++b) out.radiance[c][b] = sum[c][b];
+}
+
+// Computes what a term would show of a white sky where that is hidden (hiddenAlbedo()). 4 pi Gamma_00k is sqrt(4 pi)
+// where k is 0, and else nothing.
+inline void sumHidden(const ShadeTerm& term, const JointBlocks& blocks, TermSums& out) {
+    Lanes sum[kBlocks] = {}, f[kBlocks];
+    const ViewTerm* view = term.views;
+    for (const ViewTerm* end = view + term.view_terms; view < end;) {
+        const int k = view->k;
+        nextF(view, end, blocks, f);
+        for (int b = 0; b < kBlocks; ++b) sum[b] += k == 0 ? f[b] - f[b] * blocks.sky[k][b] : -f[b] * blocks.sky[k][b];
+    }
+    for (int b = 0; b < kBlocks; ++b) out.hidden[b] = 3.54490770f * sum[b];
 }
 
 inline void addBouncedTerm(const BouncedLanes& bounced, int block, TermSums& sums) {
@@ -247,9 +263,12 @@ inline void shadeSums(const ShadeTerms& terms, const ShadeInput& in, const Piece
     for (std::size_t n = 0; n < terms.count; ++n) {
         const ShadeTerm& term = terms.terms[n];
         sumTerm(term, blocks, sums);
+        if (in.indirect) sumHidden(term, blocks, sums);
         for (int b = 0; b < kBlocks; ++b) {
-            raiseTo(0, sums.hidden[b]);
-            if (in.indirect) addBouncedTerm(blocks.bounced[b], b, sums);
+            if (in.indirect) {
+                raiseTo(0, sums.hidden[b]);
+                addBouncedTerm(blocks.bounced[b], b, sums);
+            }
             storeTerm(terms, in, {piece.first + std::size_t(b) * kLanes, piece.end}, term.to,
                       {term.color[0] * sums.radiance[0][b], term.color[1] * sums.radiance[1][b],
                        term.color[2] * sums.radiance[2][b]});
@@ -262,6 +281,10 @@ inline void shadeSlopes(const ShadeTerms& terms, const ShadeInput& in, const Pie
     TermSums x, y;
     sumTerm(terms.slopes[0], blocks, x);
     sumTerm(terms.slopes[1], blocks, y);
+    if (in.indirect) {
+        sumHidden(terms.slopes[0], blocks, x);
+        sumHidden(terms.slopes[1], blocks, y);
+    }
     for (int b = 0; b < kBlocks; ++b) {
         if (in.indirect) {
             addBouncedTerm(blocks.bounced[b], b, x);

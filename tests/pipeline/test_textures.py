@@ -5,6 +5,7 @@ usage: test_textures.py BIN
 import io
 import json
 import pathlib
+import subprocess
 import sys
 import tempfile
 
@@ -13,7 +14,8 @@ from PIL import Image
 
 from programs import digest, good, run_tool
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent.parent / "scripts"))
+SCRIPTS = pathlib.Path(__file__).resolve().parent.parent.parent / "scripts"
+sys.path.insert(0, str(SCRIPTS))
 from samples.gltf import Gltf, primitive
 
 VIEW = ["--size", "96x96", "--camera", "yaw=0,pitch=60", "--frame", 0]
@@ -33,7 +35,7 @@ BUMPS = picture(np.kron([[[64, 128, 238], [191, 128, 238]]], np.ones((16, 16, 1)
 GLOW = picture(np.kron([[[255, 255, 255], [0, 0, 0]]], np.ones((16, 16, 1))))
 
 
-def save_sheet(path, images, material, seam=False, n=12):
+def save_sheet(path, images, material, seam=False, n=12, beside=False):
     """Writes a rig of one joint: a sheet of side 2 in n x n squares, whose picture lies mirrored behind a seam."""
     g = Gltf()
     joint = g.node("root")
@@ -50,7 +52,10 @@ def save_sheet(path, images, material, seam=False, n=12):
     joints, weights = np.zeros((len(points), 4), np.uint8), np.tile([1.0, 0, 0, 0], (len(points), 1))
     part = {**primitive(g, points, triangles, joints, weights), "material": 0}
     part["attributes"]["TEXCOORD_0"] = g.accessor(np.asarray(uv, np.float32))
-    g.node("set", mesh=g.mesh(part), skin=skin)
+    mesh = g.mesh(part)
+    g.node("set", mesh=mesh, skin=skin)
+    if beside:
+        g.node("other", mesh=mesh)
     g.clip("turn", (joint, "rotation", [0, 1], [[0, 0, 0, 1], [0, 0, np.sin(0.1), np.cos(0.1)]]))
     g.json["materials"] = [material]
     g.json["images"], g.json["textures"] = [], []
@@ -62,8 +67,8 @@ def save_sheet(path, images, material, seam=False, n=12):
     g.save(path)
 
 
-def make_model(folder, name):
-    good("bake", "visibility", folder / f"{name}.glb", "-o", folder / f"{name}.vis.h5", "--fps", 2, "--rays", 64)
+def make_model(folder, name, *words):
+    good("bake", "visibility", folder / f"{name}.glb", "-o", folder / f"{name}.vis.h5", "--fps", 2, "--rays", 64, *words)
     good("fit", "visibility", folder / f"{name}.vis.h5", "--model", "linear", "--features", "joint-angles",
          "-o", folder / f"{name}.model.h5")
 
@@ -116,6 +121,20 @@ def check_scene(folder, material):
     assert colorful[0] > 100 and colorful[1] < 5, colorful
 
 
+def check_parts(folder, material):
+    """Who reads the rig again for its pictures takes the parts that the bake took. A glow without a picture counts once.
+
+    The sheet has two triangles; split_triangles makes more of them.
+    """
+    save_sheet(folder / "two.glb", [COLORS], {**material, "emissiveFactor": [0.1, 0.2, 0.05]}, n=1, beside=True)
+    split = subprocess.run(["/usr/bin/python3", SCRIPTS / "split_triangles.py", folder / "two.glb", folder / "parts.glb",
+                            "--share", "0.12"], check=True, capture_output=True, text=True).stdout
+    assert split.startswith("2 triangles became ") and int(split.split()[3].rstrip(",")) >= 128, split
+    make_model(folder, "parts", "--nodes", "set")
+    pack(folder, "parts", folder / "parts.pnb", "--materials-of", folder / "parts.glb", "--textures", "embed")
+    compare(folder, "parts", folder / "parts.pnb", 5)
+
+
 def check(folder):
     good("fit", "light", "--analytic", "uniform", "-o", folder / "l.light.h5")
     base = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "metallicFactor": 0, "roughnessFactor": 0.6}}
@@ -150,6 +169,7 @@ def check(folder):
     pack(folder, "every", folder / "every.pnb", "--materials-of", folder / "every.glb", "--textures", "embed")
     compare(folder, "every", folder / "every.pnb", 14)
     check_scene(folder, base)
+    check_parts(folder, base)
     # What is wrong is named, and nothing is written.
     save_sheet(folder / "other.glb", [COLORS], base, n=8)
     refused = pack(folder, "flat", folder / "x.pnb", "--materials-of", folder / "other.glb", "--textures", "embed", code=3)
