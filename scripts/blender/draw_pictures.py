@@ -135,5 +135,10 @@ def run(course):
     return tick
 
 
-prepare()
+try:
+    prepare()
+except BaseException:
+    traceback.print_exc()
+    sys.stdout.flush()
+    os._exit(1)
 bpy.app.timers.register(run(steps()), first_interval=1.0)
