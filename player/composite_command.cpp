@@ -222,6 +222,7 @@ void defineComposite(CLI::App& app, CompositeCommand& command) {
     app.add_flag("!--no-shadow", command.shadow, "leave the ground as it is, for comparison");
     app.add_flag("!--no-bounce", command.bounce, "without the light from characters on the ground, for comparison");
     addTimeFlag(app, command.time);
+    addTextureFlag(app, command.options.textures);
     addSunFlags(app, command.options.suns, command.options.sun_map);
     addChoice(app, "--aa", command.options.samples, kSampleWords, "samples a pixel")->group(kPictureGroup);
     addChoice(app, "--gl", command.options.backend, kGlWords, "what draws; auto: a GPU, else software")

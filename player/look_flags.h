@@ -18,13 +18,17 @@ inline void addShadingFlags(CLI::App& app, ShadingChoice& shading) {
         ->group(kLookGroup);
 }
 
+// Whether pictures are drawn: render, bench, composite and view have this.
+inline void addTextureFlag(CLI::App& app, bool& textures) {
+    textures = true;
+    addChoice(app, "--textures", textures, kTextureWords,
+              "whether pictures are drawn where the asset has them and no other material is chosen")
+        ->group(kLookGroup);
+}
+
 // Which materials and which light of an asset: render and bench have these.
 inline void addMaterialFlags(CLI::App& app, RenderOptions& options) {
-    options.textures = true;
-    addChoice(app, "--textures", options.textures, kTextureWords,
-              "whether pictures are drawn where the asset has them and --brdf names no other material; the CPU path "
-              "draws them")
-        ->group(kLookGroup);
+    addTextureFlag(app, options.textures);
     app.add_option("--brdf", options.brdf,
                    "name of one material for all parts, or a unique prefix (default: what the asset gives each)")
         ->group(kLookGroup);

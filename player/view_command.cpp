@@ -56,6 +56,7 @@ void runLivePlates(ViewCommand& command, const CommonOptions& common, Report& re
     live.size = command.options.size;
     live.screenshots = command.options.screenshots;
     live.look.shading = command.options.shading;
+    live.look.textures = command.options.textures;
     if (command.ball) {
         live.ball = LiveBall{*command.ball, *command.at, {}, command.paper.value_or(1)};
         if (command.paper) live.ball->paper = live.tags.front();
@@ -89,7 +90,7 @@ void runViewCommand(ViewCommand& command, const CommonOptions& common, Report& r
     if (!std::filesystem::is_directory(options.screenshots))
         throw IoError(options.screenshots.string() + ": no such folder for screenshots");
     if (common.dry_run) {
-        const Scene scene = openScene(options.files, common.threads, {options.reading, {}});
+        const Scene scene = openScene(options.files, common.threads, {options.reading, options.textures, {}});
         ViewState state = stateFor(scene, {});
         applySceneFile(scene, state);
         std::printf("would show %zu character%s, %zu materials, %zu lights\n", scene.characters.size(),
@@ -154,6 +155,7 @@ void defineView(CLI::App& app, ViewCommand& command) {
     app.add_flag("--no-settings", command.no_settings, "neither read nor keep what the window was left with");
     addPathFlag(app, command.options.path);
     addShadingFlags(app, command.options.shading);
+    addTextureFlag(app, command.options.textures);
     app.add_option("--light-fade", command.options.fade.seconds,
                    "seconds in which one light becomes the next; 0: at once")
         ->check(within(0.0, 60.0));

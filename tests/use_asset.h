@@ -47,7 +47,7 @@ inline void useAsset(const AssetView& asset) {
                     if (!set.hasMaterial(m) || !set.hasLight(l)) continue;
                     set.setMaterial(m);
                     set.setLight(l);
-                    set.setSurface(true);
+                    set.showSurface();
                     std::vector<Vec3> terms(set.terms() * count);
                     set.shadeTerms(vertices.all(), {0, 0, 5}, terms);
                     set.shade(vertices.all(), {0, 0, 5}, radiance);

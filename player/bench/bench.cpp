@@ -104,7 +104,8 @@ void benchModelPainter(Subject& subject, const OffscreenTarget& target, ValuePai
     const Image model = target.read();
     evaluateValues(subject, evaluator, 0);
     target.begin();
-    value_painter.draw(shown, subject.vertices.positions, subject.values);
+    value_painter.upload(subject.vertices.positions, subject.values, subject.surface());
+    value_painter.draw(shown);
     bench.path_difference = pathDifference(model, target.read());
 }
 
@@ -123,9 +124,7 @@ GlBench benchGl(Subject& subject, const RenderOptions& options, int runs) {
         gl::Finish();
     };
     bench.draw_values = timeRuns(runs, draw_values).median;
-    const bool pictured = subject.shading && subject.shading->showsSurface();  // which the CPU path draws
-    if (!subject.asset->transfer && !pictured)
-        benchModelPainter(subject, target, value_painter, context->software, runs, bench);
+    if (!subject.asset->transfer) benchModelPainter(subject, target, value_painter, context->software, runs, bench);
     return bench;
 }
 

@@ -100,13 +100,15 @@ public:
         view.eye = eye_;
         return measureGpuCost(asset, channel, posed, view, target, software, runs);
     }
+    const ShadingSet* shading() const { return shading_; }
     void draw(ValuePainter& painter) const {
         for (const Character& c : characters_) {
             FrameView view = view_;
             for (std::size_t row = 0; row < 4; ++row)
                 for (std::size_t axis = 0; axis < 3; ++axis)
                     view.clip_from_model[12 + row] += view_.clip_from_model[4 * axis + row] * c.offset[int(axis)];
-            painter.draw(view, c.vertices.positions, c.radiance);
+            painter.upload(c.vertices.positions, c.radiance, {c.vertices.normals, c.vertices.tangents, {}});
+            painter.draw(view);
         }
     }
 
@@ -129,7 +131,7 @@ void measureCpu(Crowd& crowd, int runs, CharactersCost& cost) {
 void measureGl(const RenderOptions& options, const Crowd& crowd, const AssetView& asset, bool software, int runs,
                CharactersCost& cost) {
     const OffscreenTarget target(options.width, options.height, options.samples, GL_RGBA8);
-    ValuePainter painter(asset.mesh, Channel::kShaded, Sides::kSeen);
+    ValuePainter painter(asset.mesh, Channel::kShaded, Sides::kSeen, 0, crowd.shading());
     cost.draw = timeRuns(runs, [&](std::size_t) {
                     target.begin();
                     crowd.draw(painter);

@@ -2,17 +2,38 @@
 
 #include <cmath>
 #include <functional>
+#include <string_view>
 
 #include "formats/common/parallel_for.h"
+#include "runtime/shade/lambert_material.h"
 
 namespace penumbra {
 
 namespace {
 
+constexpr const char* kClayStage = "shade, as clay";
 // Larger than the last-level cache of any machine that this is likely to run on.
 constexpr std::size_t kBeyondCaches = 128u << 20;
 // Within a core's second-level cache, and beyond it.
 constexpr std::size_t kSecondLevel = 256u << 10, kThirdLevel = 8u << 20;
+
+// An asset whose parts are all of one Lambertian material, under the light that is on.
+struct Clay {
+    LambertMaterial material{{1, 1, 1}};
+    AssetView asset;
+    ShadingSet set;
+
+    explicit Clay(const ShadingSet& shading) : asset(clayOf(shading.asset(), material)), set(asset, shading.choice()) {
+        set.setLight(shading.light());
+        set.setBounces(shading.bounces());
+    }
+    static AssetView clayOf(AssetView asset, const LambertMaterial& material) {
+        asset.materials = {material.view};
+        asset.slot_material.assign(asset.slot_material.size(), 0);
+        asset.surface.reset();
+        return asset;
+    }
+};
 
 // The stages of a frame of one asset, each to be called on its own.
 class Stages {
@@ -21,6 +42,7 @@ public:
         : asset_(shot.asset), shading_(shading), eye_(eye), threads_(threads), evaluator_(*shot.asset) {
         evaluateFrame(shot, VisibilitySource::kModel, evaluator_, threads, vertices_);
         if (shading) shadeFrame(*shading, vertices_, eye, threads, radiance_);
+        if (shading && shading->showsSurface()) clay_.emplace(*shading);
     }
     void pose(std::size_t run) {
         const std::size_t frame = run % asset_->animation.frameCount();
@@ -46,6 +68,9 @@ public:
         else if (shading_)
             shadeFrame(*shading_, vertices_, eye_, threads_, radiance_);
     }
+    // The same vertices as clay; only where the asset shows pictures.
+    bool hasClay() const { return clay_.has_value(); }
+    void shadeClay() { shadeFrame(clay_->set, vertices_, eye_, threads_, clay_radiance_); }
     std::optional<ChangingParameter> parameter() const {
         if (!shading_ || !shading_->hasMaterial(shading_->materialOfSlot()[0])) return std::nullopt;
         return changingParameter(asset_->materials[shading_->materialOfSlot()[0]]);
@@ -69,7 +94,8 @@ private:
     int threads_;
     Evaluator evaluator_;
     FrameVertices vertices_;
-    std::vector<Vec3> radiance_;
+    std::vector<Vec3> radiance_, clay_radiance_;
+    std::optional<Clay> clay_;
     std::vector<float> far_;
     std::vector<int> swept_;
 };
@@ -117,9 +143,12 @@ std::vector<TimedStage> stagesOf(const AssetView& asset, const ShadingSet* shadi
                          nothing,
                          [&](std::size_t run) { stages.shadeChanged(run); },
                          runs});
-    if (shading)
-        timed.push_back(
-            {{"shade", {}, shadeWork(*shading), threads}, nothing, [&](std::size_t) { stages.shade(); }, runs});
+    if (stages.hasClay())
+        timed.push_back({{kClayStage, {}, {}, threads}, nothing, [&](std::size_t) { stages.shadeClay(); }, runs});
+    if (shading) {
+        const StageWork work = shading->showsSurface() ? StageWork() : shadeWork(*shading);
+        timed.push_back({{"shade", {}, work, threads}, nothing, [&](std::size_t) { stages.shade(); }, runs});
+    }
     return timed;
 }
 
@@ -136,6 +165,7 @@ void timeStages(const AssetView& asset, const ShadingSet* shading, int runs, int
     for (std::size_t s = 0; s < timed.size(); ++s) {
         bench.stages.push_back(timed[s].stage);
         bench.stages.back().time = summaryOf(times[s]);
+        if (timed[s].stage.name == std::string_view(kClayStage)) bench.shade_clay = bench.stages.back().time;
     }
     if (shading) bench.shade = bench.stages.back().time;
 }

@@ -38,6 +38,7 @@ struct CpuBench {
     // threads with nothing of the asset in a cache, and shade (only if there are a material and a light).
     std::vector<CpuStage> stages;
     StageTime pose_evaluate, pose_skin_evaluate, shade, frame;  // shade: 0 without a material; frame: all stages
+    StageTime shade_clay;  // the same vertices under one Lambertian material; 0 where no pictures are shown
     Switching switching;
     double out_of_range_mean = 0, out_of_range_max = 0;  // Evaluator::outOfRange() over the asset's frames
 };

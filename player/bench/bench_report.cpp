@@ -107,6 +107,9 @@ void printBench(const BenchResult& r) {
     printRate("CPU pose and evaluate", r.cpu.pose_evaluate);
     printRate("CPU pose, skin and evaluate", r.cpu.pose_skin_evaluate);
     printRate("CPU shade", r.cpu.shade);
+    if (r.cpu.shade_clay.best > 0)
+        std::printf("%-32s %8.2f times clay, the best of each\n", "CPU shade, with pictures",
+                    r.cpu.shade.best / r.cpu.shade_clay.best);
     if (r.cpu.shade.median == 0) std::printf("CPU shade                               - (no material or no light)\n");
     printRate("CPU all of a frame", r.cpu.frame);
     printSwitching("CPU shade, switched", r.cpu.switching);
@@ -216,6 +219,7 @@ Json figuresOf(const BenchResult& r) {
             {"pose_evaluate", figuresOf(r.cpu.pose_evaluate)},
             {"pose_skin_evaluate", figuresOf(r.cpu.pose_skin_evaluate)},
             {"shade", figuresOf(r.cpu.shade)},
+            {"shade_clay", figuresOf(r.cpu.shade_clay)},
             {"frame", figuresOf(r.cpu.frame)},
             {"switching", figuresOf(r.cpu.switching)},
             {"out_of_range_mean", r.cpu.out_of_range_mean},

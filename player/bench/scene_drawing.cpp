@@ -8,10 +8,14 @@ SceneDrawing::SceneDrawing(const PosedScene& scene, const SceneFrames& frames, c
     : frames_(&frames),
       target_(options.width, options.height, options.samples, GL_RGBA8),
       suns_(sunlightOf(scene, frames, options.sun_map)) {
-    for (const SceneMesh& mesh : frames.meshes())
-        painters_.emplace_back(mesh.triangles, options.channel,
-                               mesh.sides == Sides::kBoth && !mesh.is_ground ? Sides::kSeen : mesh.sides,
-                               suns_ ? frames.lobes().models(mesh.surface.lobes) : 0);
+    for (const SceneMesh& mesh : frames.meshes()) {
+        const Sides sides = mesh.sides == Sides::kBoth && !mesh.is_ground ? Sides::kSeen : mesh.sides;
+        const BrdfModels sunlit = suns_ ? frames.lobes().models(mesh.surface.lobes) : 0;
+        if (mesh.mesh)
+            painters_.emplace_back(*mesh.mesh, options.channel, sides, sunlit, mesh.shading);
+        else
+            painters_.emplace_back(mesh.triangles, options.channel, sides, sunlit);
+    }
 }
 
 void SceneDrawing::drawMaps() {

@@ -6,6 +6,12 @@
 
 namespace penumbra {
 
+namespace {
+
+bool showsPictures(const SceneMesh& mesh) { return mesh.shading && mesh.shading->showsSurface(); }
+
+}  // namespace
+
 CharactersDrawing::CharactersDrawing(const PosedScene& scene, const SceneFrames& frames, const RenderOptions& options,
                                      const PinholeCamera& camera)
     : scene_(scene),
@@ -14,9 +20,13 @@ CharactersDrawing::CharactersDrawing(const PosedScene& scene, const SceneFrames&
       samples_(options.samples),
       context_(createGlContext(options.backend)) {
     if (!sunsAtVertices()) suns_ = sunlightOf(scene, frames, options.sun_map);
-    for (const SceneMesh& mesh : frames.meshes())
-        painters_.emplace_back(mesh.triangles, mesh.channel, mesh.sides,
-                               suns_ ? frames.lobes().models(mesh.surface.lobes) : 0);
+    for (const SceneMesh& mesh : frames.meshes()) {
+        const BrdfModels sunlit = suns_ ? frames.lobes().models(mesh.surface.lobes) : 0;
+        if (showsPictures(mesh))
+            painters_.emplace_back(*mesh.mesh, mesh.channel, mesh.sides, sunlit, mesh.shading);
+        else
+            painters_.emplace_back(mesh.triangles, mesh.channel, mesh.sides, sunlit);
+    }
     for (const std::unique_ptr<SceneMember>& member : scene.members())
         if (member->file->real) hiding_.emplace_back(member->asset->view.mesh.triangles, Channel::kShaded);
     for (const RealMesh& mesh : scene.realMeshes()) hiding_.emplace_back(mesh.triangles, Channel::kShaded);
@@ -65,6 +75,7 @@ bool CharactersDrawing::sunsAtVertices() const {
     constexpr std::size_t kPixels = 64;  // of the picture, for a vertex
     constexpr BrdfModels kFragments = 1u << int(BrdfModel::kMirror) | kMembranes;
     if (!context_->software || (frames_.lobes().models() & kFragments)) return false;
+    if (std::ranges::any_of(frames_.meshes(), showsPictures)) return false;
     const std::size_t least = std::size_t(camera_.width) * std::size_t(camera_.height) / kPixels;
     return std::ranges::all_of(frames_.meshes(), [&](const SceneMesh& mesh) {
         return mesh.triangles.size() / 6 >= least;  // a closed mesh has half as many vertices as triangles
@@ -76,7 +87,7 @@ void CharactersDrawing::drawMeshes(const FrameView& view, std::span<const std::v
     for (const SceneMesh& mesh : frames_.meshes()) {
         while (!frames_.lookOf(member).drawn) ++member;
         ValuePainter& painter = painters_[next++];
-        if (suns_)
+        if (suns_ || showsPictures(mesh))
             painter.upload(mesh.positions, mesh.values, mesh.surface);
         else
             painter.upload(mesh.positions, sunlit[member]);

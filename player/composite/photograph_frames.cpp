@@ -148,11 +148,12 @@ void PhotographFrames::addSuns(std::size_t member, Vec3 eye) {
     const FrameVertices& from = frames_.members()[member];
     std::vector<Vec3>& out = sunlit_[member];
     out = frames_.valuesOf(member);
+    const std::size_t count = from.positions.size();  // further terms of pictures are drawn with suns
     const std::vector<LobeRange>& lobes = frames_.lookOf(member).lobes;
     const std::span<const BrdfLobe> table = frames_.lobes().lobes();
     if (maps_.empty()) return;
-    parallelFor((out.size() + kPiece - 1) / kPiece, threads_, [&](std::size_t piece) {
-        for (std::size_t v = piece * kPiece; v < std::min((piece + 1) * kPiece, out.size()); ++v) {
+    parallelFor((count + kPiece - 1) / kPiece, threads_, [&](std::size_t piece) {
+        for (std::size_t v = piece * kPiece; v < std::min((piece + 1) * kPiece, count); ++v) {
             const Mat3 to_local = toLocalFrame(from.normals[v], from.tangents[v]);
             Vec3 towards = to_local * normalized(eye - from.positions[v]);
             // The ground sees what the eye does not, and silhouettes stay as light as what is beside them.
@@ -168,6 +169,16 @@ void PhotographFrames::addSuns(std::size_t member, Vec3 eye) {
             }
         }
     });
+}
+
+// Leaves in the first [V] of what is sunlit what pictures make of its terms.
+void PhotographFrames::joinPictures(std::size_t member) {
+    const std::optional<ShadingSet>& shading = frames_.lookOf(member).shading;
+    if (!shading || !shading->showsSurface()) return;
+    if (!pictured_[member]) pictured_[member] = std::make_unique<PicturedLight>(*shading);
+    std::vector<Vec3>& values = sunlit_[member];
+    pictured_[member]->join(values, values);
+    values.resize(frames_.members()[member].positions.size());
 }
 
 // Adds some vertices of a member, each for its neighbours as well.
@@ -193,6 +204,7 @@ void PhotographFrames::findEmitters() {
     float radius = 0;
     for (std::size_t m = 0; m < scene_.members().size(); ++m) {
         if (scene_.members()[m]->file->real || scene_.members()[m]->caster == kNobody) continue;
+        joinPictures(m);
         addEmitters(m, vertices);
         radius = std::max(radius, float(boundsOf(frames_.members()[m].positions).radius()));
     }
@@ -217,6 +229,7 @@ void PhotographFrames::compute(const SceneView& view, std::optional<double> seco
     const bool moved = pose(seconds);
     frames_.shadeFrom(toFloat(view.eye()));
     sunlit_.resize(frames_.members().size());
+    pictured_.resize(sunlit_.size());
     for (std::size_t m = 0; m < sunlit_.size(); ++m)
         if (frames_.lookOf(m).drawn) addSuns(m, toFloat(view.eye()));
     cost_.shade = watch.lap();

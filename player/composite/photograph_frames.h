@@ -5,6 +5,7 @@
 
 #include "player/composite/ground_ratio.h"
 #include "player/composite/lens_resampler.h"
+#include "player/composite/pictured_light.h"
 #include "player/composite/real_surfaces.h"
 #include "player/draw/draw_frame.h"
 #include "player/gl/gl_context.h"
@@ -65,7 +66,8 @@ private:
     GroundRatio ratio_;
     std::unique_ptr<CastShadow> real_cast_;  // of those in the photograph
     std::vector<SunMaps> maps_, real_maps_;
-    std::vector<std::vector<Vec3>> sunlit_;  // of each member: what its vertices show, with suns
+    std::vector<std::vector<Vec3>> sunlit_;                 // of each member: what its vertices show, with suns
+    std::vector<std::unique_ptr<PicturedLight>> pictured_;  // of each member that shows pictures
     std::vector<Emitter> emitters_;
     std::unique_ptr<Drawing> drawing_;
     bool draws_;                         // characters
@@ -80,6 +82,7 @@ private:
     void shineSuns();
     void findEmitters();
     void addSuns(std::size_t member, Vec3 eye);
+    void joinPictures(std::size_t member);
     void addEmitters(std::size_t member, std::vector<ShiningVertex>& vertices) const;
     GroundLight groundLight() const;
     bool hasReal() const;

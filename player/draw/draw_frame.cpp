@@ -11,10 +11,6 @@ namespace {
 // In value.vert.
 constexpr GLuint kNormalLocation = 2, kLobesLocation = 4, kSightLocation = 5, kPlacesLocation = 6, kTermsLocation = 7;
 
-SurfaceShader shaderOf(const std::shared_ptr<const GlSurface>& textures) {
-    return textures ? surfaceShaderOf(&textures->shading()) : SurfaceShader();
-}
-
 // Returns the bytes of values [V] and of their copies, in `out` [V + E].
 template <class T>
 std::span<const std::byte> withCopies(std::span<const T> values, std::span<const std::uint32_t> of,
@@ -27,17 +23,17 @@ std::span<const std::byte> withCopies(std::span<const T> values, std::span<const
 }  // namespace
 
 ValuePainter::ValuePainter(std::span<const std::uint32_t> triangles, Channel channel, Sides sides, BrdfModels sunlit)
-    : ValuePainter(triangles, channel, sides, sunlit, nullptr) {}
+    : ValuePainter(triangles, channel, sides, sunlit, PicturedMesh()) {}
 
 ValuePainter::ValuePainter(std::span<const std::uint32_t> triangles, Channel channel, Sides sides, BrdfModels sunlit,
-                           std::shared_ptr<const GlSurface> textures)
-    : program_(makeProgram(valueVertexSource(channel, sunlit, shaderOf(textures)),
-                           channelFragmentSource(channel, sunlit, shaderOf(textures)))),
+                           const PicturedMesh& pictures)
+    : program_(makeProgram(valueVertexSource(channel, sunlit, pictures.shader()),
+                           channelFragmentSource(channel, sunlit, pictures.shader()))),
       vertex_array_(makeVertexArray()),
       view_(viewUniforms(program_)),
       sides_(sides),
       index_count_(GLsizei(triangles.size())),
-      textures_(std::move(textures)) {
+      pictures_(pictures) {
     gl::BindVertexArray(vertex_array_.id());
     GLuint location = 0;
     for (GlObject* buffer : {&positions_, &values_}) {
@@ -57,7 +53,7 @@ ValuePainter::ValuePainter(std::span<const std::uint32_t> triangles, Channel cha
             ++location;
         }
     }
-    if (textures_) addTextures(shaderOf(textures_));
+    if (pictures_.surface) addTextures();
     if (sides == Sides::kSeen) surfaces_ = findClosedSurfaces(triangles);
     triangles_ = makeBuffer(GL_ELEMENT_ARRAY_BUFFER,
                             sides == Sides::kSeen ? std::span<const std::uint32_t>(surfaces_.triangles) : triangles);
@@ -66,58 +62,58 @@ ValuePainter::ValuePainter(std::span<const std::uint32_t> triangles, Channel cha
 
 namespace {
 
-std::shared_ptr<const GlSurface> texturesFor(const ShadingSet* shading, Channel channel) {
-    if (channel != Channel::kShaded || !surfaceShaderOf(shading).on) return nullptr;
-    return std::make_shared<const GlSurface>(*shading);
+PicturedMesh picturesFor(const PicturedMesh& pictures, Channel channel) {
+    return channel == Channel::kShaded ? pictures : PicturedMesh();
 }
 
 // A textured mesh is drawn slot by slot, from both sides where its own triangles do not tell.
-Sides sidesOf(const MeshView& mesh, Sides sides, const std::shared_ptr<const GlSurface>& textures) {
+Sides sidesOf(const MeshView& mesh, Sides sides, const PicturedMesh& pictures) {
     if (mesh.cull_backs) return Sides::kFront;
-    return textures && sides == Sides::kSeen ? Sides::kBoth : sides;
+    return pictures.surface && sides == Sides::kSeen ? Sides::kBoth : sides;
+}
+
+std::span<const std::uint32_t> trianglesOf(const MeshView& mesh, const PicturedMesh& pictures) {
+    return pictures.surface ? pictures.surface->triangles() : mesh.triangles;
 }
 
 }  // namespace
 
 ValuePainter::ValuePainter(const MeshView& mesh, Channel channel, Sides sides, BrdfModels sunlit,
-                           const ShadingSet* shading)
-    : ValuePainter(mesh, channel, sides, sunlit, texturesFor(shading, channel)) {}
+                           const PicturedMesh& pictures)
+    : ValuePainter(trianglesOf(mesh, picturesFor(pictures, channel)), channel,
+                   sidesOf(mesh, sides, picturesFor(pictures, channel)), sunlit, picturesFor(pictures, channel)) {}
 
-ValuePainter::ValuePainter(const MeshView& mesh, Channel channel, Sides sides, BrdfModels sunlit,
-                           const std::shared_ptr<const GlSurface>& textures)
-    : ValuePainter(textures ? textures->triangles() : mesh.triangles, channel, sidesOf(mesh, sides, textures), sunlit,
-                   std::shared_ptr(textures)) {}
-
-void ValuePainter::addTextures(const SurfaceShader& shader) {
+void ValuePainter::addTextures() {
+    const SurfaceShader shader = pictures_.shader();
     surface_uniforms_ = surfaceUniforms(program_);
     if (shader.slopes > 0 && !sunlight_) {
         surface_[0] = makeBuffer(GL_ARRAY_BUFFER, std::span<const std::byte>{});
         gl::VertexAttribPointer(kNormalLocation, 3, GL_FLOAT, GL_FALSE, 0, nullptr);
         gl::EnableVertexAttribArray(kNormalLocation);
     }
-    gl::BindBuffer(GL_ARRAY_BUFFER, textures_->places().id());
+    gl::BindBuffer(GL_ARRAY_BUFFER, pictures_.surface->places().id());
     gl::VertexAttribPointer(kPlacesLocation, 4, GL_FLOAT, GL_FALSE, 0, nullptr);
     gl::EnableVertexAttribArray(kPlacesLocation);
-    for (std::size_t term = 0; term < shader.slopes + 2 * shader.steps; ++term) {
+    for (std::size_t term = 0; term < shader.terms(); ++term) {
         terms_.push_back(makeBuffer(GL_ARRAY_BUFFER, std::span<const std::byte>{}));
         const GLuint location = kTermsLocation + GLuint(term);
         gl::VertexAttribPointer(location, 3, GL_FLOAT, GL_FALSE, 0, nullptr);
         gl::EnableVertexAttribArray(location);
     }
-    drawn_.resize(textures_->drawnVertices());
+    drawn_.resize(pictures_.surface->drawnVertices());
 }
 
 // Replaces the values of vertices, and of their copies at seams.
 void ValuePainter::replaceDrawn(const GlObject& buffer, std::span<const Vec3> values) {
-    if (!textures_) return replaceBuffer(GL_ARRAY_BUFFER, buffer, std::as_bytes(values));
-    replaceBuffer(GL_ARRAY_BUFFER, buffer, withCopies(values, textures_->seamVertices(), drawn_));
+    if (!pictures_.surface) return replaceBuffer(GL_ARRAY_BUFFER, buffer, std::as_bytes(values));
+    replaceBuffer(GL_ARRAY_BUFFER, buffer, withCopies(values, pictures_.surface->seamVertices(), drawn_));
 }
 
 void ValuePainter::uploadSurface(const SunlitSurface& surface) {
     replaceDrawn(surface_[0], surface.normals);
     replaceDrawn(surface_[1], surface.tangents);
-    if (textures_) {
-        const std::span<const std::uint32_t> seams = textures_->seamVertices();
+    if (pictures_.surface) {
+        const std::span<const std::uint32_t> seams = pictures_.surface->seamVertices();
         drawn_lobes_.resize(drawn_.size());
         drawn_sight_.resize(surface.sight.empty() ? 0 : drawn_.size());
         replaceBuffer(GL_ARRAY_BUFFER, surface_[2], withCopies(surface.lobes, seams, drawn_lobes_));
@@ -139,7 +135,7 @@ void ValuePainter::upload(std::span<const Vec3> positions, std::span<const Vec3>
         replaceDrawn(terms_[term], values.subspan((term + 1) * positions.size(), positions.size()));
     if (sunlight_)
         uploadSurface(surface);
-    else if (textures_ && shaderOf(textures_).slopes > 0)
+    else if (pictures_.shader().slopes > 0)
         replaceDrawn(surface_[0], surface.normals);
     outward_ = allOutward(surfaces_, positions);
 }
@@ -156,9 +152,9 @@ void ValuePainter::draw(const FrameView& view, const Sunlight* suns) const {
     gl::BindVertexArray(vertex_array_.id());
     setView(program_, view_, view);
     if (sunlight_) suns->bind(*sunlight_, view);
-    if (textures_) {
+    if (pictures_.surface) {
         if (sides_ == Sides::kFront) gl::Enable(GL_CULL_FACE);
-        textures_->draw(surface_uniforms_);
+        pictures_.surface->draw(surface_uniforms_, pictures_.shading);
         if (sides_ == Sides::kFront) gl::Disable(GL_CULL_FACE);
         return checkGl("drawing");
     }

@@ -33,7 +33,7 @@ public:
     // Draws `sides` of a mesh that is not two-sided. Where `shading` shows a surface, the mesh is that of its asset,
     // the values of upload() are [terms, V] (shadeFrame()), and both outlive this object.
     ValuePainter(const MeshView& mesh, Channel channel, Sides sides, BrdfModels sunlit = 0,
-                 const ShadingSet* shading = nullptr);
+                 const PicturedMesh& pictures = {});
     void draw(const FrameView& view, std::span<const Vec3> positions, std::span<const Vec3> values);
     // The two halves of draw().
     void upload(std::span<const Vec3> positions, std::span<const Vec3> values, const SunlitSurface& surface = {});
@@ -43,11 +43,9 @@ public:
 
 private:
     ValuePainter(std::span<const std::uint32_t> triangles, Channel channel, Sides sides, BrdfModels sunlit,
-                 std::shared_ptr<const GlSurface> textures);
-    ValuePainter(const MeshView& mesh, Channel channel, Sides sides, BrdfModels sunlit,
-                 const std::shared_ptr<const GlSurface>& textures);
+                 const PicturedMesh& pictures);
     void uploadSurface(const SunlitSurface& surface);
-    void addTextures(const SurfaceShader& shader);
+    void addTextures();
     void replaceDrawn(const GlObject& buffer, std::span<const Vec3> values);
     GlObject program_, vertex_array_, positions_, values_, triangles_;
     std::array<GlObject, 4> surface_;  // normals, tangents, lobes and sight of a sunlit mesh
@@ -62,7 +60,7 @@ private:
     std::vector<std::uint32_t> drawn_lobes_;
     std::vector<float> drawn_sight_;
     GLsizei index_count_;
-    std::shared_ptr<const GlSurface> textures_;  // null: there are none
+    PicturedMesh pictures_;
 };
 
 }  // namespace penumbra

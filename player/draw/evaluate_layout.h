@@ -34,12 +34,18 @@ struct FarPlaces {
 // unused; the scores of all clusters, which for an i8 basis are multiplied by the component's scale, those of residuals
 // and then of light that bounces after all others; the parts (writePosedPart()) of a composed asset that the GPU
 // evaluates; the material of every slot; the SlotLobes of every slot, which are read where suns shine; and
-// ShadingLayout::lightTexels() of the light.
+// writeTermRows() (runtime/shade/shading_layout.h) where pictures are shown; and ShadingLayout::lightTexels() of the
+// light.
 struct PosePlaces {
-    std::size_t bones = 4, rotations = 0, scores = 0, parts = 0, materials = 0, lobes = 0, light = 0, size = 0;
+    std::size_t bones = 4, rotations = 0, scores = 0, parts = 0, materials = 0, lobes = 0, terms = 0, light = 0,
+                size = 0;
 };
 
-// Of what evaluate.comp writes for a vertex, in vec4: position and value, and where suns shine the surface, too.
+// Of what evaluate.comp writes for a vertex, in vec4: position and value, and where suns shine the surface, too. The
+// terms of pictures beside the first follow these (`terms` of them, `slopes` the first), after a normal with slopes.
 constexpr std::size_t kEvaluatedQuads = 2, kSunlitQuads = 4;
+constexpr std::size_t firstTermQuad(std::size_t slopes, std::size_t sunlit_models) {
+    return sunlit_models ? kSunlitQuads : kEvaluatedQuads + (slopes > 0 ? 1 : 0);
+}
 
 }  // namespace penumbra

@@ -133,12 +133,34 @@ GlAsset::GlAsset(const AssetView& asset, const ShadingSet* shading, const Evalua
     recipe_.clusters = asset.model.clusters.size();
     uploadArrays(evaluator, shading);
     if (shading) uploadMaterials(*shading);
+    recipe_.surface = surfaceShaderOf(shading);
     placePose();
     vertex_array_ = makeVertexArray();
     gl::BindVertexArray(vertex_array_.id());
     triangles_ = makeBuffer(GL_ELEMENT_ARRAY_BUFFER, asset.mesh.triangles);
     bytes_ += asset.mesh.triangles.size_bytes();
+    if (recipe_.surface.on) uploadSurface();
     checkGl("uploading the asset");
+}
+
+void GlAsset::uploadSurface() {
+    constexpr GLuint kDrawnVertex = 0, kPlaces = 6;  // in evaluated.vert
+    surface_.emplace(*asset_);
+    pictured_array_ = makeVertexArray();
+    gl::BindVertexArray(pictured_array_.id());
+    gl::BindBuffer(GL_ARRAY_BUFFER, surface_->sources().id());
+    gl::VertexAttribIPointer(kDrawnVertex, 1, GL_UNSIGNED_INT, 0, nullptr);
+    gl::EnableVertexAttribArray(kDrawnVertex);
+    gl::BindBuffer(GL_ARRAY_BUFFER, surface_->places().id());
+    gl::VertexAttribPointer(kPlaces, 4, GL_FLOAT, GL_FALSE, 0, nullptr);
+    gl::EnableVertexAttribArray(kPlaces);
+    pictured_triangles_ = makeBuffer(GL_ELEMENT_ARRAY_BUFFER, surface_->triangles());
+    bytes_ += surface_->bytes() + surface_->triangles().size_bytes();
+}
+
+std::size_t GlAsset::evaluatedQuads(Channel channel, BrdfModels sunlit) const {
+    const SurfaceShader surface = surfaceOf(channel);
+    return firstTermQuad(surface.slopes, sunlit) + surface.terms();
 }
 
 void GlAsset::uploadArrays(const Evaluator* evaluator, const ShadingSet* shading) {
@@ -207,7 +229,8 @@ void GlAsset::placePose() {
     pose.materials = pose.parts + (recipe_.far ? kPosedPartRows * recipe_.far->part_count : 0);
     const std::size_t slots = std::max<std::size_t>(1, asset_->mesh.slots.size());
     pose.lobes = pose.materials + texels(slots);
-    pose.light = pose.lobes + slots;
+    pose.terms = pose.lobes + slots;
+    pose.light = pose.terms + (recipe_.surface.on ? texels(slots * (1 + shading_->term_passes)) : 0);
     pose.size = pose.light + (shading_ ? shading_->lightTexels() : 0);
 }
 
@@ -249,7 +272,10 @@ const GlAsset::Program& GlAsset::drawProgram(Channel channel, BrdfModels sunlit)
     const auto [found, is_new] = draw_.try_emplace({channel, sunlit});
     Program& made = found->second;
     if (!is_new) return made;
-    made.program = makeProgram(evaluatedVertexSource(channel, sunlit), channelFragmentSource(channel, sunlit));
+    const SurfaceShader surface = surfaceOf(channel);
+    made.program =
+        makeProgram(evaluatedVertexSource(channel, sunlit, surface), channelFragmentSource(channel, sunlit, surface));
+    if (surface.on) made.surface = surfaceUniforms(made.program);
     made.view = viewUniforms(made.program);
     if (sunlit) made.sunlight = sunlightUniforms(made.program);
     made.vertex_count = gl::GetUniformLocation(made.program.id(), "vertex_count");
@@ -263,6 +289,17 @@ void GlAsset::bindArrays() const {
     gl::BindTexture(GL_TEXTURE_BUFFER, materials_.texture.id());
 }
 
-void GlAsset::bindTriangles() const { gl::BindVertexArray(vertex_array_.id()); }
+void GlAsset::draw(Channel channel, const Program& program, std::size_t instances) const {
+    const bool cull_backs = asset_->mesh.cull_backs;  // a back has triangles of its own
+    if (cull_backs) gl::Enable(GL_CULL_FACE);
+    if (surfaceOf(channel).on) {
+        gl::BindVertexArray(pictured_array_.id());
+        surface_->draw(program.surface, nullptr, instances);
+    } else {
+        gl::BindVertexArray(vertex_array_.id());
+        gl::DrawElementsInstanced(GL_TRIANGLES, indexCount(), GL_UNSIGNED_INT, nullptr, GLsizei(instances));
+    }
+    if (cull_backs) gl::Disable(GL_CULL_FACE);
+}
 
 }  // namespace penumbra

@@ -29,12 +29,17 @@ public:
     std::size_t anchorValues() const { return recipe_.far ? recipe_.far->anchor_values : 0; }
     std::uint32_t fieldWords() const { return recipe_.far->parts; }  // where the words of its parts begin
     bool evaluatesFar() const { return recipe_.far.has_value(); }
+    // Its pictures, which shaded characters show; null: none.
+    const GlSurface* surface() const { return surface_ ? &*surface_ : nullptr; }
+    // Of what is evaluated for a vertex, in vec4. `sunlit` has the models of lobes; 0: no suns.
+    std::size_t evaluatedQuads(Channel channel, BrdfModels sunlit) const;
 
     struct Program {
         GlObject program;
         GLint eye = -1, vertex_count = -1;
         ViewUniforms view;
         SunlightUniforms sunlight;
+        SurfaceUniforms surface;
     };
     // Programs are compiled when they are first asked for. The painter's shaders define the bindings.
     // `cast_sets` are GlCast::castSets(); 0: nothing casts.
@@ -43,16 +48,18 @@ public:
     const Program& drawProgram(Channel channel, BrdfModels sunlit);
     const Program& anchorProgram();
     const Program& receiverProgram();
-    // Bind the asset's arrays and materials for evaluating, or its triangles for drawing.
-    void bindArrays() const;
-    void bindTriangles() const;
-    GLsizei indexCount() const { return GLsizei(asset_->mesh.triangles.size()); }
+    void bindArrays() const;  // and materials, for evaluating
+    // Draws the triangles of `instances` characters, with pictures where the channel shows them.
+    void draw(Channel channel, const Program& program, std::size_t instances) const;
 
 private:
+    GLsizei indexCount() const { return GLsizei(asset_->mesh.triangles.size()); }
     const AssetView* asset_;
     std::optional<ShadingLayout> shading_;
     ShaderRecipe recipe_;
     GlObject arrays_, vertex_array_, triangles_;
+    std::optional<GlSurface> surface_;
+    GlObject pictured_array_, pictured_triangles_;  // of vertices that are drawn, with copies at seams
     TextureBuffer materials_;
     std::size_t bytes_ = 0;
     std::map<std::tuple<Channel, std::size_t, bool>, Program> evaluate_;  // with and without casts, and suns
@@ -62,6 +69,10 @@ private:
     void placePose();
     void uploadArrays(const Evaluator* evaluator, const ShadingSet* shading);
     void uploadMaterials(const ShadingSet& shading);
+    void uploadSurface();
+    SurfaceShader surfaceOf(Channel channel) const {
+        return channel == Channel::kShaded ? recipe_.surface : SurfaceShader();
+    }
 };
 
 }  // namespace penumbra

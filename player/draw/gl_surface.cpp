@@ -1,9 +1,9 @@
 #include "player/draw/gl_surface.h"
 
-#include <filesystem>
+#include <numeric>
 
 #include "formats/common/errors.h"
-#include "formats/image/texture_file.h"
+#include "player/frame/asset_texture.h"
 
 namespace penumbra {
 
@@ -23,16 +23,6 @@ GLint wrapOf(TextureWrap wrap) {
             return GL_CLAMP_TO_EDGE;
     }
     return GL_REPEAT;
-}
-
-TexturePicture openTexture(const AssetView& asset, const TextureView& texture) {
-    const std::string name = asset.name + ": " + std::string(texture.name);
-    if (texture.file.empty()) return decodeTexture(texture.bytes, name);
-    try {
-        return readTexture(std::filesystem::path(asset.name).parent_path() / std::string(texture.file), name);
-    } catch (const IoError& error) {
-        throw IoError(name + ": " + error.what());
-    }
 }
 
 // Uploads RGBA with all its smaller levels, whose texels OpenGL averages in linear light.
@@ -69,7 +59,7 @@ SurfaceShader surfaceShaderOf(const ShadingSet* shading) {
 
 SurfaceUniforms surfaceUniforms(const GlObject& program) {
     const auto at = [&](const char* name) { return gl::GetUniformLocation(program.id(), name); };
-    return {at("surface_plain"),
+    return {at("surface_replaced"),
             at("surface_base"),
             at("surface_emissive"),
             at("surface_f0"),
@@ -82,18 +72,18 @@ SurfaceUniforms surfaceUniforms(const GlObject& program) {
              at("occlusion_picture")}};
 }
 
-GlSurface::GlSurface(const ShadingSet& shading) : shading_(&shading) {
-    drawn_ = shading.asset().mesh.positions.size() + shading.asset().surface->seam_vertices.size();
+GlSurface::GlSurface(const AssetView& asset) : asset_(&asset) {
+    drawn_ = asset.mesh.positions.size() + asset.surface->seam_vertices.size();
     sortTriangles();
     uploadPlaces();
     uploadPictures();
     checkGl("uploading the pictures of a surface");
 }
 
-std::span<const std::uint32_t> GlSurface::seamVertices() const { return shading_->asset().surface->seam_vertices; }
+std::span<const std::uint32_t> GlSurface::seamVertices() const { return asset_->surface->seam_vertices; }
 
 void GlSurface::sortTriangles() {
-    const AssetView& asset = shading_->asset();
+    const AssetView& asset = *asset_;
     const MeshView& mesh = asset.mesh;
     const std::vector<std::uint32_t> drawn = asset.surface->drawnTriangles(mesh.triangles, mesh.positions.size());
     const auto slotOf = [&](std::size_t corner) {
@@ -113,18 +103,22 @@ void GlSurface::sortTriangles() {
 }
 
 void GlSurface::uploadPlaces() {
-    const SurfaceView& surface = *shading_->asset().surface;
+    const SurfaceView& surface = *asset_->surface;
     std::vector<std::array<Uv, kMaxUvSets>> places(drawn_);
     for (std::size_t set = 0; set < surface.uv_sets; ++set) {
         const std::span<const Uv> uv = surface.uvOf(set);
         for (std::size_t v = 0; v < drawn_; ++v) places[v][set] = uv[v];
     }
     places_ = makeBuffer(GL_ARRAY_BUFFER, std::span<const std::array<Uv, kMaxUvSets>>(places));
-    bytes_ += places.size() * sizeof places[0];
+    std::vector<std::uint32_t> sources(drawn_ - surface.seam_vertices.size());
+    std::iota(sources.begin(), sources.end(), 0u);
+    sources.insert(sources.end(), surface.seam_vertices.begin(), surface.seam_vertices.end());
+    sources_ = makeBuffer(GL_ARRAY_BUFFER, std::span<const std::uint32_t>(sources));
+    bytes_ += drawn_ * (sizeof places[0] + sizeof sources[0]);
 }
 
 void GlSurface::uploadPictures() {
-    const AssetView& asset = shading_->asset();
+    const AssetView& asset = *asset_;
     GLint largest = 0;
     gl::GetIntegerv(GL_MAX_TEXTURE_SIZE, &largest);
     none_ = {makePicture(onePixel(255, 255, 255), false, 0), makePicture(onePixel(128, 128, 255), false, 0)};
@@ -151,9 +145,8 @@ GLuint GlSurface::pictureOf(const TextureUse& use, TextureRole role) const {
 }
 
 void GlSurface::bind(const SurfaceUniforms& at, std::size_t slot) const {
-    const SlotSurface& look = shading_->asset().surface->slots[slot];
+    const SlotSurface& look = asset_->surface->slots[slot];
     const SurfaceMaterials& materials = look.materials;
-    gl::Uniform1i(at.plain, shading_->showsSurface(slot) ? 0 : 1);
     gl::Uniform3fv(at.base, 1, &look.base.x);
     gl::Uniform3fv(at.emissive, 1, &look.emissive.x);
     const float f0[4] = {look.f0.x, look.f0.y, look.f0.z, look.f90};
@@ -174,11 +167,12 @@ void GlSurface::bind(const SurfaceUniforms& at, std::size_t slot) const {
     gl::ActiveTexture(GL_TEXTURE0);
 }
 
-void GlSurface::draw(const SurfaceUniforms& at, std::size_t instances) const {
+void GlSurface::draw(const SurfaceUniforms& at, const ShadingSet* shading, std::size_t instances) const {
     for (std::size_t slot = 0; slot + 1 < first_of_slot_.size(); ++slot) {
         const std::size_t first = first_of_slot_[slot], count = first_of_slot_[slot + 1] - first;
         if (count == 0) continue;
         bind(at, slot);
+        if (shading) gl::Uniform1i(at.replaced, shading->showsSurface(slot) ? 0 : 1);
         const auto* offset = reinterpret_cast<const void*>(first * sizeof(std::uint32_t));
         gl::DrawElementsInstanced(GL_TRIANGLES, GLsizei(count), GL_UNSIGNED_INT, offset, GLsizei(instances));
     }

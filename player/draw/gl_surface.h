@@ -14,14 +14,15 @@ namespace penumbra {
 // What shaders of textured meshes are made for. No terms: of other meshes.
 struct SurfaceShader {
     bool on = false;
-    std::size_t slopes = 0, steps = 0;  // as SurfaceTerms has them
+    std::size_t slopes = 0, steps = 0;                        // as SurfaceTerms has them
+    std::size_t terms() const { return slopes + 2 * steps; }  // beside D
     auto operator<=>(const SurfaceShader&) const = default;
 };
 SurfaceShader surfaceShaderOf(const ShadingSet* shading);
 
-// Places of the uniforms of shaders/surface.glsl.
+// Places of the uniforms of shaders/surface.glsl, and of the one of value.vert.
 struct SurfaceUniforms {
-    GLint plain = -1, base = -1, emissive = -1, f0 = -1, numbers = -1, alpha = -1, steps = -1, step_roughness = -1,
+    GLint replaced = -1, base = -1, emissive = -1, f0 = -1, numbers = -1, alpha = -1, steps = -1, step_roughness = -1,
           uv_set = -1;
     std::array<GLint, kTextureRoles> textures{};
 };
@@ -29,29 +30,30 @@ SurfaceUniforms surfaceUniforms(const GlObject& program);
 
 class GlSurface {
 public:
-    // Decodes and uploads the pictures of the set's asset. Throws what decodeTexture() and readTexture() throw, and
-    // Unsupported for a picture that is too large for this OpenGL. `shading` outlives this object.
-    explicit GlSurface(const ShadingSet& shading);
+    // Decodes and uploads the pictures of an asset that has some. Throws what decodeTexture() and readTexture() throw,
+    // and Unsupported for a picture that is too large for this OpenGL. `asset` outlives this object.
+    explicit GlSurface(const AssetView& asset);
 
-    const ShadingSet& shading() const { return *shading_; }
     std::size_t drawnVertices() const { return drawn_; }
     std::span<const std::uint32_t> seamVertices() const;
     // The triangles as vertices that are drawn, those of one slot together.
     std::span<const std::uint32_t> triangles() const { return triangles_; }
     // [V + E] texture coordinates of both sets, 4 floats a vertex.
     const GlObject& places() const { return places_; }
+    // [V + E] the vertex of the mesh that each drawn vertex is, a word each.
+    const GlObject& sources() const { return sources_; }
     std::size_t bytes() const { return bytes_; }
 
     // Draws the triangles of each slot with its pictures; the program, its other uniforms and an element buffer with
-    // triangles() are in use.
-    void draw(const SurfaceUniforms& at, std::size_t instances = 1) const;
+    // triangles() are in use. `shading` tells which slots have other materials now; null: the vertices tell.
+    void draw(const SurfaceUniforms& at, const ShadingSet* shading, std::size_t instances = 1) const;
 
 private:
-    const ShadingSet* shading_;
+    const AssetView* asset_;
     std::size_t drawn_ = 0, bytes_ = 0;
     std::vector<std::uint32_t> triangles_;
     std::vector<std::size_t> first_of_slot_;  // [slots + 1] into triangles_
-    GlObject places_;
+    GlObject places_, sources_;
     // By texture, what it is for and how it repeats: an sRGB picture and one of numbers differ.
     std::map<std::tuple<std::uint16_t, bool, std::uint8_t>, GlObject> pictures_;
     std::array<GlObject, 2> none_;  // white, and the normal of a level surface
@@ -61,6 +63,19 @@ private:
     void uploadPictures();
     GLuint pictureOf(const TextureUse& use, TextureRole role) const;
     void bind(const SurfaceUniforms& at, std::size_t slot) const;
+};
+
+// The pictures of a mesh and what is on in it. Meshes of one asset may share the pictures.
+struct PicturedMesh {
+    const ShadingSet* shading = nullptr;       // outlives this
+    std::shared_ptr<const GlSurface> surface;  // null: pictures are not shown
+
+    PicturedMesh() = default;
+    // Uploads them where `shading` shows them; it may be null.
+    PicturedMesh(const ShadingSet* set) : shading(set) {
+        if (surfaceShaderOf(set).on) surface = std::make_shared<const GlSurface>(set->asset());
+    }
+    SurfaceShader shader() const { return surface ? surfaceShaderOf(shading) : SurfaceShader(); }
 };
 
 }  // namespace penumbra

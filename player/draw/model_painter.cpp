@@ -81,6 +81,10 @@ void writePose(const GlAsset& asset, const PosedCharacter& character, bool with_
     at = out.data() + 4 * places.lobes;
     for (const SlotLobes& lobes : character.lobes)
         for (const float x : {lobes.first, lobes.count, lobes.mirror, 0.0f}) *at++ = x;
+    if (asset.surface())
+        writeTermRows(
+            asset.shading(), *character.shading,
+            out.subspan(4 * places.terms, character.shading->slotCount() * (1 + asset.shading().term_passes)));
     writeLightData(asset.shading(), *character.shading, out.subspan(4 * places.light));
 }
 
@@ -206,8 +210,8 @@ void ModelPainter::evaluate(Channel channel, std::span<const PosedCharacter> cha
     if (count_ == 0) return;
     sunlit_ = !characters.front().lobes.empty();
     assert(std::ranges::all_of(characters, [&](const PosedCharacter& c) { return c.lobes.empty() != sunlit_; }));
-    if (sunlit_ && quads_ < kSunlitQuads) {
-        quads_ = kSunlitQuads;
+    if (const std::size_t quads = asset_->evaluatedQuads(channel_, sunlit_); quads_ < quads) {
+        quads_ = quads;
         makeRoom();
     }
     uploadPoses(characters);
@@ -237,11 +241,7 @@ void ModelPainter::draw(const FrameView& view, const Sunlight* suns) const {
     gl::Uniform1i(program.vertex_count, GLint(asset_->vertexCount()));
     gl::ActiveTexture(GL_TEXTURE0);
     gl::BindTexture(GL_TEXTURE_BUFFER, evaluated_.texture.id());
-    asset_->bindTriangles();
-    const bool cull_backs = asset_->view().mesh.cull_backs;  // a back has triangles of its own
-    if (cull_backs) gl::Enable(GL_CULL_FACE);
-    gl::DrawElementsInstanced(GL_TRIANGLES, asset_->indexCount(), GL_UNSIGNED_INT, nullptr, GLsizei(count_));
-    if (cull_backs) gl::Disable(GL_CULL_FACE);
+    asset_->draw(channel_, program, count_);
     checkGl("drawing");
 }
 

@@ -46,7 +46,8 @@ std::string places(const AssetPlaces& asset, const PosePlaces& pose) {
            define("CLUSTER_WORDS", kClusterWords) + define("POSE_BONES", pose.bones) +
            define("POSE_ROTATIONS", pose.rotations) + define("POSE_SCORES", pose.scores) +
            define("POSE_PARTS", pose.parts) + define("POSE_MATERIALS", pose.materials) +
-           define("POSE_LOBES", pose.lobes) + define("POSE_LIGHT", pose.light) + define("POSE_SIZE", pose.size);
+           define("POSE_LOBES", pose.lobes) + define("POSE_TERMS", pose.terms) + define("POSE_LIGHT", pose.light) +
+           define("POSE_SIZE", pose.size);
 }
 
 // Writes the precision of an array: a number, or the place in the cluster's table that has it.
@@ -77,8 +78,15 @@ std::string castPreamble() {
 const std::string kSunlit = "#define SUNLIT\n";
 
 // Whether suns shine on what is evaluated, and how much of it there is.
-std::string evaluatedQuads(bool sunlit) {
-    return (sunlit ? kSunlit : "") + define("EVALUATED_QUADS", sunlit ? kSunlitQuads : kEvaluatedQuads);
+std::string evaluatedQuads(bool sunlit, const SurfaceShader& surface = {}) {
+    const std::size_t first = firstTermQuad(surface.slopes, sunlit);
+    return (sunlit ? kSunlit : "") + define("EVALUATED_QUADS", first + surface.terms()) + define("TERM_QUAD", first);
+}
+
+std::string surfaceDefines(const SurfaceShader& surface) {
+    if (!surface.on) return "";
+    return "#define TEXTURED\n" + define("SLOPES", surface.slopes) + define("STEPS", surface.steps) +
+           define("TERMS", surface.terms()) + "#define LEAST_ROUGHNESS " + glslFloat(kLeastRoughness) + "\n";
 }
 
 }  // namespace
@@ -181,7 +189,9 @@ std::string evaluateSource(const ShaderRecipe& recipe) {
                           define("PENUMBRA_STRIDE4", std::size_t(recipe.stride) / 4) +
                           places(recipe.asset, recipe.pose) + precisionOf("MEAN", recipe.mean, 6) +
                           precisionOf("BASIS", recipe.basis, 7);
-    defines += evaluatedQuads(recipe.sunlit);
+    const SurfaceShader surface = recipe.channel == Channel::kShaded ? recipe.surface : SurfaceShader();
+    defines += evaluatedQuads(recipe.sunlit, surface) + surfaceDefines(surface);
+    if (surface.on) defines += "#define PASSES " + std::to_string(recipe.shading->term_passes) + "u\n";
     if (recipe.slots) defines += "#define HAS_SLOTS\n";
     const bool followers = recipe.asset.first_follower > 0 && showsVisibility(recipe.channel);
     if (followers)
@@ -216,24 +226,13 @@ std::string evaluateSource(const ShaderRecipe& recipe) {
     return preamble(recipe.channel) + defines + text;
 }
 
-namespace {
-
-std::string surfaceDefines(const SurfaceShader& surface) {
-    if (!surface.on) return "";
-    return "#define TEXTURED\n" + define("SLOPES", surface.slopes) + define("STEPS", surface.steps) +
-           define("TERMS", surface.slopes + 2 * surface.steps) + "#define LEAST_ROUGHNESS " +
-           glslFloat(kLeastRoughness) + "\n";
-}
-
-}  // namespace
-
 std::string valueVertexSource(Channel channel, BrdfModels sunlit, const SurfaceShader& surface) {
     return preamble(channel) + interpolation(channel) + (sunlit ? kSunlit : "") + surfaceDefines(surface) +
            (sunlit || surface.slopes > 0 ? "#define HAS_NORMALS\n" : "") + kShaderValueVert;
 }
 
 std::string evaluatedVertexSource(Channel channel, BrdfModels sunlit, const SurfaceShader& surface) {
-    return preamble(channel) + interpolation(channel) + evaluatedQuads(sunlit != 0) + surfaceDefines(surface) +
+    return preamble(channel) + interpolation(channel) + evaluatedQuads(sunlit != 0, surface) + surfaceDefines(surface) +
            kShaderEvaluatedVert;
 }
 

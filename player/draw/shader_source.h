@@ -22,6 +22,7 @@ struct ShaderRecipe {
     // The precision that all clusters share; unset: each cluster has its own.
     std::optional<AssetPrecision> mean = {}, basis = {};
     const ShadingLayout* shading = nullptr;  // only for kShaded
+    SurfaceShader surface = {};              // only for kShaded: of the asset's pictures
     AssetPlaces asset = {};
     PosePlaces pose = {};
     std::size_t clusters = 0;           // of the model

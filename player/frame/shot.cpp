@@ -196,8 +196,6 @@ Shot resolveLook(const RenderOptions& options, const AssetView& asset, const Ass
     if (options.channel == Channel::kTransferError && !hasTransferOf(asset, *truth))
         throw InvalidInput(truth->name + ": SH order 1 is too low for E_transfer");
     checkForTransfer(options, asset);
-    if (shot.surface && options.path == EvaluationPath::kGlsl)
-        throw BadOption("path", asset.name + " has pictures, which the CPU path draws (or textures off)");
     resolveOverlays(options, asset, shot);
     return shot;
 }
@@ -221,7 +219,7 @@ ShadingSet shadingOf(const Shot& shot) {
     set.setLight(shot.light);
     set.setSuns(shot.suns);
     set.setBounces(shot.bounces);
-    set.setSurface(shot.surface);
+    if (shot.surface) set.showSurface();
     set.setLightRotation(shot.light_rotation);
     return set;
 }

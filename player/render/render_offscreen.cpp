@@ -19,7 +19,7 @@ OffscreenRenderer::OffscreenRenderer(const RenderOptions& options, const Shot& l
       path_(options.path.value_or(context_->software ? EvaluationPath::kCpu : EvaluationPath::kGlsl)),
       target_(options.width, options.height, options.samples) {
     if (look.shaded) shading_.emplace(shadingOf(look));
-    if (look.asset->transfer || look.surface) path_ = EvaluationPath::kCpu;
+    if (look.asset->transfer) path_ = EvaluationPath::kCpu;
     if (!look.suns) return;
     lobes_ = lobe_table_.add(*shading_);
     slot_lobes_ = lobe_table_.addSlots(*shading_);
@@ -50,11 +50,11 @@ std::vector<Vec3> OffscreenRenderer::valuesOf(const Panel& panel, PosedFrame& fr
 void OffscreenRenderer::drawValues(const Panel& panel, PosedFrame& frame, const FrameView& view) {
     const bool sunlit = panel.channel == Channel::kShaded && sunlight_;
     auto at = value_painters_.find(panel.channel);
+    const ShadingSet* const pictured = panel.channel == Channel::kShaded && shading_ ? &*shading_ : nullptr;
     if (at == value_painters_.end())
         at = value_painters_
-                 .emplace(panel.channel,
-                          ValuePainter(asset_->mesh, panel.channel, Sides::kBoth,
-                                       sunlit ? lobe_table_.models(lobes_) : 0, shading_ ? &*shading_ : nullptr))
+                 .emplace(panel.channel, ValuePainter(asset_->mesh, panel.channel, Sides::kBoth,
+                                                      sunlit ? lobe_table_.models(lobes_) : 0, PicturedMesh(pictured)))
                  .first;
     std::vector<Vec3> values = valuesOf(panel, frame, view.eye);
     const FrameVertices& vertices = sunlit ? frame.vertices(panel.source) : frame.skinned();

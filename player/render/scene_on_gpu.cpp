@@ -31,10 +31,6 @@ bool fitsGpu(const PosedScene& scene, const RenderOptions& options) {
     const SceneDescription& file = scene.file();
     const bool plain = std::ranges::none_of(file.props, &SceneCharacter::real) && !scene.members().empty() &&
                        !(file.ground && file.ground->catcher);
-    const auto pictured = [&](const std::unique_ptr<SceneMember>& member) {
-        return options.textures && options.channel == Channel::kShaded && member->asset->view.surface;
-    };
-    if (std::ranges::any_of(scene.members(), pictured)) return false;  // the CPU's painter draws them
     return plain && options.channel != Channel::kError && scene.castWay().mode == CastMode::kProduct;
 }
 

@@ -40,7 +40,7 @@ void main() {
 #else
     vec3 rgb = value;
 #ifdef TEXTURED
-    if (!surface_plain) {
+    if (surface_plain == 0) {
         Surface s = surfaceHere();
         rgb = surfaceRadiance(s, value);
 #ifdef SUNLIT

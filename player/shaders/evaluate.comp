@@ -239,6 +239,45 @@ vec3 shadeOtherSide(uint character, int material) {
 #endif
 #endif
 
+#ifdef TEXTURED
+// Shades the terms of a vertex that shows pictures (shaders/surface.glsl), which follow the first; its slot's rows of
+// the pose have 1 where it shows them, then the material of each pass: slopes along two axes, and A and B at each
+// roughness. Returns whether it does. The passes take turns in one loop, whose body is long to compile.
+uint evaluated_row;  // of the vertex
+float shows_pictures = 0.0;
+
+vec3 shadeTerms(PenumbraSurface s, vec4 numbers[PENUMBRA_STRIDE4], vec3 to_eye, mat3 local_from_model, int material) {
+    uint row = 4u * (pose_begin + POSE_TERMS) + (1u + PASSES) * slotOfVertex();
+    shows_pictures = pose_numbers[row];
+    uint passes = shows_pictures > 0.0 ? PASSES : 0u;
+    vec3 value = vec3(0.0), slope_x = vec3(0.0);
+    for (uint pass = 0u; pass <= passes; ++pass) {
+        int of_pass = pass == 0u ? material : int(pose_numbers[row + pass]);
+        vec3 radiance = of_pass < 0 ? vec3(0.0) : shadeSide(numbers, to_eye, local_from_model, of_pass);
+        if (pass == 0u) {
+            value = radiance;
+            continue;
+        }
+#if SLOPES > 0
+        if (pass == 1u) {
+            slope_x = radiance;
+            continue;
+        }
+        if (pass == 2u) {
+            vec3 tangent = inScene(vec4(s.tangent, 0.0)), bitangent = inScene(vec4(cross(s.normal, s.tangent), 0.0));
+            for (uint c = 0u; c < 3u; ++c)
+                evaluated[evaluated_row + TERM_QUAD + c] = vec4(slope_x[c] * tangent + radiance[c] * bitangent, 0.0);
+            continue;
+        }
+        evaluated[evaluated_row + TERM_QUAD + pass] = vec4(max(radiance, 0.0), 0.0);  // three terms of two passes
+#else
+        evaluated[evaluated_row + TERM_QUAD + pass - 1u] = vec4(max(radiance, 0.0), 0.0);
+#endif
+    }
+    return value;
+}
+#endif
+
 vec3 valueOf(PenumbraSurface s, uint character) {
 #if CHANNEL == CHANNEL_NORMALS
     return s.normal;
@@ -268,7 +307,11 @@ vec3 valueOf(PenumbraSurface s, uint character) {
         return vec3(0.0);
     }
 #endif
+#ifdef TEXTURED
+    vec3 radiance = shadeTerms(s, numbers, to_eye, local_from_model, material);
+#else
     vec3 radiance = shadeSide(numbers, to_eye, local_from_model, material);
+#endif
 #ifdef HAS_MEMBRANES
     if (penumbra_is_membrane(material))
         radiance = penumbra_join_sides(material, radiance, shadeOtherSide(character, material));
@@ -305,14 +348,24 @@ void main() {
     receivers[3u * at + 1u] = vec4(inScene(vec4(s.normal, 0.0)), 0.0);
     receivers[3u * at + 2u] = vec4(inScene(vec4(s.tangent, 0.0)), 0.0);
 #else
+    float pictures = 1.0;
+#ifdef TEXTURED
+    evaluated_row = EVALUATED_QUADS * at;
+#endif
     vec4 value = vec4(valueOf(s, character), 0.0);
+#ifdef TEXTURED
+    pictures = shows_pictures;
+#if SLOPES > 0 && !defined(SUNLIT)
+    evaluated[evaluated_row + 2u] = vec4(inScene(vec4(s.normal, 0.0)), 0.0);
+#endif
+#endif
 #ifdef SUNLIT
     value.w = surface_sight;
     vec4 lobes = pose[pose_begin + POSE_LOBES + slotOfVertex()];
     evaluated[EVALUATED_QUADS * at + 2u] = vec4(inScene(vec4(s.normal, 0.0)), lobes.x);
     evaluated[EVALUATED_QUADS * at + 3u] = vec4(inScene(vec4(s.tangent, 0.0)), lobes.y);
 #endif
-    evaluated[EVALUATED_QUADS * at] = vec4(position, 1.0);
+    evaluated[EVALUATED_QUADS * at] = vec4(position, pictures);
     evaluated[EVALUATED_QUADS * at + 1u] = value;
 #endif
 }

@@ -1,6 +1,7 @@
 // Joins the terms of the vertices with the pictures of a surface (docs/formulas.md, section 18). TERMS are those beside
 // D: SLOPES vectors along the surface, one a colour, then A and B at each of STEPS roughnesses.
-in vec4 surface_places;  // texture coordinates of two sets
+in vec4 surface_places;    // texture coordinates of two sets
+flat in int surface_plain; // 1: the material has been replaced by one without pictures
 #if TERMS > 0
 INTERPOLATION in vec3 term[TERMS];
 #endif
@@ -9,7 +10,6 @@ in vec3 shape_position;                 // in the frame of the vertices, and of 
 INTERPOLATION in vec3 shape_normal;     // not unit
 #endif
 
-uniform bool surface_plain;     // the material has been replaced by one without pictures
 uniform vec3 surface_base, surface_emissive;
 uniform vec4 surface_f0;        // of the dielectric: f0 and f90
 uniform vec4 surface_numbers;   // metallic, roughness, scale of normals (0: level), strength of occlusion

@@ -25,7 +25,9 @@ flat out uint surface_lobes;
 
 #ifdef TEXTURED
 layout(location = 6) in vec4 vertex_places;
+uniform bool surface_replaced;
 out vec4 surface_places;
+flat out int surface_plain;
 #if SLOPES > 0
 out vec3 shape_position;
 INTERPOLATION out vec3 shape_normal;
@@ -40,6 +42,7 @@ void main() {
     value = vertex_value;
 #ifdef TEXTURED
     surface_places = vertex_places;
+    surface_plain = surface_replaced ? 1 : 0;
 #if SLOPES > 0
     shape_position = position;
     shape_normal = normal;

@@ -39,6 +39,18 @@ bool lightHasSuns(const Scene& scene, const ViewState& state) {
     return scene.blend.active() ? scene.blend.hasSuns() : !firstAsset(scene).lights[state.lighting.light].suns.empty();
 }
 
+std::unique_ptr<ShadingSet> makeShading(const Scene& scene, const AssetView& asset, const ShadingChoice& choice) {
+    auto set = std::make_unique<ShadingSet>(asset, choice);
+    if (scene.textures) set->showSurface();
+    return set;
+}
+
+bool showsPictures(const Character& character, const ViewState& state) {
+    const ShadingSet* const set = character.shown.shading.get();
+    return set && set->showsSurface() && character.shown.channel == Channel::kShaded && !state.show.component &&
+           shownCompare(state) != Compare::kDifference && shownCastMode(state) == CastMode::kProduct;
+}
+
 void setShownLight(const Scene& scene, const ViewState& state, ShadingSet& set) {
     if (scene.blend.active())
         set.replaceLight(set.asset().lights.size() - 1, scene.blend.light());

@@ -30,6 +30,11 @@ SkyPicture shownSky(const Scene& scene, const ViewState& state);
 LightKey shownLightKey(const Scene& scene, const ViewState& state);
 // Tells whether the light has suns, also where they have faded at the moment.
 bool lightHasSuns(const Scene& scene, const ViewState& state);
+// Makes what shades an asset of the scene, with its pictures where they are shown.
+std::unique_ptr<ShadingSet> makeShading(const Scene& scene, const AssetView& asset, const ShadingChoice& choice);
+// Tells whether a character shows its pictures now. Its values then have all terms (ShadingSet::terms()). Differences
+// and shadows that do not join as a product are those of its material without pictures.
+bool showsPictures(const Character& character, const ViewState& state);
 // Gives the light to a character's ShadingSet.
 void setShownLight(const Scene& scene, const ViewState& state, ShadingSet& set);
 

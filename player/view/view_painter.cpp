@@ -121,24 +121,37 @@ void ScenePainter::evaluate(Group& group, const ViewState& state, Shown shown, V
 
 ScenePainter::Key ScenePainter::keyOf(const ViewState& state, std::size_t index, Shown shown) const {
     const Character& character = *scene_->characters[index];
-    return {index, shownOf(character, shown), character.shown.channel, showsSuns(*scene_, state)};
+    return {index, shownOf(character, shown), character.shown.channel, showsSuns(*scene_, state),
+            showsPictures(character, state)};
+}
+
+// Characters of one file share its pictures.
+PicturedMesh ScenePainter::picturesOf(const Character& character) {
+    const ShadingSet* const shading = character.shown.shading.get();
+    PicturedMesh mesh = pictures_.try_emplace(character.asset.mesh.positions.data(), shading).first->second;
+    mesh.shading = shading;
+    return mesh;
 }
 
 void ScenePainter::uploadValues(const ViewState& state, const Key& key) {
     const Character& character = *scene_->characters[key.character];
     std::span<const Vec3> values = character.shown.of(key.shown);
-    SunlitSurface surface;
+    const FrameVertices& vertices = character.posed.vertices;
+    SunlitSurface surface{vertices.normals, vertices.tangents, {}};
     if (key.sunlit) {
         sunlit_values_.assign(values.begin(), values.end());
         values = sunlit_values_;
         const Vec3 from = toFloat(cameraPosition(state.camera)) - character.posed.to_scene.translation();
         surface = suns_->surfaceOf(key.character, transposed(character.posed.to_scene.linear()) * from, sunlit_values_);
     }
-    const auto at = value_painters_
-                        .try_emplace(key, character.asset.mesh, character.shown.channel, Sides::kSeen,
-                                     key.sunlit ? kAllBrdfModels | kMembranes : 0)
-                        .first;
-    at->second.upload(character.posed.vertices.positions, values, surface);
+    auto at = value_painters_.find(key);
+    if (at == value_painters_.end())
+        at = value_painters_
+                 .try_emplace(key, character.asset.mesh, character.shown.channel, Sides::kSeen,
+                              key.sunlit ? kAllBrdfModels | kMembranes : 0,
+                              key.pictured ? picturesOf(character) : PicturedMesh())
+                 .first;
+    at->second.upload(vertices.positions, values, surface);
 }
 
 void ScenePainter::prepare(const ViewState& state, const std::vector<Pane>& panes, double radius) {

@@ -33,6 +33,7 @@ private:
         Shown shown;
         Channel channel;
         bool sunlit;
+        bool pictured;
         auto operator<=>(const Key&) const = default;
     };
     // Characters of one file, which share the asset's data on the GPU and are drawn together.
@@ -46,6 +47,7 @@ private:
     Backdrop backdrop_;
     std::optional<ViewSunlight> suns_;  // made when they first shine
     std::map<Key, ValuePainter> value_painters_;
+    std::map<const Vec3*, PicturedMesh> pictures_;  // by where a file is mapped, of the characters that are uploaded
     std::vector<Group> groups_;
     std::vector<PosedCharacter> posed_;  // of the group at hand
     std::vector<Vec3> sunlit_values_;    // of the character at hand
@@ -60,6 +62,7 @@ private:
     void poseCasters();
     void evaluate(Group& group, const ViewState& state, Shown shown, Vec3 eye);
     Key keyOf(const ViewState& state, std::size_t index, Shown shown) const;
+    PicturedMesh picturesOf(const Character& character);
     void uploadValues(const ViewState& state, const Key& key);
     ViewSunlight* sunsFor(const ViewState& state);  // null where they do not shine
     // Uploads what the characters show in the panes, each once, and draws the maps of suns.

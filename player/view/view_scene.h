@@ -38,6 +38,7 @@ struct UpdateCost {
 struct OpenedCharacter {
     // With the materials and lights of every file, and a last light whose place Scene::blend takes.
     AssetView asset;
+    std::vector<SlotSurface> pictured_slots;  // asset.surface->slots, with the numbers of those materials
     const AssetView* truth = nullptr;
     Affine placement;              // from its model frame to the scene: a rotation about y and a translation
     std::size_t caster = kNobody;  // of Scene::cast
@@ -138,6 +139,7 @@ struct Scene {
     ShownGround ground;
     LightBlend blend;               // of the light that is switched
     std::vector<float> dark_light;  // SH of the last light of all characters, 0
+    bool textures = true;           // as OpenChoice has it
 
     bool shaded() const { return !material_names.empty() && !light_names.empty(); }
     bool hasTruth() const;
@@ -150,6 +152,7 @@ struct Scene {
 
 struct OpenChoice {
     PictureOptions reading;  // of the pictures of lights
+    bool textures = true;    // pictures of assets that have them are shown where a slot has its own material
     // Called a few times a second while a large picture is read: its file, and the share that is done.
     std::function<void(const std::filesystem::path&, double)> progress = {};
 };

@@ -24,8 +24,26 @@ static_assert((kGroundUnderResolution - 1) % kGroundTiles == 0, "tiles are alike
 
 bool isCharacter(const AssetView& asset) { return asset.has_mesh && asset.hasCharacter(); }
 
-// Gathers every file's materials and lights. The slots of the character's own file keep theirs.
-void gatherLibrary(const Scene& scene, const SceneFile& own, AssetView& asset) {
+// Moves the slots' materials behind `first` others. Returns the slots, to which `asset` points.
+std::vector<SlotSurface> moveSurface(std::size_t first, AssetView& asset) {
+    if (!asset.surface) return {};
+    std::vector<SlotSurface> slots(asset.surface->slots.begin(), asset.surface->slots.end());
+    const auto move = [&](std::uint16_t& material) { material = std::uint16_t(material + first); };
+    for (SlotSurface& slot : slots) {
+        move(slot.materials.diffuse);
+        for (std::size_t step = 0; step < slot.materials.steps; ++step) {
+            move(slot.materials.f0[step]);
+            move(slot.materials.f90[step]);
+        }
+    }
+    asset.surface->slots = slots;
+    return slots;
+}
+
+// Gathers every file's materials and lights. The slots of the character's own file keep theirs. Returns the slots with
+// pictures, to which `asset` points.
+std::vector<SlotSurface> gatherLibrary(const Scene& scene, const SceneFile& own, AssetView& asset) {
+    std::vector<SlotSurface> slots;
     // the first material where the file names none
     asset.slot_material.resize(std::max<std::size_t>(1, asset.mesh.slots.size()));
     asset.materials.clear();
@@ -42,15 +60,18 @@ void gatherLibrary(const Scene& scene, const SceneFile& own, AssetView& asset) {
             continue;
         }
         const AssetView& view = file.asset->view;
-        if (&file == &own && !view.materials.empty())  // a file without materials of its own takes the scene's first
+        if (&file == &own && !view.materials.empty()) {  // a file without materials of its own takes the scene's first
             for (std::uint16_t& material : asset.slot_material) material += std::uint16_t(asset.materials.size());
+            slots = moveSurface(asset.materials.size(), asset);
+        }
         asset.materials.insert(asset.materials.end(), view.materials.begin(), view.materials.end());
         asset.lights.insert(asset.lights.end(), view.lights.begin(), view.lights.end());
     }
-    if (asset.lights.empty()) return;
+    if (asset.lights.empty()) return slots;
     int order = 1;
     for (const LightView& light : asset.lights) order = std::max(order, light.order);
     asset.lights.push_back({"", order, std::span(scene.dark_light).first(std::size_t(3 * coefficientCount(order)))});
+    return slots;
 }
 
 void attachTruth(Scene& scene, const AssetView& truth) {
@@ -110,7 +131,7 @@ std::unique_ptr<Character> makeCharacter(const Scene& scene, const SceneFile& fi
     character->asset = file.asset->view;
     if (character->asset.animation.clips.empty()) throw InvalidInput(character->asset.name + ": holds no clip");
     requireFrames(character->asset);
-    gatherLibrary(scene, file, character->asset);
+    character->pictured_slots = gatherLibrary(scene, file, character->asset);
     character->posed.evaluator =
         like ? std::make_unique<Evaluator>(*like->posed.evaluator) : std::make_unique<Evaluator>(character->asset);
     character->timeline.evaluator = std::make_unique<Evaluator>(*character->posed.evaluator);
@@ -119,7 +140,7 @@ std::unique_ptr<Character> makeCharacter(const Scene& scene, const SceneFile& fi
     else
         character->posed.interpolation = std::make_unique<PoseInterpolation>(character->asset);
     if (!character->asset.materials.empty() && !character->asset.lights.empty())
-        character->shown.shading = std::make_unique<ShadingSet>(character->asset);
+        character->shown.shading = makeShading(scene, character->asset, {});
     return character;
 }
 
@@ -163,6 +184,7 @@ std::vector<std::size_t> openFiles(std::span<const std::filesystem::path> paths,
 
 Scene openScene(std::span<const std::filesystem::path> given, int threads, const OpenChoice& choice) {
     Scene scene;
+    scene.textures = choice.textures;
     scene.dark_light.resize(std::size_t(3 * coefficientCount(kMaxOrder)));
     const std::vector<std::filesystem::path> paths = filesOf(given, scene);
     const std::vector<std::size_t> file_of_path = openFiles(paths, threads, choice, scene);

@@ -110,7 +110,7 @@ bool setShading(const Scene& scene, Character& character, const ViewState& state
     if (!shown.shading) return false;
     return shown.look.update(key, [&](auto&) {
         if (shown.shading->choice() != key.shading && !character.asset.transfer)
-            shown.shading = std::make_unique<ShadingSet>(character.asset, key.shading);
+            shown.shading = makeShading(scene, character.asset, key.shading);
         ShadingSet& set = *shown.shading;
         for (std::size_t slot = 0; slot < set.slotCount(); ++slot) {
             const std::size_t material = key.material_of_slot[slot];

@@ -5,6 +5,7 @@
 #include <bit>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "sh/brdf/reflection_operator.h"
@@ -204,6 +205,8 @@ void MaterialTables::setStep(double value) {
     }
 }
 
+void MaterialTables::allowNegative() { least_hidden_ = -std::numeric_limits<float>::infinity(); }
+
 ShadeMaterial MaterialTables::view() const {
     ShadeMaterial view{};
     view.view_order = view_order_;
@@ -219,6 +222,7 @@ ShadeMaterial MaterialTables::view() const {
     view.albedo_first = albedo_first_;
     view.albedo_terms = albedo_terms_;
     for (int c = 0; c < 3; ++c) view.color[c] = color_[c];
+    view.least_hidden = least_hidden_;
     view.is_live = live_.has_value();
     if (live_) view.live = live_->view();
     return view;

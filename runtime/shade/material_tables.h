@@ -70,6 +70,8 @@ public:
     const LiveLobe& live() const { return *live_; }
     // Interpolates the view terms of a material with steps. Allocates nothing.
     void setStep(double value);
+    // For what reflects with signs: what bounces is then not held above 0.
+    void allowNegative();
     // A of one channel, with a parameter as it is set.
     std::span<const ViewTerm> viewTermsOf(std::size_t channel) const { return views_[channel]; }
 
@@ -82,6 +84,7 @@ private:
     ProductRows rows_;
     std::optional<LiveLobe> live_;                     // set for a live material, which has no terms
     std::size_t albedo_first_ = 0, albedo_terms_ = 0;  // of the row (0, 0)
+    float least_hidden_ = 0;
     std::vector<ProductTerm> products_[3];  // products_: for slices only the first is filled, as the channels share it
 };
 

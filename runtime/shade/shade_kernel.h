@@ -81,8 +81,44 @@ struct ShadeMaterial {
     const ProductTerm* products[3];          // for every channel; all point to the same ones for slices
     std::size_t albedo_first, albedo_terms;  // the terms of the row (0, 0) among them
     float color[3];                          // factors on the radiance: the material's colour when it has one channel
+    float least_hidden;                      // what bounces is not seen below it: 0, or no bound where f has signs
     bool is_live;                            // `live` is all that counts besides channels, which are 1, and colour
     ShadeLive live;
+};
+
+// The product of light and visibility for all materials of a surface. The frame of a vertex is turned about its normal
+// until the eye has azimuth 0. There an isotropic f has no k with m < 0, and
+//   g_k = sum_i l_i T_ik,  T_ik = sum_j Gamma_ijk v_j,  L = sum_k f_k g_k for each material.
+struct JointTerm {
+    std::uint16_t j;  // SH index
+    float value;
+};
+struct JointRow {
+    std::uint16_t k, i, terms;
+};
+struct ShadeJoint {
+    int order;                   // of the numbers
+    const std::uint16_t* index;  // [size] SH index of each number
+    const JointRow* rows;        // sorted by k
+    std::size_t row_count;
+    const JointTerm* products;
+    const SparseTerm *turn, *turn_back;  // R(X(90)) and its transpose, for the order of the light
+    std::size_t turn_terms;              // of each
+};
+constexpr std::size_t kMostJointTerms = 7;  // D, then A and B at three roughnesses
+struct ShadeTerm {
+    const ViewTerm* views;  // sorted by k
+    std::size_t view_terms;
+    float color[3];
+    std::size_t to;  // radiance is [terms, vertices], and this is the place among the terms
+};
+struct ShadeTerms {
+    ShadeJoint joint;
+    int view_order;
+    std::size_t vertices, count;  // count: of the terms
+    ShadeTerm terms[kMostJointTerms];
+    bool has_slopes;      // a vector a colour, to the places 1 to 3: those along the two axes are slopes
+    ShadeTerm slopes[2];  // what reflects s_x / pi and s_y / pi; their colour is 1, and views have e = 0
 };
 
 struct ShadeLight {
@@ -124,6 +160,9 @@ struct ShadePath {
     const char* name = "";
     void (*shade)(const ShadeMaterial& material, const ShadeLight& light, const ShadeInput& input, std::size_t begin,
                   std::size_t end) = nullptr;
+    // Shades all terms of one surface, [terms, V] at input.radiance. Null: they are shaded one by one.
+    void (*shade_terms)(const ShadeTerms& terms, const ShadeLight& light, const ShadeInput& input, std::size_t begin,
+                        std::size_t end) = nullptr;
 };
 
 // Returns the paths that this processor can run, slowest first. PENUMBRA_NO_SIMD leaves only the portable one.

@@ -115,7 +115,7 @@ inline void hiddenAlbedo(const ShadeMaterial& material, std::size_t channel, con
         for (int b = 0; b < kBlocks; ++b) s[b] += term->value * f[term->k][b];
     for (int b = 0; b < kBlocks; ++b) {
         blocks[b].hidden[channel] = kFourPi * s[b] - kRootFourPi * blocks[b].t[channel][0];
-        raiseTo(0, blocks[b].hidden[channel]);
+        raiseTo(material.least_hidden, blocks[b].hidden[channel]);
     }
 }
 
@@ -275,31 +275,42 @@ inline void turnIndirect(const LaneFrames& q, const Lanes* n, Lanes* out) {
     out[11] = n[10];
 }
 
-// Adds the light that bounces to the radiance of one block, before the colour of the material.
-inline void addBounced(const ShadeMaterial& material, const ShadeInput& in, std::size_t first, std::size_t end,
-                       const Block& block, Lanes* radiance) {
+// The light that bounces to 8 vertices. `scale` is 1 / (pi (1 - E)).
+struct BouncedLanes {
+    Lanes light[3], scale;
+};
+
+inline void gatherBounced(const ShadeInput& in, std::size_t first, std::size_t end, const LaneFrames& own,
+                          const Lanes* v, BouncedLanes& out) {
     constexpr float kPi = 3.14159265f, kMinHidden = 0.01f;  // below it the light fades out
-    Lanes n[kIndirectNumbers], turned[kBouncedLight], light[3] = {};
+    Lanes n[kIndirectNumbers], turned[kBouncedLight];
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
         const float* numbers = in.indirect + vertexOf(in, first, end, lane) * kIndirectStride;
         for (std::size_t i = 0; i < kIndirectNumbers; ++i) setLane(n[i], lane, numbers[i]);
     }
+    turnIndirect(own, n, turned);
+    for (std::size_t c = 0; c < 3; ++c) out.light[c] = kZeros;
+    for (std::size_t i = 0; i < kBouncedLight; ++i) {
+        out.light[0] += in.bounced[i].x * turned[i];
+        out.light[1] += in.bounced[i].y * turned[i];
+        out.light[2] += in.bounced[i].z * turned[i];
+    }
+    for (std::size_t c = 0; c < 3; ++c) raiseTo(0, out.light[c]);
+    Lanes hidden = kZeros + 1;
+    for (int j = 0; j < in.size; ++j) hidden -= in.ambient[j] * v[j];
+    raiseTo(kMinHidden, hidden);
+    out.scale = 1 / (kPi * hidden);
+}
+
+// Adds the light that bounces to the radiance of one block, before the colour of the material.
+inline void addBounced(const ShadeMaterial& material, const ShadeInput& in, std::size_t first, std::size_t end,
+                       const Block& block, Lanes* radiance) {
     LaneFrames own = block.frames;
     if (material.is_live) gather(in, first, end, own);  // the block has the mirror frame
-    turnIndirect(own, n, turned);
-    for (std::size_t i = 0; i < kBouncedLight; ++i) {
-        light[0] += in.bounced[i].x * turned[i];
-        light[1] += in.bounced[i].y * turned[i];
-        light[2] += in.bounced[i].z * turned[i];
-    }
-    Lanes hidden = kZeros + 1;
-    for (int j = 0; j < in.size; ++j) hidden -= in.ambient[j] * block.v[j];
-    raiseTo(kMinHidden, hidden);
-    const Lanes scale = 1 / (kPi * hidden);
-    for (std::size_t c = 0; c < 3; ++c) {
-        raiseTo(0, light[c]);
-        radiance[c] += light[c] * block.hidden[material.channels == 3 ? c : 0] * scale;
-    }
+    BouncedLanes bounced;
+    gatherBounced(in, first, end, own, block.v, bounced);
+    for (std::size_t c = 0; c < 3; ++c)
+        radiance[c] += bounced.light[c] * block.hidden[material.channels == 3 ? c : 0] * bounced.scale;
 }
 
 }  // namespace
@@ -307,6 +318,7 @@ inline void addBounced(const ShadeMaterial& material, const ShadeInput& in, std:
 }  // namespace penumbra
 
 #include "runtime/shade/shade_live_lanes.h"
+#include "runtime/shade/shade_terms_lanes.h"
 
 namespace penumbra {
 
@@ -348,6 +360,6 @@ inline void shadeLanes(const ShadeMaterial& material, const ShadeLight& light, c
 
 }  // namespace
 
-const ShadePath ShadePath::PENUMBRA_TARGET{PENUMBRA_TARGET_NAME, shadeLanes};
+const ShadePath ShadePath::PENUMBRA_TARGET{PENUMBRA_TARGET_NAME, shadeLanes, shadeTermLanes};
 
 }  // namespace penumbra

@@ -45,6 +45,23 @@ void addOperatorProducts(const MaterialView& material, ShadingLayout& layout) {
     layout.products = std::move(merged);
 }
 
+// Calls body(axis, material) for both slopes.
+template <class Body>
+void forSlopes(const Convention& convention, const Body& body) {
+    for (std::size_t axis = 0; axis < kSlopeAxes; ++axis) {
+        const std::vector<float> slices = slopeSlices(convention, int(axis));
+        body(axis, slopeMaterial(convention, slices));
+    }
+}
+
+void addSlopes(const ShadingSet& set, ShadingLayout& layout, int& slice_order) {
+    layout.slopes = set.surfaceTerms().slopes > 0;
+    layout.term_passes = (layout.slopes ? kSlopeAxes : 0) + 2 * set.surfaceTerms().steps;
+    if (!layout.slopes) return;
+    forSlopes(layout.convention, [&](std::size_t, const MaterialView& slope) { addViews(slope, layout); });
+    slice_order = std::max(slice_order, layout.convention.order);
+}
+
 void addLights(const ShadingSet& set, ShadingLayout& layout) {
     const std::vector<LightView>& lights = set.asset().lights;
     for (std::size_t l = 0; l < lights.size(); ++l) {
@@ -66,6 +83,7 @@ ShadingLayout shadingLayout(const ShadingSet& set) {
     layout.bounces = asset.model.indirect.has_value();
     addLights(set, layout);
     int slice_order = 1;
+    if (set.showsSurface()) addSlopes(set, layout, slice_order);
     for (std::size_t m = 0; m < asset.materials.size(); ++m) {
         if (!set.hasMaterial(m)) continue;
         const MaterialView& material = asset.materials[m];
@@ -112,12 +130,20 @@ std::vector<float> entriesOf(const ShadingLayout& layout, const MaterialView& ma
     return values;
 }
 
+void writeEntries(const ShadingLayout& layout, const MaterialView& material, std::span<float> out) {
+    for (int c = 0; c < layout.channels; ++c) {
+        const std::vector<float> values = entriesOf(layout, material, std::min(c, material.channels - 1));
+        for (std::size_t i = 0; i < values.size(); ++i)
+            out[layout.channels == 3 ? 4 * i + std::size_t(c) : i] = values[i];
+    }
+}
+
 }  // namespace
 
 std::vector<float> materialData(const ShadingLayout& layout, const ShadingSet& set) {
     const std::vector<MaterialView>& materials = set.asset().materials;
     const std::size_t size = 4 * layout.materialTexels();
-    std::vector<float> data(materials.size() * size);
+    std::vector<float> data((materials.size() + (layout.slopes ? kSlopeAxes : 0)) * size);
     float live = 0, stepped = 0;
     for (std::size_t m = 0; m < materials.size(); ++m) {
         if (!set.hasMaterial(m)) continue;
@@ -139,13 +165,35 @@ std::vector<float> materialData(const ShadingLayout& layout, const ShadingSet& s
             out[3] = -++stepped;
             continue;
         }
-        for (int c = 0; c < layout.channels; ++c) {
-            const std::vector<float> values = entriesOf(layout, material, std::min(c, material.channels - 1));
-            for (std::size_t i = 0; i < values.size(); ++i)
-                out[4 + (layout.channels == 3 ? 4 * i + std::size_t(c) : i)] = values[i];
+        writeEntries(layout, material, out.subspan(4));
+    }
+    if (layout.slopes)
+        forSlopes(layout.convention, [&](std::size_t axis, const MaterialView& slope) {
+            const std::span<float> out = std::span(data).subspan((materials.size() + axis) * size, size);
+            std::fill_n(out.begin(), 3, 1.0f);
+            writeEntries(layout, slope, out.subspan(4));
+        });
+    return data;
+}
+
+void writeTermRows(const ShadingLayout& layout, const ShadingSet& set, std::span<float> out) {
+    assert(out.size() == set.slotCount() * (1 + layout.term_passes));
+    std::fill(out.begin(), out.end(), -1.0f);
+    const std::size_t slopes = set.asset().materials.size();
+    const auto row = [&](std::size_t material) { return set.hasMaterial(material) ? float(material) : -1.0f; };
+    float* at = out.data();
+    for (std::size_t slot = 0; slot < set.slotCount(); ++slot, at += 1 + layout.term_passes) {
+        at[0] = set.showsSurface(slot) ? 1.0f : 0.0f;
+        if (!set.showsSurface(slot)) continue;
+        const SlotSurface& look = set.asset().surface->slots[slot];
+        float* next = at + 1;
+        for (std::size_t axis = 0; layout.slopes && axis < kSlopeAxes; ++axis)
+            *next++ = look.use(TextureRole::kNormal).any() ? float(slopes + axis) : -1.0f;
+        for (std::size_t step = 0; step < look.materials.steps; ++step) {
+            *next++ = row(look.materials.f0[step]);
+            *next++ = row(look.materials.f90[step]);
         }
     }
-    return data;
 }
 
 namespace {

@@ -29,6 +29,10 @@ struct ShadingLayout {
 
     // The number of entries of one material after its colour: the views and, for operators, the products.
     std::size_t entryCount() const;
+    // Of a set that shows pictures with normal maps: two more materials after all others, the slopes along both axes.
+    bool slopes = false;
+    // Of one that shows pictures: how many materials a slot has beside the one that is on (writeTermRows()).
+    std::size_t term_passes = 0;
     bool membranes = false;  // some material is one
     bool emission = false;   // some material has
     // Live materials and the entries of M of each (LiveLobe::matrix()); 0 where there are none.
@@ -56,8 +60,13 @@ struct ShadingLayout {
 // Makes the layout for all materials and lights that the set can switch on.
 ShadingLayout shadingLayout(const ShadingSet& set);
 
-// Returns [material, materialTexels(), 4], with zeros for a material that cannot be on.
+// Returns [material, materialTexels(), 4], and slopes where the layout has them, with zeros for a material that cannot
+// be on.
 std::vector<float> materialData(const ShadingLayout& layout, const ShadingSet& set);
+
+// Writes [slots, 1 + term_passes]: 1 where a slot shows its pictures, else 0, and then the rows of materialData() that
+// its terms take: slopes along two axes, where there are normal maps, and A and B at each roughness. -1: the term is 0.
+void writeTermRows(const ShadingLayout& layout, const ShadingSet& set, std::span<float> out);
 
 // Writes the light that is on, as it is turned, and the materials whose parameter may change: [lightTexels(), 4], every
 // number. Allocates nothing.

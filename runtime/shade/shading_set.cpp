@@ -50,6 +50,7 @@ void ShadingSet::makeTables() {
     for (std::size_t axis = 0; axis < 2 && surface_terms_.slopes > 0; ++axis)
         for (const int order : orders_)
             slopes_[axis].push_back(slopeTables(asset_->model.convention, order, int(axis)));
+    if (!asset_->transfer) joint_ = JointTables(*asset_, orders_);
 }
 
 // Sorts vertices by slot (counting sort). It is stable, so that a slot's vertices stay in the order of the arrays.
@@ -173,10 +174,40 @@ const MaterialTables* ShadingSet::tablesOf(std::size_t slot, std::size_t pass) c
 }
 
 void ShadingSet::shadeTerms(const VertexFrames& vertices, Vec3 eye, std::span<Vec3> terms) const {
+    if (!surface_on_) return shadePass(0, vertices, eye, terms);
+    VertexFrames piece = vertices;
+    for (std::size_t slot = 0; slot < slotCount() && piece.begin < vertices.end; ++slot) {
+        piece.end = std::min(vertices.end, first_of_slot_[slot + 1]);
+        if (piece.end <= piece.begin) continue;
+        if (path_.shade_terms && showsSurface(slot) && joint_.has(slot))
+            shadeJoint(slot, piece, eye, terms);
+        else
+            shadePasses(piece, eye, terms);
+        piece.begin = piece.end;
+    }
+}
+
+void ShadingSet::shadeJoint(std::size_t slot, const VertexFrames& vertices, Vec3 eye, std::span<Vec3> terms) const {
+    const std::size_t count = terms.size() / this->terms();
+    const ShadeTerms joint = joint_.view(slot, order_of_light_[light_], count);
+    path_.shade_terms(joint, lights_[light_].view(), inputOf(vertices, eye, terms.first(count)), vertices.begin,
+                      vertices.end);
+    addEmission(slot, vertices.begin, vertices.end, terms.first(count));
+    // What this slot lacks and others have.
+    const auto clear = [&](std::size_t first, std::size_t end) {
+        for (std::size_t t = first; t < end; ++t)
+            for (std::size_t n = vertices.begin; n < vertices.end; ++n)
+                terms[t * count + (order_.empty() ? n : order_[n])] = {};
+    };
+    const std::size_t first_step = 1 + surface_terms_.slopes;
+    if (!joint.has_slopes) clear(1, first_step);
+    clear(first_step + 2 * asset_->surface->slots[slot].materials.steps, this->terms());
+}
+
+void ShadingSet::shadePasses(const VertexFrames& vertices, Vec3 eye, std::span<Vec3> terms) const {
     const std::size_t count = terms.size() / this->terms();
     const auto term = [&](std::size_t t) { return terms.subspan(t * count, count); };
     shadePass(0, vertices, eye, term(0));
-    if (!surface_on_) return;
     const std::size_t slopes = surface_terms_.slopes;
     for (std::size_t pass = 0; pass < 2 * surface_terms_.steps; ++pass)
         shadePass(kFirstStepPass + pass, vertices, eye, term(1 + slopes + pass));
@@ -191,8 +222,7 @@ void ShadingSet::shadeTerms(const VertexFrames& vertices, Vec3 eye, std::span<Ve
     }
 }
 
-void ShadingSet::shadePass(std::size_t pass, const VertexFrames& vertices, Vec3 eye, std::span<Vec3> radiance) const {
-    if (asset_->transfer) return shadeTransfer(vertices, radiance);
+ShadeInput ShadingSet::inputOf(const VertexFrames& vertices, Vec3 eye, std::span<Vec3> radiance) const {
     const ModelView& model = asset_->model;
     assert(vertices.indirect.empty() || vertices.indirect.size() == radiance.size() * kIndirectStride);
     ShadeInput input = shadeInput(vertices, model.stride, model.convention.size(), eye, radiance);
@@ -203,6 +233,12 @@ void ShadingSet::shadePass(std::size_t pass, const VertexFrames& vertices, Vec3 
         input.ambient = ambient_weights_.data();
     }
     input.direct = bounces_ != Bounces::kIndirect;
+    return input;
+}
+
+void ShadingSet::shadePass(std::size_t pass, const VertexFrames& vertices, Vec3 eye, std::span<Vec3> radiance) const {
+    if (asset_->transfer) return shadeTransfer(vertices, radiance);
+    const ShadeInput input = inputOf(vertices, eye, radiance);
     const ShadeLight light = lights_[light_].view();
     // The range may cover several slots; each gets a call with its own material.
     std::size_t begin = vertices.begin;

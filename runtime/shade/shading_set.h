@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "runtime/shade/indirect_light.h"
+#include "runtime/shade/joint_tables.h"
 #include "runtime/shade/shading.h"
 #include "runtime/shade/surface_terms.h"
 
@@ -95,8 +96,10 @@ public:
     void shade(const VertexFrames& vertices, Vec3 eye, std::span<Vec3> radiance) const;
     // The asset has pictures on its mesh, and they are shown where the material of a slot is that of its surface. Then
     // one radiance a vertex is not enough: a fragment joins terms() of them with its pictures
-    // (formats/common/surface.h, docs/formulas.md, section 18). Off at first.
-    void setSurface(bool on) { surface_on_ = on && asset_->surface && choice_.reflectance == Reflectance::kSlices; }
+    // (formats/common/surface.h, docs/formulas.md, section 18). Hidden at first, and always of an asset without
+    // pictures, and where operators reflect.
+    void showSurface() { surface_on_ = asset_->surface && choice_.reflectance == Reflectance::kSlices; }
+    void hideSurface() { surface_on_ = false; }
     bool showsSurface() const { return surface_on_; }
     bool showsSurface(std::size_t slot) const {
         return surface_on_ && material_of_slot_[slot] == asset_->surface->slots[slot].materials.diffuse;
@@ -147,11 +150,16 @@ private:
     bool surface_on_ = false;
     SurfaceTerms surface_terms_;
     std::array<std::vector<MaterialTables>, 2> slopes_;  // [orders_] each; empty without normal maps
+    JointTables joint_;
 
     void makeTables();
     void shadeTransfer(const VertexFrames& vertices, std::span<Vec3> radiance) const;
     void sortVertices();
     void findOtherSides();
+    ShadeInput inputOf(const VertexFrames& vertices, Vec3 eye, std::span<Vec3> radiance) const;
+    // Shades the terms of a slot at once, or one by one.
+    void shadeJoint(std::size_t slot, const VertexFrames& vertices, Vec3 eye, std::span<Vec3> terms) const;
+    void shadePasses(const VertexFrames& vertices, Vec3 eye, std::span<Vec3> terms) const;
     // Which materials the slots have in a pass: those that are on, a slope along an axis (1, 2), then A and B of each
     // roughness.
     void shadePass(std::size_t pass, const VertexFrames& vertices, Vec3 eye, std::span<Vec3> radiance) const;

@@ -41,16 +41,27 @@ SurfaceTerms surfaceTermsOf(const SurfaceView& surface) {
     return terms;
 }
 
-MaterialTables slopeTables(const Convention& convention, int light_order, int axis) {
+std::vector<float> slopeSlices(const Convention& convention, int axis) {
     std::vector<float> slices = slopeCoefficients(convention.order, axis);
     for (float& c : slices) c *= 2 * std::sqrt(std::numbers::pi_v<float>);  // the view function is y_0
+    return slices;
+}
+
+MaterialView slopeMaterial(const Convention& convention, std::span<const float> slices) {
     MaterialView material;
     material.slice_order = convention.order;
     material.view_order = 1;
     material.channels = 1;
     material.color = {1, 1, 1};
     material.slices = slices;
-    return MaterialTables(convention, light_order, material, Reflectance::kSlices);
+    return material;
+}
+
+MaterialTables slopeTables(const Convention& convention, int light_order, int axis) {
+    const std::vector<float> slices = slopeSlices(convention, axis);
+    MaterialTables tables(convention, light_order, slopeMaterial(convention, slices), Reflectance::kSlices);
+    tables.allowNegative();
+    return tables;
 }
 
 }  // namespace penumbra

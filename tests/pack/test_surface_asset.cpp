@@ -6,9 +6,13 @@
 
 #include "pack/pack_asset.h"
 #include "pack/pack_transfer.h"
+#include "pack/sections/surface_materials.h"
 #include "runtime/shade/shading_set.h"
+#include "tests/difference.h"
 #include "tests/pack/changed_asset.h"
-#include "tests/synthetic_model.h"
+#include "tests/posed_vertices.h"
+#include "tests/runtime/count_allocations.h"
+#include "tests/synthetic_indirect.h"
 
 namespace penumbra {
 namespace {
@@ -111,7 +115,7 @@ TEST(SurfaceTerms, OfAnOpenVertexAreTheClosedForm) {
     ShadingSet set(asset);
     EXPECT_EQ(set.terms(), 1u);
     set.setMaterial(1);  // a mesh without slots begins with the first
-    set.setSurface(true);
+    set.showSurface();
     ASSERT_EQ(set.terms(), 4u);
     const float y0 = std::sqrt(4 * std::numbers::pi_v<float>), y1 = std::sqrt(4 * std::numbers::pi_v<float> / 3);
     std::vector<float> light(12);
@@ -132,6 +136,71 @@ TEST(SurfaceTerms, OfAnOpenVertexAreTheClosedForm) {
             EXPECT_NEAR(terms[c * count + v].z, 0, 1e-5f);
         }
     EXPECT_NEAR(terms[0].x, 1, 0.01f);
+}
+
+// Three parts that differ in what they show: normal maps and two roughnesses, one roughness alone, and diffuse alone.
+SurfaceLook partsLook() {
+    SurfaceLook look;
+    look.surface.uv.emplace_back(3 * tube().mesh.triangles.size(), Uv{0.5f, 0.5f});
+    look.surface.slots.resize(3);
+    look.surface.slots[0].roughness = 0.3f;
+    look.surface.slots[0].use(TextureRole::kNormal) = {0, 0, 0};
+    look.surface.slots[1].roughness = 0.8f;
+    look.surface.slots[1].f0 = {0.04f, 0.04f, 0.04f};
+    look.surface.textures = {{"images[0]", "", {std::byte(1), std::byte(2)}}};
+    addSurfaceMaterials(look, 1);
+    SurfaceMaterials &first = look.surface.slots[0].materials, &last = look.surface.slots[2].materials;
+    first.steps = 2;
+    first.roughness = {0.3f, 0.8f};
+    first.f0[1] = look.surface.slots[1].materials.f0[0];
+    first.f90[1] = look.surface.slots[1].materials.f90[0];
+    last.steps = 0;
+    return look;
+}
+
+// Light and visibility are joined once for all terms. They equal what is shaded term by term, on every path, with and
+// without light that bounces, in every form of the light, and for pieces that begin and end within blocks and parts.
+// Radiances reach 1.6. Measured: 1.2e-6.
+TEST(SurfaceTerms, ShadedAtOnceAreThoseShadedOneByOne) {
+    Model model = synthetic::litTube({.rings = 9, .segments = 7});
+    model.mesh.slots = {"a", "b", "c"};
+    for (std::size_t v = 0; v < model.mesh.vertexCount(); ++v)
+        model.mesh.slot_of_vertex.push_back(std::uint16_t(v % 3));
+    SurfaceLook look = partsLook();
+    look.surface.uv[0].resize(3 * model.mesh.triangles.size());
+    std::vector<LightFile> lights = {synthetic::light(4, 0.3), synthetic::light(2, 0.7)};
+    lights[1].name = "other";
+    std::vector<BrdfFile> materials = {diffuseMaterial({0.5f, 0.5f, 0.5f})};
+    materials[0].name = "clay";
+    const Packed packed =
+        packAsset(model, materials, lights, {.precision = AssetPrecision::kF32, .surface = std::move(look)}, "{}", 1);
+    const AssetView asset = openAsset(packed.bytes);
+    Evaluator evaluator(asset);
+    evaluator.setFrame(1);
+    const PosedArrays posed(evaluator);
+    const std::size_t count = posed.positions.size();
+    for (const LightForm form : {LightForm::kRotation, LightForm::kFixed})
+        for (const Bounces bounces : {Bounces::kBoth, Bounces::kDirect, Bounces::kIndirect})
+            for (std::size_t light = 0; light < 2; ++light) {
+                ShadingSet set(asset, {Reflectance::kSlices, form});
+                set.showSurface();
+                ASSERT_EQ(set.terms(), 1u + 3 + 4);
+                set.setLight(light);
+                set.setBounces(bounces);
+                ShadePath by_one = shadePaths().front();
+                by_one.shade_terms = nullptr;
+                set.usePath(by_one);
+                std::vector<Vec3> expected(set.terms() * count), terms(expected.size(), Vec3{7, 7, 7});
+                set.shadeTerms(posed.all(), {0.5f, 1, 3}, expected);
+                for (const ShadePath& path : shadePaths()) {
+                    set.usePath(path);
+                    const std::size_t before = allocationCount();
+                    for (std::size_t begin = 0; begin < count; begin += 13)
+                        set.shadeTerms(posed.range(begin, std::min(count, begin + 13)), {0.5f, 1, 3}, terms);
+                    EXPECT_EQ(allocationCount(), before);
+                    EXPECT_LT(largestDifference(terms, expected), 5e-6f) << path.name << " light " << light;
+                }
+            }
 }
 
 }  // namespace

@@ -127,7 +127,8 @@ void ViewLoop::openWindow() {
 }
 
 OpenChoice ViewLoop::openChoice() {
-    return {options_.reading, [this](const std::filesystem::path& file, double share) { showReading(file, share); }};
+    return {options_.reading, options_.textures,
+            [this](const std::filesystem::path& file, double share) { showReading(file, share); }};
 }
 
 // Shows a bar while a large picture is read. The first call opens the window: what takes no time is read before it, so

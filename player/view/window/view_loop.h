@@ -20,6 +20,7 @@ struct ViewOptions {
     LightFade fade;                            // of lights that are switched
     std::filesystem::path screenshots = ".";   // folder
     PictureOptions reading;                    // of the pictures of lights
+    bool textures = true;                      // pictures of assets that have them are shown
     bool quiet = false;                        // print no line for each picture that is written
 };
 
