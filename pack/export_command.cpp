@@ -1,4 +1,5 @@
 // penumbra-pack export X.vis.h5|X.pnb [RIG.glb] -o OUT: occlusion as files that other programs take as they are.
+#include <algorithm>
 #include <cstdio>
 #include <fstream>
 
@@ -137,7 +138,8 @@ ExportRows rowsOf(const ExportCommand& command, const OcclusionSource& source, c
 // Writes the .glb and tells what became larger.
 void writeGlbOf(const fs::path& path, const ExportedGlb& out, const CommonOptions& common, Report& report) {
     const std::vector<std::byte> bytes = bytesOf(out.glb);
-    const auto before = double(fs::file_size(out.glb.path));
+    double before = 0;
+    for (const fs::path& file : out.glb.files_read) before += double(fs::file_size(file));
     writeWholeFile(path, bytes);
     std::size_t vertices = 0;
     for (const GlbTarget& target : out.targets) vertices += out.rig.part_colors[target.parts[0]].vertices;
@@ -171,6 +173,13 @@ struct ExportJob {
     Report& report;
 };
 
+void reportMean(double rms, const ExportJob& job) {
+    job.report.figures["rms_of_mean"] = rms;
+    if (!job.common.quiet)
+        std::printf("mean of %zu frames, from which they differ by %.4f rms\n", job.frames.source.frames().frameCount(),
+                    rms);
+}
+
 void writeTable(const ExportJob& job, ExportedGlb* glb) {
     const TableFiles files = tableFiles(job.command.output, glb ? TableGlb::kWritten : TableGlb::kNone);
     std::vector<fs::path> others;
@@ -190,11 +199,15 @@ void exportIntoGlb(const ExportJob& job, const Rig& rig) {
     const fs::path& path = job.command.rig;
     const GltfNumbers numbers(path);
     ExportedGlb out{rig, job.rows, numbers, openGrowingGlb(path), {}};
-    job.report.willRead({out.glb.files_read.begin() + 1, out.glb.files_read.end()});  // the first one is known
+    std::vector<fs::path> others;  // than the reader of the rig has told
+    for (const fs::path& file : out.glb.files_read)
+        if (std::find(rig.files_read.begin(), rig.files_read.end(), file) == rig.files_read.end())
+            others.push_back(file);
+    job.report.willRead(others);
     const ExportOptions& options = job.command.options;
     try {
         out.targets = findTargets(rig, job.rows, out.glb);
-        if (options.kind == ExportKind::kStatic) exportStatic(job.frames, options, out);
+        if (options.kind == ExportKind::kStatic) reportMean(exportStatic(job.frames, options, out), job);
         if (options.kind == ExportKind::kPlay)
             reportPatterns(exportPlay(job.frames, options, out), job.common, job.report);
         if (options.kind == ExportKind::kTable) writeTable(job, &out);

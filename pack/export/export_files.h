@@ -39,8 +39,8 @@ struct ExportedGlb {
     std::vector<GlbTarget> targets;
 };
 
-// Writes the mean over all frames into vertex attributes.
-void exportStatic(const FrameReader& frames, const ExportOptions& options, ExportedGlb& out);
+// Writes the mean over all frames into vertex attributes. Returns the root mean square of how far frames are from it.
+double exportStatic(const FrameReader& frames, const ExportOptions& options, ExportedGlb& out);
 
 // Writes vertex colours that follow the clips. Returns what is played, with its error. Throws InvalidInput where the
 // .glb does not have the clips.

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "formats/common/errors.h"
 #include "formats/rig/point_grid.h"

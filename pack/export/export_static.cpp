@@ -1,5 +1,6 @@
 // Writes the mean over all frames into vertex attributes, which nearly every program reads.
 #include <algorithm>
+#include <cmath>
 
 #include "formats/common/errors.h"
 #include "formats/common/write_file.h"
@@ -17,27 +18,33 @@ OcclusionFrame FrameReader::read(std::size_t frame, FrameParts parts) const {
 
 namespace {
 
-// The mean over frames. Bent normals count by what they see.
-OcclusionFrame meanOf(const FrameReader& frames) {
+// The mean over frames. Bent normals count by what they see. `rms` becomes how far the ambient visibility of frames is
+// from it.
+OcclusionFrame meanOf(const FrameReader& frames, double& rms) {
     const std::size_t count = frames.source.frames().frameCount();
     const std::size_t points = frames.source.mesh().vertexCount();
-    std::vector<double> ambient(points);
+    std::vector<double> ambient(points), squares(points);
     std::vector<Vec3d> bent(points), bounced(frames.source.hasBounces() ? points : 0);
     for (std::size_t f = 0; f < count; ++f) {
         const OcclusionFrame frame = frames.read(f, FrameParts::kAll);
         for (std::size_t p = 0; p < points; ++p) {
             ambient[p] += double(frame.ambient[p]);
+            squares[p] += double(frame.ambient[p]) * double(frame.ambient[p]);
             bent[p] += toDouble(frame.bent[p]) * double(frame.ambient[p]);
             if (!bounced.empty()) bounced[p] += toDouble(frame.bounced[p]);
         }
     }
     OcclusionFrame out;
+    double variance = 0;
     for (std::size_t p = 0; p < points; ++p) {
-        out.ambient.push_back(float(ambient[p] / double(count)));
+        const double mean = ambient[p] / double(count);
+        variance += std::max(squares[p] / double(count) - mean * mean, 0.0) / double(points);
+        out.ambient.push_back(float(mean));
         const Vec3 direction = toFloat(normalized(bent[p]));
         out.bent.push_back(direction == Vec3{} ? frames.source.restNormals()[p] : direction);
         if (!bounced.empty()) out.bounced.push_back(toFloat(bounced[p] / double(count)));
     }
+    rms = std::sqrt(variance);
     return out;
 }
 
@@ -143,10 +150,11 @@ VertexColors ownColors(ExportedGlb& out, const GlbTarget& target, int components
     return colors;
 }
 
-void exportStatic(const FrameReader& frames, const ExportOptions& options, ExportedGlb& out) {
+double exportStatic(const FrameReader& frames, const ExportOptions& options, ExportedGlb& out) {
     if (options.value == TableValue::kBounced && !frames.source.hasBounces())
         throw BadOption("bounced", "the source has no light that bounces");
-    const OcclusionFrame mean = meanOf(frames);
+    double rms = 0;
+    const OcclusionFrame mean = meanOf(frames, rms);
     RowValues values{valuesOfRows(out.rows, mean.ambient), valuesOfRows(out.rows, mean.bent), {}};
     if (!mean.bounced.empty()) values.bounced = valuesOfRows(out.rows, mean.bounced);
     StaticWriter writer(options, std::move(values), out);
@@ -154,6 +162,7 @@ void exportStatic(const FrameReader& frames, const ExportOptions& options, Expor
     if (options.color == VertexColor::kWritten) mark["texcoord"] = writer.uvSet();
     markExport(out.glb, std::move(mark));
     for (const GlbTarget& target : out.targets) writer.write(target);
+    return rms;
 }
 
 }  // namespace penumbra
