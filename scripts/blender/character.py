@@ -136,8 +136,9 @@ def make_box(rig):
 
 
 def make():
-    """The scene; returns (armature, body, box)."""
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    """Makes the character the only thing in the scene; returns (armature, body, box)."""
+    for thing in list(bpy.data.objects):
+        bpy.data.objects.remove(thing)
     scene = bpy.context.scene
     scene.frame_start, scene.frame_end, scene.render.fps = 1, FRAMES, 24
     body, rig = make_body(), make_armature()

@@ -78,7 +78,7 @@ def press(name, **words):
     window, area = window_of()
     region = next(r for r in area.regions if r.type == "WINDOW")
     with bpy.context.temp_override(window=window, area=area, region=region):
-        return getattr(bpy.ops.penumbra, name)("INVOKE_DEFAULT", character="Hero", **words)
+        return getattr(bpy.ops.penumbra, name)("INVOKE_DEFAULT", **words)
 
 
 def said():
@@ -93,7 +93,7 @@ def steps():
     area.spaces.active.context = "OBJECT"
     job = bpy.context.window_manager.penumbra
     settings().quality, settings().rays = "OWN", 65536
-    press("bake_frames")
+    press("bake_frames", character="Hero")
     while job.running and not (job.share > 0.35 and "tracing" in job.status):
         yield
     print("progress at", job.share, job.status)
@@ -102,7 +102,7 @@ def steps():
         yield
     assert said() == "stopped" and "Penumbra penumbra_ao" not in bpy.data.objects["Body"].modifiers, said()
     settings().quality = "FINE"
-    press("bake_frames")
+    press("bake_frames", character="Hero")
     while job.running:
         yield
     print("said", said())
@@ -113,7 +113,7 @@ def steps():
     with bpy.context.temp_override(window=window):
         bpy.ops.screen.screenshot(filepath=os.path.join(FOLDER, "panel.png"))
     render("plain", "BLENDER_EEVEE")
-    press("show", wanted=True)
+    press("show", wanted=True, character="Hero")
     render("shown", "BLENDER_EEVEE")
     show_attribute()
     render("cycles", "CYCLES")
@@ -135,5 +135,10 @@ def run(course):
     return tick
 
 
-prepare()
+try:
+    prepare()
+except BaseException:
+    traceback.print_exc()
+    sys.stdout.flush()
+    os._exit(1)
 bpy.app.timers.register(run(steps()), first_interval=1.0)

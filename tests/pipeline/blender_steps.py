@@ -238,11 +238,11 @@ def bad_inputs(rig):
 
 def stopped(settings):
     """Whoever closes a run stops the program, which leaves no file."""
-    from penumbra_addon import preferences
+    from penumbra_addon import preferences, routes
 
     out = os.path.join(FOLDER, "stopped.vis.h5")
     running = preferences.programs(bpy.context).run(
-        "bake", "visibility", os.path.join(FOLDER, "Hero.cache.npz"), "-o", out, "--rays", 65536, "--progress", "openjd"
+        "bake", "visibility", os.path.join(FOLDER, "Hero.cache.npz"), "-o", out, "--rays", 65536, *routes.TELL
     )
     share = 0.0
     while share == 0.0:

@@ -16,7 +16,7 @@ from .programs import Failed
 from .properties import ray_count
 from .record import record_frames, spans_of
 
-TELL = ("--progress", "openjd", "--quiet")
+TELL = ("--progress", "openjd")  # --quiet would silence it
 MODEL = "_model"  # ends the name of the attribute that shows the model
 
 
