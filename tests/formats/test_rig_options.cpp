@@ -7,7 +7,7 @@
 #include "formats/common/pass_rig_options.h"
 #include "formats/rig/rig_options_json.h"
 
-namespace penumbra {
+namespace penumbra::test_rig_options {
 namespace {
 
 TEST(RigOptionsJson, ComeBackFromABakeAndFromWhatIsMadeOfIt) {
@@ -47,4 +47,4 @@ TEST(RigOptionsJson, DamageIsRefused) {
 }
 
 }  // namespace
-}  // namespace penumbra
+}  // namespace penumbra::test_rig_options
