@@ -164,7 +164,7 @@ TEST_F(TexturedGpu, TheWindowDrawsThePictureOfBothPaths) {
 }
 
 // A character in a photograph has the pixels of `render` with the same camera, sun and pictures, and what it throws
-// onto the ground has its colours: less than the white of its parts. Measured: 0.06 of a step.
+// onto the ground has its colours: less than the white of its parts. Measured: 6e-4 of a step.
 TEST_F(TexturedGpu, PhotographsHaveThePictures) {
     writeWholeFile(folder_ / "a.pnb",
                    synthetic::textured(synthetic::composedTube({.rings = 12, .segments = 9, .joints = 6}),
