@@ -44,7 +44,7 @@ def render(name, engine):
     scene = bpy.context.scene
     engines = scene.render.bl_rna.properties["engine"].enum_items.keys() + ["CYCLES"]
     scene.render.engine = next(e for e in engines if e.startswith(engine))
-    scene.cycles.samples = 32
+    scene.cycles.samples, scene.cycles.use_denoising = 32, False  # not every build can denoise
     scene.render.filepath = os.path.join(FOLDER, name + ".png")
     scene.frame_set(FRAME)
     bpy.ops.render.render(write_still=True)
