@@ -125,7 +125,9 @@ TEST(VideoDevice, ReadsYuyvInLimitedRange) {
         const TexturePicture picture = device.next();
         // (126 - 16) 255/219 = 128.08; red + 1.596 50 = 207.9, green - .813 50 = 87.4
         EXPECT_THAT(picture.rgb, ::testing::ElementsAre(255, 255, 255, 0, 0, 0, 208, 87, 128, 208, 87, 128));
-        EXPECT_NEAR(device.age(), 0.25, 0.2);
+        ASSERT_TRUE(device.taken().has_value());
+        const std::chrono::duration<double> age = std::chrono::steady_clock::now() - *device.taken();
+        EXPECT_NEAR(age.count(), 0.25, 0.2);
     }
     EXPECT_EQ(camera.opened + camera.mapped + camera.streaming, 0);
 }
