@@ -227,7 +227,7 @@ void requirePoses(const CompositeRun& run) {
     if (without.empty() || (run.command.without_pose == WithoutPose::kKeep && without.size() < count)) return;
     std::string text = reasonWithout(run, without.front());
     if (without.size() < count && count > 1)
-        text += ". In all " + std::to_string(without.size()) + " of " + std::to_string(count) +
+        text += ". " + std::to_string(without.size()) + " of " + std::to_string(count) +
                 " photographs have no pose; --without-pose keep leaves them as they are";
     throw InvalidInput(text);
 }

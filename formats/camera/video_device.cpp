@@ -193,7 +193,7 @@ std::optional<VideoDevice::Filled> VideoDevice::takeNewest() {
 
 TexturePicture VideoDevice::next(std::chrono::milliseconds patience) {
     std::optional<TexturePicture> picture = poll(patience);
-    if (!picture) throw IoError(name_ + ": no picture comes");
+    if (!picture) throw IoError(name_ + (damaged_ ? ": every picture that comes is damaged" : ": no picture comes"));
     return std::move(*picture);
 }
 
@@ -209,12 +209,14 @@ std::optional<TexturePicture> VideoDevice::poll(std::chrono::milliseconds patien
         std::optional<TexturePicture> picture;
         try {
             picture = decode(buffers_[filled->index], filled->bytes);
+            damaged_ = false;
         } catch (const InvalidInput&) {  // a JPEG that was damaged on its way: the next one will do
+            damaged_ = true;
         }
         giveBack(filled->index);
         taken_ = filled->taken;
         if (picture) return picture;
-        if (std::chrono::steady_clock::now() >= end) throw IoError(name_ + ": every picture that comes is damaged");
+        if (std::chrono::steady_clock::now() >= end) return std::nullopt;
     }
 }
 

@@ -56,7 +56,7 @@ private:
     VideoCalls calls_;
     std::string name_;
     int file_ = -1, width_ = 0, height_ = 0, stride_ = 0;
-    bool jpeg_ = false;
+    bool jpeg_ = false, damaged_ = false;  // damaged: the picture that came last
     std::optional<std::chrono::steady_clock::time_point> taken_;
     std::vector<Buffer> buffers_;
 

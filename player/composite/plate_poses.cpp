@@ -58,7 +58,7 @@ PlatePoses::PlatePoses(const SceneCameras& cameras, std::span<const std::filesys
         }
         picture = find(names.whole, files[i].filename().string());
         if (!picture) picture = find(names.stems, files[i].stem().string());
-        if (!picture && files.size() > 1) picture = find(names.numbers, lastNumber(files[i]));
+        if (!picture) picture = find(names.numbers, lastNumber(files[i]));
         if (!picture && files.size() == 1) picture = 0;
     }
 }
