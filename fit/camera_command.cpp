@@ -10,6 +10,7 @@
 #include "formats/common/options.h"
 #include "formats/common/warning.h"
 #include "formats/common/write_file.h"
+#include "formats/image/exif_orientation.h"
 
 namespace penumbra {
 
@@ -52,6 +53,13 @@ struct FoundShots {
     std::size_t clipped = 0;  // pictures whose paper is clipped
 };
 
+std::vector<SeenPoint> cornersIn(const std::filesystem::path& file, const TagGrid& grid,
+                                 std::span<const DetectedTag> tags) try {
+    return seenGridCorners(grid, tags);
+} catch (const InvalidInput& problem) {
+    throw InvalidInput(file.string() + ": " + problem.what());
+}
+
 FoundShots findShots(const CameraCommand& command, const CommonOptions& common) {
     const CameraResponse response = readResponse(command.response);
     const TagFamily families[] = {command.grid.family};
@@ -66,7 +74,7 @@ FoundShots findShots(const CameraCommand& command, const CommonOptions& common) 
                                " has " + std::to_string(out.width) + " x " + std::to_string(out.height));
         const std::vector<DetectedTag> tags = detector.detect(picture, response);
         out.clipped += std::ranges::any_of(tags, [](const DetectedTag& tag) { return tag.paper_code >= kMaxCode; });
-        std::vector<SeenPoint> points = seenGridCorners(command.grid, tags);
+        std::vector<SeenPoint> points = cornersIn(file, command.grid, tags);
         if (points.size() >= kLeastCorners)
             out.shots.push_back({file.string(), std::move(points)});
         else
@@ -125,6 +133,7 @@ void runCamera(const CameraCommand& command, const CommonOptions& common, Report
         return;
     }
     report.phase("find tags");
+    if (const std::string turned = findTurned(command.shots); !turned.empty()) reportWarning("penumbra-fit", turned);
     const FoundShots found = findShots(command, common);
     report.phase("fit");
     const SolvedCamera solved = solveCamera(found.width, found.height, found.shots);

@@ -7,6 +7,7 @@
 #include "fit/camera/find_response.h"
 #include "fit/fit_verbs.h"
 #include "fit/report/capture_report.h"
+#include "fit/report/residual_report.h"
 #include "formats/camera/bracket_file.h"
 #include "formats/camera/camera_file.h"
 #include "formats/capture/ball_panorama.h"
@@ -17,8 +18,10 @@
 #include "formats/common/errors.h"
 #include "formats/common/options.h"
 #include "formats/common/warning.h"
+#include "formats/image/exif_orientation.h"
 #include "sh/angles.h"
 #include "sh/key_values.h"
+#include "sh/light/dominant_light.h"
 
 namespace penumbra {
 
@@ -106,6 +109,7 @@ ReadShots readPictures(const CaptureCommand& command, const CommonOptions& commo
     if (!out.list.camera) throw InvalidInput(out.list.name + ": /: has no \"camera\"");
     std::vector<std::filesystem::path> files = filesOf(out.list);
     report.willRead(files);
+    if (const std::string turned = findTurned(files); !turned.empty()) reportWarning("penumbra-fit", turned);
     out.pictures = readShotPictures(files, *out.list.camera, common.threads);
     report.phase("response");
     out.response = responseOf(command, out, report);
@@ -119,7 +123,10 @@ PosedPicture mergeShots(const ReadShots& shots, const CameraPose& pose, std::siz
     const ExposureSet set{std::span(shots.pictures).subspan(first, last - first),
                           std::span(exposures).subspan(first, last - first),
                           std::span(files).subspan(first, last - first)};
-    if (const std::string problem = findProblem(set); !problem.empty()) throw InvalidInput(problem);
+    // Of a walk around, some pictures may show nothing but a white wall.
+    const bool is_all = set.pictures.size() == shots.pictures.size();
+    if (const std::string problem = is_all ? findProblem(set) : findExposureProblem(set); !problem.empty())
+        throw InvalidInput(problem);
     return {mergeExposures(set.pictures, set.exposures, shots.response), *shots.list.camera, pose};
 }
 
@@ -137,11 +144,21 @@ CaptureSummary summaryOf(const CaptureCommand& command, const ReadShots& shots) 
     return out;
 }
 
-// Refuses a radiance that the file cannot hold.
+// Refuses a radiance that the file cannot hold: one above the largest half float, or light of which half is below the
+// smallest one that has all its digits.
 void requireHalfFloats(const Panorama& panorama, const std::string& list) {
-    constexpr float kMost = 65504;
+    constexpr float kMost = 65504, kLeast = 6.104e-5f;
     float most = 0;
-    for (const Vec3& pixel : panorama.radiance) most = std::max({most, pixel.x, pixel.y, pixel.z});
+    std::vector<float> light;
+    for (const Vec3& pixel : panorama.radiance) {
+        most = std::max({most, pixel.x, pixel.y, pixel.z});
+        if (const float y = luminance(pixel); y > 0) light.push_back(y);
+    }
+    std::ranges::sort(light);
+    if (const float middle = light.empty() ? kLeast : light[light.size() / 2]; middle < kLeast)
+        throw InvalidInput(list + ": /pictures: half of the radiance is below " + shortest(double(middle)) +
+                           ", less than half floats hold: divide every exposure by " +
+                           shortest(std::exp2(std::ceil(std::log2(double(kLeast / middle))) + 8)) + " or so");
     if (most > kMost)
         throw InvalidInput(list + ": /pictures: the brightest radiance is " + shortest(double(most)) +
                            ", more than half floats hold: multiply every exposure by " +
@@ -180,6 +197,9 @@ void finish(const CaptureCommand& command, const CaptureSources& from, Panorama&
     requireHalfFloats(panorama, from.read.list.name);
     if (!common.quiet) printCapture(summary);
     describeCapture(summary, report);
+    if (from.by_tag && !common.quiet)
+        std::printf("%s: the pose by the tag has a residual of %.2f pixels, its mirror a margin of %.2f\n",
+                    command.output.c_str(), from.by_tag->estimate.residual, from.by_tag->estimate.margin);
     if (from.by_tag)
         report.figures["pose"] = {{"pictures", from.by_tag->pictures},
                                   {"residual", from.by_tag->estimate.residual},
@@ -210,6 +230,7 @@ CameraPose findPose(const CommonOptions& common, const RadiancePicture& merged, 
         reportWarning("penumbra-fit", list.name +
                                           ": the tag's paper is clipped in every picture that shows it: the pose "
                                           "is less exact");
+    judgeResidual(list.name + ": the corners of the tag are", from.by_tag->estimate.residual, *list.camera);
     return from.by_tag->estimate.pose;
 }
 
@@ -232,6 +253,8 @@ Panorama captureBall(const CaptureCommand& command, const CommonOptions& common,
 // Pictures that follow one another and have the same pose are a bracket.
 Panorama captureRoam(const CaptureCommand& command, const CommonOptions& common, CaptureSources& from) {
     const std::vector<ExposedPicture>& pictures = from.read.list.pictures;
+    if (const std::string problem = findDarkness(from.read.pictures); !problem.empty())
+        throw InvalidInput(from.read.list.name + ": /pictures: " + problem);
     for (std::size_t first = 0; first < pictures.size();) {
         const CameraPose& pose = *pictures[first].pose;
         std::size_t last = first + 1;

@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "fit/fit_verbs.h"
+#include "fit/report/residual_report.h"
 #include "formats/cache/numbered_files.h"
 #include "formats/camera/colmap_model.h"
 #include "formats/camera/tag_track.h"
@@ -14,6 +15,7 @@
 #include "formats/common/progress.h"
 #include "formats/common/warning.h"
 #include "formats/common/write_file.h"
+#include "formats/image/exif_orientation.h"
 
 namespace penumbra {
 
@@ -22,9 +24,7 @@ namespace {
 enum class Gaps { kFill, kLeave };
 constexpr Word<Gaps> kGapWords[] = {{"fill", Gaps::kFill}, {"leave", Gaps::kLeave}};
 
-// Below this margin the mirrored pose fits nearly as well; above this residual the camera is hardly the one of
-// cam.json.
-constexpr double kLeastMargin = 0.2, kMostResidual = 0.5;
+constexpr double kLeastMargin = 0.2;  // below it the mirrored pose fits nearly as well
 
 // Puts the files of a sequence in the place of the pattern that names them.
 std::vector<std::filesystem::path> listed(const std::vector<std::filesystem::path>& named) {
@@ -76,6 +76,7 @@ TexturePicture readFrame(const std::filesystem::path& file, const PinholeCamera&
 
 TagSearch search(const PosesCommand& command, const PinholeCamera& camera, const CommonOptions& common) {
     const std::vector<std::filesystem::path> files = listed(command.pictures);
+    if (const std::string turned = findTurned(files); !turned.empty()) reportWarning("penumbra-fit", turned);
     const CameraResponse response = readResponse(command.response);
     std::vector<TagFamily> families;
     for (const TagChoice& tag : command.tags) families.push_back(tag.family);
@@ -117,6 +118,7 @@ CameraTrack trackOf(const PosesCommand& command, const PinholeCamera& camera, co
     return track;
 }
 
+// Warns of what makes poses worse. Throws InvalidInput where the camera is not that of the pictures.
 void warnOf(const CameraTrack& track, const TagSearch& found) {
     std::vector<double> residuals;
     std::size_t doubtful = 0;
@@ -138,10 +140,7 @@ void warnOf(const CameraTrack& track, const TagSearch& found) {
         warn(of(none) + "no tag is seen; the first is " +
              std::ranges::find_if(found.frames, [](const TagFrame& f) { return f.tags.empty(); })->file);
     std::ranges::sort(residuals);
-    if (const double middle = residuals[residuals.size() / 2]; middle > kMostResidual)
-        warn("half of the tags are off by " + std::to_string(middle).substr(0, 4) +
-             " pixels"
-             " and more: the camera's f, cx, cy, k1 or k2, or the tag's side, are not those of these pictures");
+    judgeResidual(found.frames.front().file + ": half of the tags are", residuals[residuals.size() / 2], track.camera);
 }
 
 // Turns the model of structure from motion into a track.
@@ -182,7 +181,7 @@ void runPoses(const PosesCommand& command, const CommonOptions& common, Report& 
     CameraTrack track = trackOf(command, camera, found);
     if (std::ranges::none_of(track.frames, [](const TrackFrame& frame) { return frame.pose.has_value(); }))
         throw InvalidInput(found.frames.front().file + ": the first tag is seen in no picture, and it is the marker");
-    if (!common.quiet) warnOf(track, found);
+    warnOf(track, found);
     const std::size_t filled = command.gaps == Gaps::kFill ? fillGaps(track.frames) : 0;
     if (command.smooth > 0) smoothTrack(track.frames, command.smooth);
     report.phase("write");

@@ -5,6 +5,8 @@
 #include "fit/camera/find_response.h"
 #include "fit/fit_verbs.h"
 #include "formats/camera/camera_file.h"
+#include "formats/capture/shot_pictures.h"
+#include "formats/common/errors.h"
 #include "formats/common/options.h"
 #include "formats/common/warning.h"
 #include "formats/common/write_file.h"
@@ -61,6 +63,9 @@ void runResponse(const ResponseCommand& command, const CommonOptions& common, Re
         return;
     }
     const BracketPictures pictures = readPictures(bracket);
+    if (const std::string problem = findProblem(ExposureSet{pictures.pictures, pictures.exposures, files});
+        !problem.empty())
+        throw InvalidInput(problem);
     report.phase("fit");
     const FoundResponse found = findResponse(pictures);
     report.figures["pictures"] = files.size();

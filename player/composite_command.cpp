@@ -1,13 +1,16 @@
 // penumbra-player composite S.json --plate P.%03d.jpg -o OUT.%03d.png: characters and their shadows in photographs.
+#include <algorithm>
 #include <cstdio>
 
 #include "formats/camera/camera_file.h"
 #include "formats/common/errors.h"
 #include "formats/common/warning.h"
+#include "formats/image/exif_orientation.h"
 #include "player/cast_flags.h"
 #include "player/composite/photograph_frames.h"
 #include "player/composite/picture_stream.h"
 #include "player/composite/plate_grain.h"
+#include "player/composite/plate_poses.h"
 #include "player/look_flags.h"
 #include "player/picture_flags.h"
 #include "player/player_verbs.h"
@@ -17,12 +20,27 @@ namespace penumbra {
 
 namespace {
 
+// What becomes of photographs without a pose.
+enum class WithoutPose { kRefuse, kKeep };
+constexpr Word<WithoutPose> kWithoutPoseWords[] = {{"refuse", WithoutPose::kRefuse}, {"keep", WithoutPose::kKeep}};
+
+// How a .y4m mixes its colours, which it does not say.
+enum class MatrixChoice { kByHeight, k601, k709 };
+constexpr Word<MatrixChoice> kMatrixWords[] = {
+    {"auto", MatrixChoice::kByHeight}, {"bt601", MatrixChoice::k601}, {"bt709", MatrixChoice::k709}};
+std::optional<Y4mMatrix> matrixOf(MatrixChoice choice) {
+    if (choice == MatrixChoice::kByHeight) return std::nullopt;
+    return choice == MatrixChoice::k709 ? Y4mMatrix::k709 : Y4mMatrix::k601;
+}
+
 struct CompositeCommand {
     std::filesystem::path scene, plate, output, character, alpha;
     std::string response = "srgb";
     double exposure = 1;
     std::optional<double> time, fps;
+    MatrixChoice matrix = MatrixChoice::kByHeight;
     bool grain = false, resume = false;
+    WithoutPose without_pose = WithoutPose::kRefuse;
     bool shadow = true, bounce = true;
     RenderOptions options;
 
@@ -35,19 +53,21 @@ struct CompositeRun {
     PosedScene scene;
     PhotographFrames frames;
     PlateSource source;
+    PlatePoses poses;
     PictureSink sink;
     Composer composer;
     std::optional<Image> character;
     std::optional<PlateGrain> grain;
-    std::size_t written = 0, skipped = 0;
+    std::size_t written = 0, skipped = 0, kept = 0;
     PhotographFrames::Cost cost;  // sums
 
     CompositeRun(const CompositeCommand& options, SceneDescription description, const CommonOptions& common)
         : command(options),
           scene(std::move(description)),
           frames(scene, options.options, common.threads, options.character.empty()),
-          source(options.plate),
-          sink(options.output, source.header(), options.fps.value_or(25)),
+          source(options.plate, matrixOf(options.matrix)),
+          poses(frames.cameras(), source.files()),
+          sink(options.output, source.header(), options.fps.value_or(25), matrixOf(options.matrix)),
           composer(readResponse(options.response), float(options.exposure)) {
         if (!options.character.empty()) character = readCharacter(options.character, options.alpha);
         frames.setParts({options.shadow, options.bounce});
@@ -84,13 +104,30 @@ std::string plateName(const CompositeRun& run, std::size_t i) {
     return run.source.files().empty() ? "picture " + std::to_string(i) : run.source.files()[i].string();
 }
 
+// The clip's time is that of the pose, so that a part of the photographs becomes what it becomes among all.
+void computeFrame(CompositeRun& run, std::size_t i, PhotographFrame& frame) {
+    const std::size_t picture = *run.poses.pictureOf(i);
+    std::optional<double> seconds = run.command.time;
+    if (run.command.fps) seconds = seconds.value_or(0) + double(picture) / *run.command.fps;
+    run.frames.compute(picture, seconds, frame);
+    const PhotographFrames::Cost& cost = run.frames.cost();
+    run.cost.shade += cost.shade;
+    run.cost.light += cost.light;
+    run.cost.ground += cost.ground;
+    run.cost.draw += cost.draw;
+}
+
 void composeOne(CompositeRun& run, std::size_t i, const Plate& plate, int threads) {
     checkSize(run, plate.width(), plate.height(), plateName(run, i));
-    std::optional<double> seconds = run.command.time;
-    if (run.command.fps) seconds = seconds.value_or(0) + double(i) / *run.command.fps;
     PhotographFrame frame;
-    run.frames.compute(i, seconds, frame);
-    const Addition addition{run.character ? *run.character : frame.characters, frame.ratio};
+    if (run.poses.hasPose(i)) {
+        computeFrame(run, i, frame);
+    } else {  // the photograph stays as it is
+        frame.ratio.assign(std::size_t(plate.width()) * std::size_t(plate.height()), Vec3{1, 1, 1});
+        ++run.kept;
+    }
+    const bool other = run.character && run.poses.hasPose(i);
+    const Addition addition{other ? *run.character : frame.characters, frame.ratio};
     const std::size_t number = run.source.numberOf(i);
     if (run.sink.isLinear()) {
         run.sink.write(number, run.composer.composeLinear(plate, addition, threads));
@@ -102,11 +139,6 @@ void composeOne(CompositeRun& run, std::size_t i, const Plate& plate, int thread
         }
         run.sink.write(number, picture);
     }
-    const PhotographFrames::Cost& cost = run.frames.cost();
-    run.cost.shade += cost.shade;
-    run.cost.light += cost.light;
-    run.cost.ground += cost.ground;
-    run.cost.draw += cost.draw;
     ++run.written;
 }
 
@@ -128,6 +160,11 @@ void composeAll(CompositeRun& run, const CommonOptions& common) {
             continue;
         }
         if (!run.source.read(i, plate)) break;
+        if (!total && !run.poses.pictureOf(i)) {
+            reportWarning("penumbra-player", run.command.plate.string() + ": has more pictures than the " +
+                                                 std::to_string(i) + " poses: the composite ends at the last pose");
+            break;
+        }
         composeOne(run, i, plate, common.threads);
         if (total) progress.update(double(i + 1));
     }
@@ -151,18 +188,48 @@ void reportComposite(const CompositeRun& run, double seconds, const CommonOption
     const double each = double(std::max<std::size_t>(run.written, 1));
     report.figures["pictures"] = run.written;
     report.figures["skipped"] = run.skipped;
+    report.figures["without_pose"] = run.kept;
     report.figures["suns"] = run.frames.sunCount();
     report.figures["milliseconds_a_picture"] = {{"all", 1000 * seconds / each},
                                                 {"shade", run.cost.shade / each},
                                                 {"light", run.cost.light / each},
                                                 {"ground", run.cost.ground / each},
                                                 {"draw", run.cost.draw / each}};
+    if (run.kept > 0)
+        reportWarning("penumbra-player", std::to_string(run.kept) + " photographs have no pose and stay as they are");
     if (!common.quiet)
         std::fprintf(run.command.output == "-" ? stderr : stdout,
                      "%s: %zu pictures, %zu were there, %.1f ms each (shading %.1f, light of characters %.1f, ground "
                      "%.1f, drawing %.1f)\n",
                      run.command.output.c_str(), run.written, run.skipped, 1000 * seconds / each, run.cost.shade / each,
                      run.cost.light / each, run.cost.ground / each, run.cost.draw / each);
+}
+
+// Says why photograph i has no pose.
+std::string reasonWithout(const CompositeRun& run, std::size_t i) {
+    const SceneCameras& cameras = run.frames.cameras();
+    try {
+        if (const auto picture = run.poses.pictureOf(i)) (void)cameras.view(*picture, {});
+    } catch (const InvalidInput& problem) {
+        return problem.what();
+    }
+    const bool named = std::ranges::any_of(cameras.files(), [](const std::string& file) { return !file.empty(); });
+    const std::string at = run.command.scene.string() + ": /camera/poses: ";
+    if (named) return at + "no frame has the name or the number of " + plateName(run, i);
+    return at + "has " + std::to_string(cameras.count()) + " poses for " +
+           std::to_string(run.source.count().value_or(0)) + " pictures";
+}
+
+// Refuses photographs without a pose before the first one is written.
+void requirePoses(const CompositeRun& run) {
+    const std::vector<std::size_t> without = run.poses.without();
+    const std::size_t count = run.source.count().value_or(run.frames.cameras().count());
+    if (without.empty() || (run.command.without_pose == WithoutPose::kKeep && without.size() < count)) return;
+    std::string text = reasonWithout(run, without.front());
+    if (without.size() < count && count > 1)
+        text += ". " + std::to_string(without.size()) + " of " + std::to_string(count) +
+                " photographs have no pose; --without-pose keep leaves them as they are";
+    throw InvalidInput(text);
 }
 
 void runComposite(CompositeCommand& command, const CommonOptions& common, Report& report) {
@@ -172,6 +239,8 @@ void runComposite(CompositeCommand& command, const CommonOptions& common, Report
     report.willRead(filesNamedIn(description));
     CompositeRun run(command, std::move(description), common);
     report.willRead(run.source.files());
+    if (const std::string turned = findTurned(run.source.files()); !turned.empty())
+        reportWarning("penumbra-player", turned);
     if (run.character) checkSize(run, run.character->width, run.character->height, command.character.string());
     if (!run.sink.isStream() && FramePattern::looksLikeOne(command.output)) {
         std::vector<std::filesystem::path> files;
@@ -179,12 +248,10 @@ void runComposite(CompositeCommand& command, const CommonOptions& common, Report
             files.push_back(run.sink.fileOf(run.source.numberOf(i)));
         if (!command.resume) report.willWrite(files);
     }
-    if (run.frames.cameras().moves() && run.source.count().value_or(0) > run.frames.cameras().count())
-        throw InvalidInput(command.scene.string() + ": /camera/poses: has " +
-                           std::to_string(run.frames.cameras().count()) + " poses for " +
-                           std::to_string(*run.source.count()) + " pictures");
+    requirePoses(run);
     if (common.dry_run) {
-        std::printf("would compose %zu pictures to %s\n", run.source.count().value_or(0), command.output.c_str());
+        std::fprintf(command.output == "-" ? stderr : stdout, "would compose %zu pictures to %s\n",
+                     run.source.count().value_or(0), command.output.c_str());
         return;
     }
     report.phase("compose");
@@ -217,6 +284,10 @@ void defineComposite(CLI::App& app, CompositeCommand& command) {
     app.add_option("--fps", command.fps,
                    "pictures a second: characters move along their clips (default: they stand still)")
         ->check(aboveZero());
+    addChoice(app, "--without-pose", command.without_pose, kWithoutPoseWords,
+              "photographs without a pose: refuse them, or keep them as they are");
+    addChoice(app, "--matrix", command.matrix, kMatrixWords,
+              "how a .y4m mixes its colours; auto: bt709 from 720 rows on, bt601 below");
     app.add_flag("--grain", command.grain, "give characters the grain of the photographs");
     app.add_flag("--resume", command.resume, "leave pictures that are there and whole");
     app.add_flag("!--no-shadow", command.shadow, "leave the ground as it is, for comparison");

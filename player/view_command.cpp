@@ -68,14 +68,13 @@ void runLivePlates(ViewCommand& command, const CommonOptions& common, Report& re
     }
     report.phase("view");
     const LiveResult result = runLive(live, common.threads);
-    report.figures = {{"gl", result.gl},
-                      {"pictures", result.pictures},
-                      {"with_tags", result.seen},
-                      {"track_ms", result.track},
-                      {"compose_ms", result.compose}};
+    report.figures = {{"gl", result.gl},          {"pictures", result.pictures},  {"with_tags", result.seen},
+                      {"track_ms", result.track}, {"compose_ms", result.compose}, {"latency_ms", result.latency}};
     if (!common.quiet)
-        std::printf("%zu pictures, %zu with a tag: %.1f ms a picture for tags, %.1f ms for the composite\n",
-                    result.pictures, result.seen, result.track, result.compose);
+        std::printf(
+            "%zu pictures, %zu with a tag: %.1f ms a picture for tags, %.1f ms for the composite, %.1f ms until it is "
+            "shown\n",
+            result.pictures, result.seen, result.track, result.compose, result.latency);
 }
 
 void runViewCommand(ViewCommand& command, const CommonOptions& common, Report& report) {

@@ -60,13 +60,13 @@ std::vector<SeenPoint> seenGridCorners(const TagGrid& grid, std::span<const Dete
     std::map<int, const DetectedTag*> once;
     for (const DetectedTag& tag : found) {
         if (tag.family != grid.family || tag.id >= grid.columns * grid.rows) continue;
-        const auto [place, is_new] = once.try_emplace(tag.id, &tag);
-        if (!is_new) place->second = nullptr;
+        if (!once.try_emplace(tag.id, &tag).second)
+            throw InvalidInput(std::string("tag ") + nameOf(tag.family) + ":" + std::to_string(tag.id) +
+                               " is there twice: a picture must show one grid alone");
     }
     const double pitch = grid.side + grid.gap;
     std::vector<SeenPoint> out;
     for (const auto& [id, tag] : once) {
-        if (!tag) continue;
         const Vec3d middle{(id % grid.columns - (grid.columns - 1) / 2.0) * pitch,
                            ((grid.rows - 1) / 2.0 - id / grid.columns) * pitch, 0};
         for (SeenPoint corner : seenCorners(*tag, grid.side)) {

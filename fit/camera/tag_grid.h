@@ -20,8 +20,8 @@ struct TagGrid {
 // Reads "FAMILY:COLUMNSxROWS:SIDE:GAP", as "36h11:6x8:0.024:0.006". Throws BadOption("tags").
 TagGrid parseTagGrid(const std::string& text);
 
-// The corners of the grid that a picture shows. A tag that is there twice is left out, and so are tags of other
-// families or ids.
+// The corners of the grid that a picture shows, without tags of other families or ids. Throws InvalidInput (without
+// the picture's name) where a tag of the grid is there twice.
 std::vector<SeenPoint> seenGridCorners(const TagGrid& grid, std::span<const DetectedTag> found);
 
 }  // namespace penumbra

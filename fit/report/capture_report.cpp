@@ -27,6 +27,14 @@ Vec3d impliedReflectance(const CaptureSummary& s) {
     return out;
 }
 
+// The irradiance that the paper has if it reflects what white paper does.
+Vec3d irradianceOfPaper(const CaptureSummary& s) {
+    constexpr double kWhite = 0.8;
+    Vec3d out;
+    for (int c = 0; c < 3; ++c) out[c] = paperIrradiance(s.paper.radiance[c], kWhite);
+    return out;
+}
+
 void warnOfPaper(const CaptureSummary& s, double reflectance) {
     constexpr double kLeastPaper = 0.6, kMostPaper = 0.95;
     if (!s.paper.found() || (reflectance >= kLeastPaper && reflectance <= kMostPaper)) return;
@@ -67,6 +75,13 @@ void warn(const CaptureSummary& s, double uncertain) {
             s.name.c_str(), 100 * s.clipped, 100 * uncertain, missingShorter(s));
         reportWarning("penumbra-fit", text);
     }
+    if (const double missing = missingShare(s); missing > kMuchUncertain && missing > uncertain) {
+        std::snprintf(text, sizeof text,
+                      "%s: by the marker's paper, if it reflects .8, %.0f%% of its irradiance is missing in what is "
+                      "clipped: take %.0f stops less, or give --paper",
+                      s.name.c_str(), 100 * missing, missingShorter(s));
+        reportWarning("penumbra-fit", text);
+    }
     if (s.dark > kFewDark) {
         std::snprintf(text, sizeof text,
                       "%s: %.2g%% of the sphere is black in the longest exposure. Take at least %.0f stops more",
@@ -102,9 +117,17 @@ double darkStops(const CameraResponse& response) {
     return dark > 0 ? std::log2(readable / dark) : 2;
 }
 
+double missingShare(const CaptureSummary& s) {
+    if (!s.paper.found() || !(s.clipped > 0) || s.raised) return 0;
+    return std::max(0.0, 1 - luminance(s.irradiance) / luminance(irradianceOfPaper(s)));
+}
+
 double missingShorter(const CaptureSummary& s) {
     if (!(s.clipped > 0)) return 0;
     double stops = std::max(1.0, s.step);
+    // What is clipped must bring what the paper has beyond the light that is sure.
+    if (const double known = luminance(s.uncertain); missingShare(s) > kMuchUncertain && known > 0)
+        stops = std::max(stops, std::log2((luminance(irradianceOfPaper(s)) - luminance(s.irradiance) + known) / known));
     if (s.raised)
         stops = std::max(
             {1.0, std::log2(s.raised->factor.x), std::log2(s.raised->factor.y), std::log2(s.raised->factor.z)});
@@ -124,6 +147,11 @@ void printCapture(const CaptureSummary& s) {
                 s.holes.holes == 1 ? "" : "s");
     std::printf("%s: irradiance on the ground %.4g %.4g %.4g, %.2g%% of it only a lower bound\n", s.name.c_str(),
                 s.irradiance.x, s.irradiance.y, s.irradiance.z, 100 * uncertainShare(s));
+    if (s.longest < 1 || s.shortest > 1)
+        std::printf(
+            "%s: its light is in units of exposures %.4g to %.4g: tell composite and view the --exposure of "
+            "the photographs in the same unit, or they take 1\n",
+            s.name.c_str(), s.shortest, s.longest);
     if (s.clipped > 0)
         std::printf(
             "%s: %.2g%% of the sphere is clipped in the shortest exposure, which is at least %.0f stops too "
@@ -152,6 +180,7 @@ void describeCapture(const CaptureSummary& s, Report& report) {
     report.figures["clipped_share"] = s.clipped;
     report.figures["dark_share"] = s.dark;
     report.figures["uncertain_irradiance"] = uncertain;
+    report.figures["missing_by_paper"] = missingShare(s);
     report.figures["irradiance"] = listOf(s.irradiance);
     report.figures["missing_stops"] = {{"shorter", missingShorter(s)}, {"longer", missingLonger(s)}};
     describePaper(s, report);

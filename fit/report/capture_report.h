@@ -34,6 +34,9 @@ double missingLonger(const CaptureSummary& summary);
 
 // Of the irradiance on the ground.
 double uncertainShare(const CaptureSummary& summary);
+// How much of the irradiance that the paper has is missing in the light, if white paper reflects 0.8; 0 where no paper
+// was measured, where nothing is clipped, or where nothing is missing.
+double missingShare(const CaptureSummary& summary);
 
 // Fills the report, and warns on stderr of what may be wrong.
 void describeCapture(const CaptureSummary& summary, Report& report);

@@ -51,8 +51,15 @@ void requireOrder(const std::vector<ExposedPicture>& pictures, const std::vector
     }
 }
 
+// Returns the pose that a track has of a file of this name, without folders.
+CameraPose poseNamed(const CameraTrack& track, const std::filesystem::path& file, const JsonNode& picture) {
+    for (const TrackFrame& frame : track.frames)
+        if (frame.pose && std::filesystem::path(frame.file).filename() == file.filename()) return *frame.pose;
+    picture.at("file").fail("no frame of \"poses\" that has a pose is called " + file.filename().string());
+}
+
 void readCommon(const JsonNode& root, BracketFile& out) {
-    if (root.has("camera")) out.camera = cameraOf(root.at("camera"));
+    if (root.has("camera")) out.camera = cameraOrFile(root.at("camera"), out.name);
     out.response = responseOf(out.name, root);
 }
 
@@ -86,15 +93,18 @@ BracketFile readBracket(const std::filesystem::path& path) { return parseBracket
 BracketFile parseShots(const std::string& text, const std::string& name) {
     const nlohmann::json json = parseJson(text, name);
     const JsonNode root(json, name, "");
-    root.requireKeys({"camera", "response", "pictures"});
+    root.requireKeys({"camera", "response", "poses", "pictures"});
     BracketFile out;
     out.name = name;
-    (void)root.required("camera");
     readCommon(root, out);
+    std::optional<CameraTrack> track;
+    if (root.has("poses")) track = readCameraTrack(besideFile(name, root.at("poses")));
+    if (!track) (void)root.required("camera");
+    if (!out.camera) out.camera = track->camera;
     for (const JsonNode& node : root.required("pictures").items(kMaxPictures)) {
         node.requireKeys({"file", "exposure", "R", "t"});
-        out.pictures.push_back(readPicture(name, node));
-        out.pictures.back().pose = poseOf(node);
+        ExposedPicture& picture = out.pictures.emplace_back(readPicture(name, node));
+        picture.pose = !track || node.has("R") || node.has("t") ? poseOf(node) : poseNamed(*track, picture.file, node);
     }
     if (out.pictures.empty()) root.at("pictures").fail("is empty");
     return out;

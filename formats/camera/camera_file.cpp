@@ -117,6 +117,12 @@ PinholeCamera readCamera(const std::filesystem::path& path) {
     return cameraOf(root, {"format", "version"});
 }
 
+PinholeCamera cameraOrFile(const JsonNode& node, const std::string& json_file) {
+    if (!node.isObject()) return readCamera(std::filesystem::path(json_file).parent_path() / node.text());
+    if (node.has("format")) requireFormat(node, kCameraFormat);
+    return cameraOf(node, {"format", "version"});
+}
+
 std::string cameraText(const PinholeCamera& camera) {
     Json out{{"format", kCameraFormat.name}, {"version", kCameraFormat.version}};
     out.update(jsonOf(camera));

@@ -35,6 +35,9 @@ struct CameraTrack {
 PinholeCamera readCamera(const std::filesystem::path& path);
 // The same for a JSON object that another file holds. It may have more keys than a camera's, which `more` lists.
 PinholeCamera cameraOf(const JsonNode& node, std::initializer_list<const char*> more = {});
+// Returns the camera that another file holds or names: an object as in cam.json, whose format and version may stand
+// there, or the path of a cam.json as seen from the folder of `json_file`.
+PinholeCamera cameraOrFile(const JsonNode& node, const std::string& json_file);
 // Returns the pose that the keys "R" and "t" of an object say.
 CameraPose poseOf(const JsonNode& node);
 std::string cameraText(const PinholeCamera& camera);

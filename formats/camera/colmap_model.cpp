@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "formats/common/errors.h"
+#include "formats/common/natural_order.h"
 #include "sh/quaternion.h"
 
 namespace penumbra {
@@ -169,7 +170,7 @@ CameraTrack parseColmapModel(const std::string& cameras, const std::string& imag
     const auto found = all.find(*camera);
     if (found == all.end()) throw InvalidInput(cameras_file + ": has no camera " + std::to_string(*camera));
     out.camera = takeCamera(found->second.first, found->second.second);
-    std::ranges::sort(out.frames, {}, &TrackFrame::file);
+    std::ranges::sort(out.frames, naturallyBefore, &TrackFrame::file);
     return out;
 }
 

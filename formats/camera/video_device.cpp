@@ -39,12 +39,11 @@ v4l2_buffer captureBuffer() {
     return buffer;
 }
 
-// Seconds since the camera's time stamp, which counts as the steady clock does unless the driver says otherwise.
-double ageOf(const v4l2_buffer& buffer) {
-    if ((buffer.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) != V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC) return -1;
-    const auto taken =
-        std::chrono::seconds(buffer.timestamp.tv_sec) + std::chrono::microseconds(buffer.timestamp.tv_usec);
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch() - taken).count();
+// The camera's time stamp, which counts as the steady clock does unless the driver says otherwise.
+std::optional<std::chrono::steady_clock::time_point> takenAt(const v4l2_buffer& buffer) {
+    if ((buffer.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) != V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC) return std::nullopt;
+    return std::chrono::steady_clock::time_point(std::chrono::seconds(buffer.timestamp.tv_sec) +
+                                                 std::chrono::microseconds(buffer.timestamp.tv_usec));
 }
 
 }  // namespace
@@ -58,7 +57,10 @@ VideoCalls systemVideoCalls() {
             [](void* start, std::size_t length) { return ::munmap(start, length); },
             [](int file, int milliseconds) {
                 pollfd wanted{file, POLLIN, 0};
-                return ::poll(&wanted, 1, milliseconds);
+                const int ready = ::poll(&wanted, 1, milliseconds);
+                if (ready <= 0 || (wanted.revents & POLLIN)) return ready;
+                errno = ENODEV;  // the camera is gone, and poll() would return at once for ever
+                return -1;
             },
             [](int file) { return ::close(file); }};
 }
@@ -184,28 +186,37 @@ std::optional<VideoDevice::Filled> VideoDevice::takeNewest() {
             continue;
         }
         if (newest) giveBack(newest->index);
-        newest =
-            Filled{buffer.index, std::min<std::size_t>(buffer.bytesused, buffers_[buffer.index].length), ageOf(buffer)};
+        newest = Filled{buffer.index, std::min<std::size_t>(buffer.bytesused, buffers_[buffer.index].length),
+                        takenAt(buffer)};
     }
 }
 
 TexturePicture VideoDevice::next(std::chrono::milliseconds patience) {
+    std::optional<TexturePicture> picture = poll(patience);
+    if (!picture) throw IoError(name_ + (damaged_ ? ": every picture that comes is damaged" : ": no picture comes"));
+    return std::move(*picture);
+}
+
+std::optional<TexturePicture> VideoDevice::poll(std::chrono::milliseconds patience) {
     const auto end = std::chrono::steady_clock::now() + patience;
-    while (true) {
+    for (bool last = false;;) {
         const std::optional<Filled> filled = takeNewest();
         if (!filled) {
-            if (!await(end)) throw IoError(name_ + ": no picture comes");
+            if (last || !await(end)) return std::nullopt;
+            last = std::chrono::steady_clock::now() >= end;  // a driver may say that there is a picture, and have none
             continue;
         }
         std::optional<TexturePicture> picture;
         try {
             picture = decode(buffers_[filled->index], filled->bytes);
+            damaged_ = false;
         } catch (const InvalidInput&) {  // a JPEG that was damaged on its way: the next one will do
+            damaged_ = true;
         }
         giveBack(filled->index);
-        age_ = filled->age;
-        if (picture) return std::move(*picture);
-        if (std::chrono::steady_clock::now() >= end) throw IoError(name_ + ": every picture that comes is damaged");
+        taken_ = filled->taken;
+        if (picture) return picture;
+        if (std::chrono::steady_clock::now() >= end) return std::nullopt;
     }
 }
 

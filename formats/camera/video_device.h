@@ -20,7 +20,8 @@ struct VideoCalls {
     std::function<int(int file, unsigned long request, void* argument)> ioctl;
     std::function<void*(std::size_t length, int file, std::int64_t offset)> map;
     std::function<int(void* start, std::size_t length)> unmap;
-    std::function<int(int file, int milliseconds)> wait;  // poll() for input: 1 there is some, 0 time is over
+    std::function<int(int file, int milliseconds)>
+        wait;  // poll() for input: 1 there is some, 0 time is over, -1 also where the camera has failed
     std::function<int(int file)> close;
 };
 VideoCalls systemVideoCalls();
@@ -42,9 +43,10 @@ public:
     // dropped, so that what is shown lags by no queue. Damaged pictures are passed over. Throws IoError where none
     // comes for `patience`, or the camera is gone.
     TexturePicture next(std::chrono::milliseconds patience = std::chrono::seconds(5));
-    // How long ago the camera took the picture that next() returned last, in seconds; less than 0 where it does not
-    // say.
-    double age() const { return age_; }
+    // The same, but returns nothing where none comes for `patience`.
+    std::optional<TexturePicture> poll(std::chrono::milliseconds patience);
+    // When the camera took the picture that was returned last; none where it does not say.
+    std::optional<std::chrono::steady_clock::time_point> taken() const { return taken_; }
 
 private:
     struct Buffer {
@@ -54,14 +56,14 @@ private:
     VideoCalls calls_;
     std::string name_;
     int file_ = -1, width_ = 0, height_ = 0, stride_ = 0;
-    bool jpeg_ = false;
-    double age_ = -1;
+    bool jpeg_ = false, damaged_ = false;  // damaged: the picture that came last
+    std::optional<std::chrono::steady_clock::time_point> taken_;
     std::vector<Buffer> buffers_;
 
     struct Filled {
         std::uint32_t index = 0;
         std::size_t bytes = 0;
-        double age = -1;
+        std::optional<std::chrono::steady_clock::time_point> taken = {};
     };
 
     int request(unsigned long what, void* argument);

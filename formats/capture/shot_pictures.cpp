@@ -29,6 +29,17 @@ bool allCodes(const TexturePicture& picture, bool (*match)(std::uint8_t)) {
     return std::ranges::all_of(picture.rgb, match);
 }
 
+bool isClipped(std::uint8_t code) { return code >= kClippedCode; }
+bool isDark(std::uint8_t code) { return code <= kDarkCode; }
+
+// The pictures, shortest exposure first.
+std::vector<std::size_t> byExposure(const ExposureSet& set) {
+    std::vector<std::size_t> order(set.exposures.size());
+    std::iota(order.begin(), order.end(), std::size_t(0));
+    std::ranges::sort(order, [&](std::size_t a, std::size_t b) { return set.exposures[a] < set.exposures[b]; });
+    return order;
+}
+
 // Pictures that are black or white all over may well be the same.
 bool tellsAnything(const TexturePicture& picture) {
     return !allCodes(picture, [](std::uint8_t z) { return z <= kDarkCode || z >= kClippedCode; });
@@ -49,10 +60,8 @@ std::vector<TexturePicture> readShotPictures(std::span<const std::filesystem::pa
     return pictures;
 }
 
-std::string findProblem(const ExposureSet& set) {
-    std::vector<std::size_t> order(set.exposures.size());
-    std::iota(order.begin(), order.end(), std::size_t(0));
-    std::ranges::sort(order, [&](std::size_t a, std::size_t b) { return set.exposures[a] < set.exposures[b]; });
+std::string findExposureProblem(const ExposureSet& set) {
+    const std::vector<std::size_t> order = byExposure(set);
     for (std::size_t i = 0; i + 1 < order.size(); ++i) {
         const std::size_t shorter = order[i], longer = order[i + 1];
         if (set.exposures[longer] <= set.exposures[shorter] * (1 + kAlike))
@@ -64,10 +73,24 @@ std::string findProblem(const ExposureSet& set) {
         if (set.pictures[shorter].rgb == set.pictures[longer].rgb && tellsAnything(set.pictures[longer]))
             return described(set, longer) + " is the same picture as " + described(set, shorter);
     }
-    if (allCodes(set.pictures[order.front()], [](std::uint8_t z) { return z >= kClippedCode; }))
+    return "";
+}
+
+std::string findProblem(const ExposureSet& set) {
+    if (const std::string problem = findExposureProblem(set); !problem.empty()) return problem;
+    const std::vector<std::size_t> order = byExposure(set);
+    if (allCodes(set.pictures[order.front()], isClipped))
         return described(set, order.front()) + " is clipped everywhere, and so are all longer exposures";
-    if (allCodes(set.pictures[order.back()], [](std::uint8_t z) { return z <= kDarkCode; }))
+    if (allCodes(set.pictures[order.back()], isDark))
         return described(set, order.back()) + " is black everywhere, and so are all shorter exposures";
+    return "";
+}
+
+std::string findDarkness(std::span<const TexturePicture> pictures) {
+    if (std::ranges::all_of(pictures, [](const TexturePicture& one) { return allCodes(one, isClipped); }))
+        return "every picture is clipped everywhere: take shorter exposures";
+    if (std::ranges::all_of(pictures, [](const TexturePicture& one) { return allCodes(one, isDark); }))
+        return "every picture is black everywhere: take longer exposures";
     return "";
 }
 

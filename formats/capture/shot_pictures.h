@@ -23,5 +23,10 @@ struct ExposureSet {
 // Empty, or one sentence on what cannot be: two pictures have the same exposure, a longer exposure is darker than a
 // shorter one, or all pictures are clipped everywhere, or black everywhere.
 std::string findProblem(const ExposureSet& set);
+// The same where one place is looked at in many directions: a part of them may show a white wall or a black night, and
+// only the exposures must be right.
+std::string findExposureProblem(const ExposureSet& set);
+// Empty, or one sentence where all pictures are clipped everywhere or black everywhere.
+std::string findDarkness(std::span<const TexturePicture> pictures);
 
 }  // namespace penumbra

@@ -58,15 +58,19 @@ void readWord(const std::string& word, const std::string& name, Y4mHeader& heade
     if (word == "XCOLORRANGE=FULL") header.full_range = true;
 }
 
-// How Y, Cb and Cr follow from codes 0..255 of red, green and blue (ITU-R BT.601), and back.
+// How Y, Cb and Cr follow from codes 0..255 of red, green and blue, and back.
 struct Range {
     float luma, chroma, black;
 };
+struct LumaWeights {
+    float red, green, blue;
+};
+constexpr LumaWeights weightsOf(Y4mMatrix matrix) {
+    return matrix == Y4mMatrix::k709 ? LumaWeights{0.2126f, 0.7152f, 0.0722f} : LumaWeights{0.299f, 0.587f, 0.114f};
+}
 Range rangeOf(const Y4mHeader& header) {
     return header.full_range ? Range{1, 1, 0} : Range{219.0f / 255, 224.0f / 255, 16};
 }
-constexpr float kRed = 0.299f, kGreen = 0.587f, kBlue = 0.114f;
-
 std::uint8_t rounded(float x) { return std::uint8_t(std::clamp(x, 0.0f, 255.0f) + 0.5f); }
 
 struct ChromaPlane {
@@ -100,6 +104,7 @@ Y4mReader::Y4mReader(std::istream& in, std::string name) : in_(in), name_(std::m
     std::istringstream words(line.substr(9));
     for (std::string word; words >> word;) readWord(word, name_, header_);
     if (header_.width == 0 || header_.height == 0) throw InvalidInput(name_ + ": says no size");
+    header_.matrix = usualMatrix(header_.height);
     if (header_.chroma != Y4mChroma::k444 && (header_.width % 2 || header_.height % 2))
         throw Unsupported(name_ + ": has an odd size with chroma of half the size");
 }
@@ -139,6 +144,7 @@ void writeY4mFrame(std::ostream& out, const Y4mHeader& header, std::span<const s
 
 void rgbFromPlanes(const Y4mHeader& header, std::span<const std::uint8_t> planes, std::span<std::uint8_t> rgb) {
     const Range range = rangeOf(header);
+    const auto [red_share, green_share, blue_share] = weightsOf(header.matrix);
     const bool half = header.chroma != Y4mChroma::k444;
     const std::size_t luma = std::size_t(header.width) * std::size_t(header.height), size = half ? luma / 4 : luma;
     const int width = half ? header.width / 2 : header.width, height = half ? header.height / 2 : header.height;
@@ -151,22 +157,25 @@ void rgbFromPlanes(const Y4mHeader& header, std::span<const std::uint8_t> planes
             const float u = half ? 0.5f * float(x) - to_left : float(x), v = half ? 0.5f * float(y) - 0.25f : float(y);
             const float l = (float(planes[i]) - range.black) / range.luma;
             const float b = (cb.at(u, v) - 128) / range.chroma, r = (cr.at(u, v) - 128) / range.chroma;
-            rgb[3 * i] = rounded(l + 2 * (1 - kRed) * r);
-            rgb[3 * i + 1] = rounded(l - (2 * kBlue * (1 - kBlue) * b + 2 * kRed * (1 - kRed) * r) / kGreen);
-            rgb[3 * i + 2] = rounded(l + 2 * (1 - kBlue) * b);
+            rgb[3 * i] = rounded(l + 2 * (1 - red_share) * r);
+            rgb[3 * i + 1] = rounded(l - (2 * blue_share * (1 - blue_share) * b + 2 * red_share * (1 - red_share) * r) /
+                                             green_share);
+            rgb[3 * i + 2] = rounded(l + 2 * (1 - blue_share) * b);
         }
 }
 
 void planesFromRgb(const Y4mHeader& header, std::span<const std::uint8_t> rgb, std::span<std::uint8_t> planes) {
     const Range range = rangeOf(header);
+    const auto [red_share, green_share, blue_share] = weightsOf(header.matrix);
     const bool half = header.chroma != Y4mChroma::k444;
     const std::size_t luma = std::size_t(header.width) * std::size_t(header.height), size = half ? luma / 4 : luma;
     std::vector<float> blue(luma), red(luma);
     for (std::size_t i = 0; i < luma; ++i) {
-        const float r = rgb[3 * i], g = rgb[3 * i + 1], b = rgb[3 * i + 2], l = kRed * r + kGreen * g + kBlue * b;
+        const float r = rgb[3 * i], g = rgb[3 * i + 1], b = rgb[3 * i + 2],
+                    l = red_share * r + green_share * g + blue_share * b;
         planes[i] = rounded(range.black + range.luma * l);
-        blue[i] = 128 + range.chroma * (b - l) / (2 * (1 - kBlue));
-        red[i] = 128 + range.chroma * (r - l) / (2 * (1 - kRed));
+        blue[i] = 128 + range.chroma * (b - l) / (2 * (1 - blue_share));
+        red[i] = 128 + range.chroma * (r - l) / (2 * (1 - red_share));
     }
     const int step = half ? 2 : 1;
     std::size_t next = luma;

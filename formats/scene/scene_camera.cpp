@@ -59,6 +59,7 @@ SceneCameras::SceneCameras(const SceneDescription& scene) {
     if (photograph.poses.empty()) {
         view_.camera = photograph.camera;
         poses_.emplace_back(photograph.pose);
+        files_.emplace_back();
         return;
     }
     const CameraTrack track = readCameraTrack(photograph.poses);
@@ -68,7 +69,14 @@ SceneCameras::SceneCameras(const SceneDescription& scene) {
     if (first_ >= track.frames.size())
         throw InvalidInput(at_ + "/frame: is " + std::to_string(first_) + ", and " + photograph.poses.string() +
                            " has " + std::to_string(track.frames.size()) + " frames");
-    for (std::size_t i = first_; i < track.frames.size(); ++i) poses_.push_back(track.frames[i].pose);
+    for (std::size_t i = first_; i < track.frames.size(); ++i) {
+        poses_.push_back(track.frames[i].pose);
+        files_.push_back(track.frames[i].file);
+    }
+}
+
+bool SceneCameras::hasPose(std::size_t picture) const {
+    return !moves_ || (picture < poses_.size() && poses_[picture].has_value());
 }
 
 SceneView SceneCameras::view(std::size_t picture, Vec3d origin) const {
@@ -77,8 +85,10 @@ SceneView SceneCameras::view(std::size_t picture, Vec3d origin) const {
         throw InvalidInput(at_ + "/poses: has no frame " + std::to_string(first_ + i) + ", the last is " +
                            std::to_string(first_ + poses_.size() - 1));
     if (!poses_[i])
-        throw InvalidInput(at_ + "/poses: frame " + std::to_string(first_ + i) +
-                           " has no pose; penumbra-fit poses can fill gaps");
+        throw InvalidInput(at_ + "/poses: frame " + std::to_string(first_ + i) + " has no pose" +
+                           (files_[i].empty() ? "" : " (" + files_[i] + ")") +
+                           "; penumbra-fit poses --gaps fill gives those between two pictures with a tag one, and "
+                           "those at the ends none");
     return viewFrom(*poses_[i], origin);
 }
 

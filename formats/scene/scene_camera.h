@@ -42,6 +42,10 @@ public:
     // How many pictures there are from the first one on; 1 where the camera stands still.
     std::size_t count() const { return poses_.size(); }
     bool moves() const { return moves_; }
+    // Names of the pictures' files, as in the poses; "" of a picture without a name.
+    const std::vector<std::string>& files() const { return files_; }
+    // Tells whether view() knows a pose of this picture, of which a camera that stands still has every one.
+    bool hasPose(std::size_t picture) const;
     const PinholeCamera& camera() const { return view_.camera; }
     // Throws InvalidInput, which names the frame, where it is not there or has no pose. A camera that stands still has
     // every picture. `origin` is that of the scene.
@@ -55,6 +59,7 @@ private:
     std::size_t first_ = 0;
     bool moves_ = false;
     std::vector<std::optional<CameraPose>> poses_;
+    std::vector<std::string> files_;  // one of each pose
 };
 
 }  // namespace penumbra

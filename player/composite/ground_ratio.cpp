@@ -188,22 +188,26 @@ void GroundRatio::compute(const SceneView& view, double ground_height, const Gro
     ratio.resize(pixels);
     addSoft(light, threads, ratio, without);
     const PixelPoints points{camera_.width, camera_.height, 2 * columns_ - 1, points_, sees_};
+    Vec3 whole = free_;  // the irradiance of ground that nothing is near
     for (std::size_t s = 0; s < light.suns.size(); ++s) {
         const Vec3 full = light.suns[s].irradiance * std::max(light.suns[s].direction.y, 0.0f);
         if (full == Vec3{}) continue;
+        whole += full;
         addSun(points, light.sun_maps[s], full, threads, ratio);
         if (light.real_sun_maps.empty())
             for (Vec3& e : without) e += full;
         else
             addSun(points, light.real_sun_maps[s], full, threads, without);
     }
-    constexpr float kDark = 1e-6f;  // of the irradiance, below which nothing can be told
+    constexpr float kDark = 1e-6f;  // of the whole irradiance, below which nothing can be told
+    Vec3 least;
+    for (int c = 0; c < 3; ++c) least[c] = kDark * std::max(whole[c], 0.0f);
     parallelFor(std::size_t(camera_.height), threads, [&](std::size_t y) {
         for (std::size_t x = 0; x < std::size_t(camera_.width); ++x) {
             const std::size_t i = y * std::size_t(camera_.width) + x;
             const bool sees = sees_[rayIndex(std::uint32_t(y), std::uint32_t(x))];
             for (int c = 0; c < 3; ++c)
-                ratio[i][c] = sees && without[i][c] > kDark ? std::max(ratio[i][c], 0.0f) / without[i][c] : 1.0f;
+                ratio[i][c] = sees && without[i][c] > least[c] ? std::max(ratio[i][c], 0.0f) / without[i][c] : 1.0f;
         }
     });
 }

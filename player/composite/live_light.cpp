@@ -9,6 +9,7 @@
 #include "formats/capture/merge_exposures.h"
 #include "formats/image/factor_light.h"
 #include "formats/image/project_map.h"
+#include "sh/sh_rotation.h"
 
 namespace penumbra {
 
@@ -20,10 +21,18 @@ constexpr double kWhole = 0.999;  // part of the ball's outline that must be in 
 
 double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
-// What a photograph of one exposure shows of the light. None where the ball is not seen whole.
+// Tells whether all of the ball lies in the picture of a camera, without looking at that.
+bool isSeenWhole(const LiveBall& ball, const PinholeCamera& camera, const CameraPose& pose) {
+    try {
+        return outlineOf({{}, camera, pose}, ball.ball).in_picture >= kWhole;
+    } catch (const std::invalid_argument&) {  // the camera is inside of the ball, or looks away from it
+        return false;
+    }
+}
+
+// What a photograph of one exposure shows of the light. None where the ball is not seen.
 std::optional<Panorama> panoramaOf(const LiveBall& ball, const PosedPicture& shot, int threads) {
     try {
-        if (outlineOf(shot, ball.ball).in_picture < kWhole) return std::nullopt;
         Panorama out = panoramaOfBall(shot, ball.ball, {ball.at, kPanorama, 2, threads, Ground::kLevel});
         fillHoles(out, Ground::kLevel);
         return out;
@@ -46,10 +55,25 @@ void raise(const LiveBall& ball, const PosedPicture& shot, Panorama& panorama) {
 LiveLight::LiveLight(const LiveBall& ball, int order, const CameraResponse& response, double exposure)
     : ball_(ball), order_(order), response_(response), exposure_(exposure) {}
 
+// The scene turns every light as it turns its own, and this one must stay as it was seen: it is turned back before.
+void LiveLight::turnToScene() {
+    const std::size_t count = sh_.size() / 3;
+    const ShRotation back = makeShRotation(order_, transposed(ball_.scene_turn));
+    std::vector<float> from(count), to(count);
+    for (std::size_t c = 0; c < 3; ++c) {
+        for (std::size_t i = 0; i < count; ++i) from[i] = sh_[3 * i + c];
+        apply(back, from, to);
+        for (std::size_t i = 0; i < count; ++i) sh_[3 * i + c] = to[i];
+    }
+    for (Sun& sun : suns_) sun.direction = transposed(ball_.scene_turn) * sun.direction;
+}
+
 const LightView* LiveLight::update(const TexturePicture& picture, const PinholeCamera& camera, const CameraPose& pose,
                                    int threads) {
     const double start = now();
     if (last_ && start - *last_ < kPause) return nullptr;
+    if (!isSeenWhole(ball_, camera, pose)) return nullptr;  // which costs little, so that it is asked of every picture
+    last_ = start;
     const std::array<double, 1> exposure{exposure_};
     const PosedPicture shot{mergeExposures({&picture, 1}, exposure, response_), camera, pose};
     std::optional<Panorama> panorama = panoramaOf(ball_, shot, threads);
@@ -62,8 +86,10 @@ const LightView* LiveLight::update(const TexturePicture& picture, const PinholeC
     const LightSuns found = factorLight(map, {.suns = 1, .picture_width = 0}, threads);
     suns_.clear();
     for (const SunD& sun : found.suns) suns_.push_back(floatSun(sun));
+    // A light that had a sun keeps one: without light where the ball shows none.
+    if (suns_.empty()) suns_.push_back(Sun{});
     view_ = {.name = "ball", .order = order_, .sh = sh_, .suns = suns_};
-    last_ = start;
+    turnToScene();
     milliseconds_ = 1000 * (now() - start);
     return &view_;
 }

@@ -18,11 +18,12 @@ struct LiveBall {
     // The white paper of the marker, from whose light the clipped part of the ball's picture is raised.
     std::optional<TagChoice> paper = {};
     double paper_reflectance = 0.8;
+    Mat3 scene_turn = {};  // by which the scene turns its light: what is found is turned back by it
 };
 
 class LiveLight {
 public:
-    // The light has SH of this order, and at most one sun.
+    // The light has SH of this order and one sun, which is dark where the ball shows none.
     LiveLight(const LiveBall& ball, int order, const CameraResponse& response, double exposure);
     // Takes the light from a photograph. None where the ball is not seen whole, and while less than half a second has
     // gone by since the last one.
@@ -39,6 +40,8 @@ private:
     std::vector<float> sh_;
     std::vector<Sun> suns_;
     LightView view_;
+
+    void turnToScene();
 };
 
 }  // namespace penumbra

@@ -1,10 +1,11 @@
 #include "player/composite/live_plates.h"
 
 #include "formats/cache/numbered_files.h"
+#include "formats/common/errors.h"
 
 namespace penumbra {
 
-LivePlates::LivePlates(const std::filesystem::path& path, int width, int height) {
+LivePlates::LivePlates(const std::filesystem::path& path, int width, int height) : name_(path.string()) {
     std::error_code error;
     if (std::filesystem::is_character_file(path, error))
         device_.emplace(path, width, height);
@@ -14,22 +15,30 @@ LivePlates::LivePlates(const std::filesystem::path& path, int width, int height)
         source_.emplace(path);
 }
 
-bool LivePlates::next(Plate& plate) {
-    number_ = next_++;
-    if (device_) {
-        plate = {device_->next(), {}};
-        return true;
+LiveNext LivePlates::nextOfDevice(Plate& plate) {
+    constexpr std::chrono::milliseconds kWait(30), kPatience(5000);
+    std::optional<TexturePicture> picture = device_->poll(kWait);
+    const auto now = std::chrono::steady_clock::now();
+    if (!picture) {
+        if (now - came_ > kPatience) throw IoError(name_ + ": no picture comes");
+        return LiveNext::kNotYet;
     }
-    const std::size_t count = source_ ? source_->count().value_or(0) : files_.size();
-    if (count > 0) number_ %= count;
-    if (source_) return source_->read(number_, plate);
-    plate = readPlate(files_[number_]);
-    return true;
+    came_ = now;
+    taken_ = device_->taken().value_or(taken_);
+    plate = {std::move(*picture), {}};
+    number_ = next_++;
+    return LiveNext::kPicture;
 }
 
-std::optional<double> LivePlates::age() const {
-    if (!device_ || device_->age() < 0) return std::nullopt;
-    return device_->age();
+LiveNext LivePlates::next(Plate& plate) {
+    taken_ = std::chrono::steady_clock::now();
+    if (device_) return nextOfDevice(plate);
+    number_ = next_++;
+    const std::size_t count = source_ ? source_->count().value_or(0) : files_.size();
+    if (count > 0) number_ %= count;
+    if (source_) return source_->read(number_, plate) ? LiveNext::kPicture : LiveNext::kEnded;
+    plate = readPlate(files_[number_]);
+    return LiveNext::kPicture;
 }
 
 }  // namespace penumbra

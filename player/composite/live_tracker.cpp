@@ -4,6 +4,7 @@
 #include <chrono>
 
 #include "formats/camera/tag_track.h"
+#include "formats/capture/tag_edges.h"
 
 namespace penumbra {
 
@@ -27,12 +28,43 @@ LiveTracker::LiveTracker(const PinholeCamera& camera, std::vector<TagChoice> tag
     places_[0] = CameraPose{};
 }
 
+// Finds the chosen tags. Those that are there twice are left out, since nobody knows which is which; a window goes on.
+TagFrame LiveTracker::tagsIn(const TexturePicture& picture) {
+    std::vector<DetectedTag> found = detector_.detect(picture, response_);
+    const auto isTwice = [&](const DetectedTag& tag) {
+        return std::ranges::count_if(found, [&](const DetectedTag& other) {
+                   return other.family == tag.family && other.id == tag.id;
+               }) > 1;
+    };
+    std::vector<DetectedTag> once;
+    std::ranges::copy_if(found, std::back_inserter(once), [&](const DetectedTag& tag) { return !isTwice(tag); });
+    const auto isChosen = [&](const DetectedTag& tag) {
+        return std::ranges::any_of(tags_,
+                                   [&](const TagChoice& one) { return one.family == tag.family && one.id == tag.id; });
+    };
+    last_.twice = std::ranges::any_of(found, [&](const DetectedTag& tag) { return isChosen(tag) && isTwice(tag); });
+    refineCorners(picture, camera_, response_, tags_, once);
+    return chosenTags("the picture", once, tags_);
+}
+
+void LiveTracker::learnPlaces(const TagFrame& frame) {
+    constexpr std::size_t kPictures = 15;
+    constexpr double kLeastMargin = 0.2;
+    if (frame.tags.size() < 2 || together_.size() >= kPictures) return;
+    for (const DetectedTag& tag : frame.tags) {
+        const auto choice = std::ranges::find_if(
+            tags_, [&](const TagChoice& one) { return one.family == tag.family && one.id == tag.id; });
+        const auto pose = estimatePose(camera_, seenCorners(tag, choice->side));
+        if (!pose || pose->margin < kLeastMargin) return;
+    }
+    together_.push_back(frame);
+    places_ = placeTags(camera_, tags_, together_);
+}
+
 const TrackedPose& LiveTracker::track(const TexturePicture& picture) {
     const auto start = std::chrono::steady_clock::now();
-    const TagFrame frame = chosenTags("the picture", detector_.detect(picture, response_), tags_);
-    const TagPlaces found = placeTags(camera_, tags_, {&frame, 1});
-    for (std::size_t k = 0; k < tags_.size(); ++k)
-        if (!places_[k]) places_[k] = found[k];
+    const TagFrame frame = tagsIn(picture);
+    learnPlaces(frame);
     const std::optional<PoseEstimate> pose = poseInFrame(camera_, tags_, places_, frame);
     last_.seen = pose.has_value();
     last_.clipped =

@@ -39,12 +39,14 @@ Plate readPlate(const std::filesystem::path& path) {
     return plate;
 }
 
-PlateSource::PlateSource(const std::filesystem::path& path) {
+PlateSource::PlateSource(const std::filesystem::path& path, std::optional<Y4mMatrix> matrix) {
     if (isVideo(path)) {
         if (path != "-") file_.open(path, std::ios::binary);
         if (path != "-" && !file_) throw IoError(path.string() + ": cannot be opened");
         reader_.emplace(path == "-" ? std::cin : static_cast<std::istream&>(file_),
                         path == "-" ? "standard input" : path.string());
+        video_ = reader_->header();
+        if (matrix) video_.matrix = *matrix;
         return;
     }
     if (!FramePattern::looksLikeOne(path)) {
@@ -79,17 +81,17 @@ bool PlateSource::read(std::size_t i, Plate& plate) {
         return true;
     }
     if (!reader_->next(planes_)) return false;
-    const Y4mHeader& header = reader_->header();
     plate.linear = {};
-    plate.codes.width = header.width;
-    plate.codes.height = header.height;
-    plate.codes.rgb.resize(3 * std::size_t(header.width) * std::size_t(header.height));
-    rgbFromPlanes(header, planes_, plate.codes.rgb);
+    plate.codes.width = video_.width;
+    plate.codes.height = video_.height;
+    plate.codes.rgb.resize(3 * std::size_t(video_.width) * std::size_t(video_.height));
+    rgbFromPlanes(video_, planes_, plate.codes.rgb);
     return true;
 }
 
-PictureSink::PictureSink(const std::filesystem::path& path, const Y4mHeader* header, double fps)
-    : path_(path), fps_(fps) {
+PictureSink::PictureSink(const std::filesystem::path& path, const Y4mHeader* header, double fps,
+                         std::optional<Y4mMatrix> matrix)
+    : path_(path), fps_(fps), matrix_(matrix) {
     if (header) header_ = *header;
     if (path == "-") {
         out_ = &std::cout;
@@ -129,6 +131,7 @@ void PictureSink::write(std::size_t number, const TexturePicture& picture) {
         if (!header_) {
             header_.emplace();
             header_->chroma = picture.width % 2 || picture.height % 2 ? Y4mChroma::k444 : Y4mChroma::k420Jpeg;
+            header_->matrix = matrix_.value_or(usualMatrix(picture.height));
             header_->rate = std::to_string(std::lround(fps_ * 1000)) + ":1000";
         }
         header_->width = picture.width;

@@ -48,6 +48,17 @@ std::vector<float> skyShare(const CastShadow* cast, CasterChoice choice, const R
     return share;
 }
 
+// The irradiance below which nothing can be told: a part of the mean of the sky over all normals, which is
+// sqrt(pi) / 2 times coefficient 0, and of what the suns give at most. Exposures have any unit, and so has light.
+Vec3 leastIrradiance(const GroundLight& light, std::span<const float> light_sh) {
+    constexpr float kDark = 1e-5f;
+    Vec3 out;
+    for (std::size_t c = 0; c < 3; ++c)
+        out[int(c)] = std::max(0.5f * std::sqrt(std::numbers::pi_v<float>) * light_sh[c], 0.0f);
+    for (const Sun& sun : light.suns) out += sun.irradiance;
+    return out * kDark;
+}
+
 }  // namespace
 
 RealSurface surfaceOf(const RealMesh& mesh, double edge) {
@@ -89,6 +100,7 @@ void shadeSurface(const PosedScene& scene, const GroundLight& light, std::span<c
     const std::vector<float> past = skyShare(light.all, {.except = surface.caster}, surface, threads),
                              without = skyShare(light.real, {.except = surface.real_caster}, surface, threads);
     const Mat3d to_light = transposed(scene.lightRotation());
+    const Vec3 least = leastIrradiance(light, light_sh);
     surface.ratio.resize(surface.positions.size());
     parallelFor(surface.positions.size(), threads, [&](std::size_t v) {
         const Vec3 p = surface.positions[v], n = surface.normals[v];
@@ -103,7 +115,7 @@ void shadeSurface(const PosedScene& scene, const GroundLight& light, std::span<c
             before += full * light.real_sun_maps[s].visibility(p, n);
         }
         for (int c = 0; c < 3; ++c)
-            surface.ratio[v][c] = before[c] > 1e-4f ? std::max(with[c], 0.0f) / before[c] : 1.0f;
+            surface.ratio[v][c] = before[c] > least[c] ? std::max(with[c], 0.0f) / before[c] : 1.0f;
     });
 }
 

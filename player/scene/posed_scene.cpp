@@ -100,6 +100,16 @@ PosedScene::PosedScene(SceneDescription file, const CastWay& way) : way_(way), f
     pose({});
 }
 
+void PosedScene::addDarkSun() {
+    static const Sun kDark{};  // above, without light
+    if (!light_ || !light_->suns.empty()) return;
+    dark_asset_ = light_asset_->view;
+    has_dark_sun_ = true;
+    for (LightView& light : dark_asset_.lights)
+        if (light.suns.empty()) light.suns = {&kDark, 1};
+    light_ = lightOf(file_.light, dark_asset_);
+}
+
 // Brings who stands on the ground to the height of what lies below its pose.
 void PosedScene::place(SceneMember& member) {
     if (!member.file->on_ground) return;

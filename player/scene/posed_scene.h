@@ -51,6 +51,10 @@ public:
     // lies below the pose.
     void pose(std::optional<double> seconds);
 
+    // Gives the light a dark sun where it has none, so that a light with a sun can take its place later
+    // (SceneFrames::replaceLight()). Call it before anything is made of the light.
+    void addDarkSun();
+
     // With its origin near the first member (openGround()).
     const SceneDescription& file() const { return file_; }
     const std::vector<std::unique_ptr<SceneMember>>& members() const { return members_; }
@@ -61,7 +65,9 @@ public:
     // Props that are meshes, in the scene. They never move.
     const std::vector<RealMesh>& realMeshes() const { return meshes_; }
     // An asset without anything where there is no member and the file names no other.
-    const AssetView& lightAsset() const { return light_asset_ ? light_asset_->view : no_asset_; }
+    const AssetView& lightAsset() const {
+        return has_dark_sun_ ? dark_asset_ : light_asset_ ? light_asset_->view : no_asset_;
+    }
     const LightView* light() const { return light_; }  // of lightAsset(); null where that has none
     const Mat3d& lightRotation() const { return light_rotation_; }
 
@@ -74,6 +80,8 @@ private:
     std::unique_ptr<SceneField> field_;
     std::shared_ptr<const OpenAsset> light_asset_;
     AssetView no_asset_;
+    AssetView dark_asset_;  // light_asset_ with a dark sun
+    bool has_dark_sun_ = false;
     std::vector<RealMesh> meshes_;
     const LightView* light_ = nullptr;
     Mat3d light_rotation_;

@@ -117,15 +117,16 @@ TEST(TagGrid, ReadsItsWords) {
         EXPECT_THROW((void)parseTagGrid(wrong), BadOption) << wrong;
 }
 
-TEST(TagGrid, LeavesOutWhatIsThereTwiceOrOfNoGrid) {
-    std::vector<DetectedTag> tags(4);
+TEST(TagGrid, LeavesOutWhatIsOfNoGridAndRefusesATagThatIsThereTwice) {
+    std::vector<DetectedTag> tags(2);
     tags[0].id = 1;
-    tags[1].id = tags[2].id = 3;
-    tags[3].id = 35;
+    tags[1].id = 35;
     const std::vector<SeenPoint> seen = seenGridCorners(kGrid, tags);
     ASSERT_EQ(seen.size(), 4u);
     EXPECT_NEAR(seen[3].point.x, -0.04 - 0.015, 1e-12);  // upper left of the second tag of the first row
     EXPECT_NEAR(seen[3].point.y, 0.12 + 0.015, 1e-12);
+    tags[1].id = 1;
+    EXPECT_THROW((void)seenGridCorners(kGrid, tags), InvalidInput);
 }
 
 }  // namespace

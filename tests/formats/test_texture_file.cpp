@@ -6,6 +6,7 @@
 #include <array>
 
 #include "formats/common/errors.h"
+#include "formats/image/exif_orientation.h"
 #include "formats/image/texture_file.h"
 #include "tests/formats/tiny_jpeg.h"
 
@@ -125,6 +126,25 @@ TEST(TextureFile, OtherKindsAreUnsupported) {
     const std::string dds = "DDS |  not a picture that we read";
     EXPECT_THROW(decodeTexture(std::as_bytes(std::span(dds)), "t"), Unsupported);
     EXPECT_THROW(decodeTexture({}, "t"), Unsupported);
+}
+
+// A JPEG whose EXIF says 6 in either order of bytes; cut anywhere it says nothing, and no byte beyond the end is read.
+TEST(ExifOrientation, IsReadAndSurvivesEveryTruncation) {
+    const std::string head(
+        "\xff\xd8\xff\xe0\0\4ab\xff\xe1\0\x22"
+        "Exif\0\0",
+        18);
+    const std::string big("MM\0\x2a\0\0\0\x08\0\1\1\x12\0\3\0\0\0\1\0\6\0\0\0\0\0\0", 26),
+        little("II\x2a\0\x08\0\0\0\1\0\x12\1\3\0\1\0\0\0\6\0\0\0\0\0\0\0", 26);
+    for (const std::string& tiff : {big, little}) {
+        const std::string all = head + tiff;
+        const auto bytes = std::as_bytes(std::span(all));
+        EXPECT_EQ(exifOrientation(bytes), 6);
+        for (std::size_t n = 0; n < head.size() + 20; ++n) {
+            const std::vector<std::byte> cut(bytes.begin(), bytes.begin() + std::ptrdiff_t(n));
+            EXPECT_EQ(exifOrientation(cut), 1) << n;
+        }
+    }
 }
 
 }  // namespace

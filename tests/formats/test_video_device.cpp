@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 #include <linux/videodev2.h>
 #include <sys/mman.h>
+#include <unistd.h>
 
+#include <array>
 #include <cstring>
 #include <deque>
 
@@ -125,7 +127,9 @@ TEST(VideoDevice, ReadsYuyvInLimitedRange) {
         const TexturePicture picture = device.next();
         // (126 - 16) 255/219 = 128.08; red + 1.596 50 = 207.9, green - .813 50 = 87.4
         EXPECT_THAT(picture.rgb, ::testing::ElementsAre(255, 255, 255, 0, 0, 0, 208, 87, 128, 208, 87, 128));
-        EXPECT_NEAR(device.age(), 0.25, 0.2);
+        ASSERT_TRUE(device.taken().has_value());
+        const std::chrono::duration<double> age = std::chrono::steady_clock::now() - *device.taken();
+        EXPECT_NEAR(age.count(), 0.25, 0.2);
     }
     EXPECT_EQ(camera.opened + camera.mapped + camera.streaming, 0);
 }
@@ -157,6 +161,23 @@ TEST(VideoDevice, PassesOverDamagedPictures) {
     camera.pictures = {{kYuyv.substr(0, 5)}};  // cut short
     EXPECT_THROW((void)device.next(std::chrono::milliseconds(1)), IoError);
     EXPECT_EQ(camera.queued.size(), 4u);
+}
+
+TEST(VideoDevice, AsksForNoLongerThanItMay) {
+    FakeCamera camera;
+    VideoCalls calls = camera.calls();
+    calls.wait = [](int, int) { return 1; };  // there is a picture, says the driver, and has none
+    VideoDevice device("/dev/video9", 2, 2, calls);
+    EXPECT_FALSE(device.poll(std::chrono::milliseconds(5)).has_value());
+    camera.pictures = {{kYuyv.substr(0, 5)}};
+    EXPECT_FALSE(device.poll(std::chrono::milliseconds(5)).has_value()) << "damaged";
+    camera.pictures = {{kYuyv}};
+    EXPECT_TRUE(device.poll(std::chrono::milliseconds(5)).has_value());
+    std::array<int, 2> ends;
+    ASSERT_EQ(pipe(ends.data()), 0);
+    close(ends[1]);
+    EXPECT_EQ(systemVideoCalls().wait(ends[0], 1000), -1) << "nothing more will ever come";
+    close(ends[0]);
 }
 
 TEST(VideoDevice, PrefersJpeg) {

@@ -55,6 +55,21 @@ TEST(Y4mStream, PicturesComeBackInEveryLayout) {
         }
 }
 
+// ITU-R BT.709 in limited range: red has Y 62.6, Cb 102.3, Cr 240; a stream of 720 rows has it without a word.
+TEST(Y4mStream, LargePicturesHaveTheColorsOfBt709) {
+    std::istringstream in("YUV4MPEG2 W2 H720 C444\n"), small("YUV4MPEG2 W2 H718 C444\n");
+    Y4mHeader header = Y4mReader(in, "video").header();
+    EXPECT_EQ(header.matrix, Y4mMatrix::k709);
+    EXPECT_EQ(Y4mReader(small, "video").header().matrix, Y4mMatrix::k601);
+    header.width = header.height = 1;
+    const std::vector<std::uint8_t> red{255, 0, 0};
+    std::vector<std::uint8_t> planes(3), back(3);
+    planesFromRgb(header, red, planes);
+    EXPECT_THAT(planes, testing::ElementsAre(63, 102, 240));
+    rgbFromPlanes(header, planes, back);
+    EXPECT_LE(mostApart(back, red), 2);
+}
+
 // ITU-R BT.601 in limited range: white is 235, black 16, and red has Y 81.5, Cb 90.2, Cr 240.
 TEST(Y4mStream, ColorsAreThoseOfBt601) {
     const Y4mHeader header{3, 1, Y4mChroma::k444, false, "25:1", "1:1"};

@@ -65,7 +65,11 @@ def check_response(folder):
     assert "is 60x40, and" in fit(folder, "response", listed([pictures[0], {"file": "small.png", "exposure": 0.5}]), expect=3)
     Image.new("RGB", (60, 40), (255, 255, 255)).save(folder / "white.png")
     white = [{"file": "white.png", "exposure": 1}, {"file": "white.png", "exposure": 0.25}]
-    assert "100% of all codes are clipped" in fit(folder, "response", listed(white), expect=3)
+    assert "clipped everywhere" in fit(folder, "response", listed(white), expect=3)
+    swapped = [pictures[0], {**pictures[1], "file": "b3.png"}, pictures[2]]
+    assert "exposures are out of order" in fit(folder, "response", listed(swapped), expect=3)
+    same = [pictures[0], {**pictures[1], "file": "b0.png"}]
+    assert "is the same picture as" in fit(folder, "response", listed(same), expect=3)
 
 
 def turn_of(vector):
@@ -109,6 +113,9 @@ def check_camera(folder):
     assert abs(found["f"] / LENS["f"] - 1) < 0.004, found
     assert abs(found["cx"] - LENS["cx"]) < 1.5 and abs(found["cy"] - LENS["cy"]) < 1.5, found
     assert figures["residual_px"] < 0.3 and 0 < figures["f"]["deviation"] < 2, figures
+    both = np.concatenate([photograph(page, 0, 0.1), photograph(page, 0, 0.1)], 1)  # two grids beside one another
+    Image.fromarray(both).save(folder / "both.png")
+    assert "both.png: tag 25h9:" in fit(folder, "camera", folder / "both.png", "--tags", WORD, expect=3)
     assert "only 2 pictures" in fit(folder, "camera", *files[:2], "--tags", WORD)[2]
     Image.fromarray(photograph(page, 0, 0.01)).save(folder / "level.png")
     assert "tells no focal length" in fit(folder, "camera", folder / "level.png", "--tags", WORD, expect=3)
@@ -131,14 +138,14 @@ def check_align(folder):
         places.append(place)
         noisy = turn_of(random.normal(0, 0.002, 3)) @ look
         if i != 4:  # the marker is hidden here
-            frames.append({"file": f"in/f{i:02d}.jpg", "R": noisy.tolist(),
+            frames.append({"file": f"in/f{i}.jpg", "R": noisy.tolist(),
                            "t": (-look @ place + random.normal(0, 0.0005, 3)).tolist()})
         mapped = look @ turn.T
         w = np.sqrt(max(1 + np.trace(mapped), 1e-9)) / 2
         q = np.array([mapped[2, 1] - mapped[1, 2], mapped[0, 2] - mapped[2, 0], mapped[1, 0] - mapped[0, 1]]) / (4 * w)
         shift = -mapped @ (scale * turn @ place + origin)
         images += " ".join(map(repr, map(float, [i + 1, w, *q, *shift]))).replace(f"{i + 1}.0 ", f"{i + 1} ", 1) + \
-            f" 1 f{i:02d}.jpg\n\n"
+            f" 1 f{i}.jpg\n\n"
     (folder / "a.json").write_text(json.dumps({"format": "penumbra.camera_poses", "camera": camera, "frames": frames}))
     model = folder / "sparse"
     model.mkdir()
@@ -150,10 +157,21 @@ def check_align(folder):
     joined, figures, warned = fit(folder, "align", folder / "a.json", folder / "b.json")
     assert figures["pictures"] == 11 and abs(figures["scale"] / scale - 1) < 0.002, figures
     assert np.linalg.norm(np.array(figures["origin"]) - origin) < 0.002 and warned == "", (figures, warned)
-    assert len(joined["frames"]) == 12
+    names = [pathlib.Path(frame["file"]).name for frame in joined["frames"]]
+    assert names == [f"f{i}.jpg" for i in range(12)], names  # also f4, which the first track lacks
+    hidden = {**track, "frames": [frame for frame in track["frames"] if frame["file"] not in ("f2.jpg", "f9.jpg")]}
+    (folder / "hidden.json").write_text(json.dumps(hidden))
+    inserted = fit(folder, "align", folder / "a.json", folder / "hidden.json")[0]
+    assert [pathlib.Path(frame["file"]).name for frame in inserted["frames"]] == names, inserted
+    zoomed = {**track, "camera": {**track["camera"], "f": 520}}
+    (folder / "zoomed.json").write_text(json.dumps(zoomed))
+    assert "have cameras that differ" in fit(folder, "align", folder / "a.json", folder / "zoomed.json", expect=3)
+    zoomed["camera"]["f"] = 410
+    (folder / "zoomed.json").write_text(json.dumps(zoomed))
+    assert "have cameras that differ" in fit(folder, "align", folder / "a.json", folder / "zoomed.json")[2]
     for frame in joined["frames"]:
         place = -np.array(frame["R"]).T @ np.array(frame["t"])
-        assert np.linalg.norm(place - places[int(frame["file"][-6:-4])]) < 0.004, frame["file"]
+        assert np.linalg.norm(place - places[int(pathlib.Path(frame["file"]).stem[1:])]) < 0.004, frame["file"]
     (model / "cameras.txt").write_text("1 OPENCV 320 240 400 400 160 120 0 0 0 0\n")
     assert "camera model OPENCV" in fit(folder, "poses", "--colmap", model, expect=5)
     bones = {"format": "penumbra.bone_poses", "version": 1}

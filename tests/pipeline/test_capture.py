@@ -168,6 +168,9 @@ def check_clipped(folder, bracket):
     assert found["missing_stops"]["shorter"] >= 3, found
     assert "is only a lower bound" in said and "stops less" in said, said
     assert error_of(found) > 0.2, found
+    # The paper, which is seen but not asked to raise anything, tells how much is missing.
+    found, said = capture(folder, "ball", short, *OPTION, *TAG[:2])
+    assert abs(found["missing_by_paper"] - error_of(found)) < 0.1 and "is missing in what is clipped" in said, (found, said)
     found, said = capture(folder, "ball", short, *OPTION, *TAG)
     wanted = np.array(found["raised"]["irradiance_of_paper"])
     assert np.abs(wanted / GROUND - 1).max() < 0.05, found
@@ -179,6 +182,18 @@ def check_clipped(folder, bracket):
 def check_roam(folder, shots):
     found, _ = capture(folder, "roam", shots)
     assert found["clipped_share"] > 0 and error_of(found) > 0.2, found
+    # Poses of a file by the names of pictures, the camera of a cam.json, and one direction that shows white alone.
+    frames = [{"file": "in/" + p["file"], "R": p["R"], "t": p["t"]} for p in shots["pictures"]]
+    write(folder / "poses.json", {"format": "penumbra.camera_poses", "camera": WIDE, "frames": frames})
+    write(folder / "cam.json", {"format": "penumbra.camera", "version": 1} | WIDE)
+    write_png(folder / "white.png", np.full((120, 160, 3), 255, np.uint8))
+    bare = [{"file": p["file"], "exposure": p["exposure"]} for p in shots["pictures"]]
+    first = digest(folder / "e.exr")
+    for camera in ({}, {"camera": "cam.json"}, {"camera": json.loads((folder / "cam.json").read_text())}):
+        capture(folder, "roam", {"response": "linear", "poses": "poses.json", "pictures": bare} | camera)
+        assert digest(folder / "e.exr") == first, camera
+    capture(folder, "roam", dict(shots, pictures=shots["pictures"] + [dict(shots["pictures"][0], file="white.png",
+                                                                           t=[0.1, 0.2, 0.3])]))
     found, said = capture(folder, "roam", shots, *TAG)
     assert np.abs(np.array(found["raised"]["irradiance_of_paper"]) / GROUND - 1).max() < 0.02, found
     away, error = check_sun(folder, 0.5, 0.12)
@@ -205,6 +220,8 @@ def check_refusals(folder, bracket, shots):
     refused(3, "small.png: has 160 x 60 pixels, and the camera has 160 x 120", "ball",
             dict(bracket, pictures=pictures[:2] + [{"file": "small.png", "exposure": 1e-4}]), *OPTION)
     refused(3, "/pictures/1/exposure", "ball", dict(bracket, pictures=[pictures[0], dict(pictures[1], exposure=0.5)]), *OPTION)
+    faint = [dict(p, exposure=1e8 * p["exposure"]) for p in pictures]
+    refused(3, "less than half floats hold", "ball", dict(bracket, pictures=faint), *OPTION)
     refused(3, "exposures are out of order", "ball",
             dict(bracket, pictures=[dict(pictures[1], exposure=0.5), dict(pictures[0], exposure=0.06)]), *OPTION)
     refused(3, "have the same exposure", "roam",
@@ -220,6 +237,10 @@ def check_refusals(folder, bracket, shots):
     refused(1, "--tag", "roam", shots, "--paper", 0.8)
     refused(1, "above the ground", "ball", bracket, *OPTION, at="0/0/0")
     refused(3, "find", "roam", dict(shots, response="find"))
+    refused(3, "every picture is clipped everywhere", "roam",
+            dict(shots, pictures=[dict(shots["pictures"][0], file="white0.png")]))
+    refused(3, "no frame of \"poses\" that has a pose is called white0.png", "roam",
+            dict(shots, poses="poses.json", pictures=[{"file": "white0.png", "exposure": 1}]))
     sky = [p for p in shots["pictures"] if p["file"].endswith("18.png")]
     refused(3, "no picture shows the paper", "roam", dict(shots, pictures=sky), *TAG)
     print("refusals: named, nothing written")

@@ -103,6 +103,38 @@ def check_numbered():
     scene("gap_scene.json", camera={"poses": "gap.json", "frame": 1})
     refused(3, "frame 1 has no pose", PLAYER, "composite", "gap_scene.json", "--plate", "plate_03.png", "-o", "x.png")
     assert not os.path.exists("x.png")
+    check_names(whole)
+
+
+def check_names(whole):
+    """Photographs and poses belong together by their names, and gaps are told before the first picture is written."""
+    frames = [{"file": f"film/p_{i:02d}.jpg", "R": TURN, "t": [0.05 * (i - 3), -0.6, 5]} for i in range(2, 6)]
+
+    def track(name):
+        with open(f"{name}.json", "w") as f:
+            json.dump({"format": "penumbra.camera_poses", "camera": CAMERA, "frames": frames}, f)
+        return scene(f"{name}_scene.json", camera={"poses": f"{name}.json", "frame": 1})
+
+    os.makedirs("part", exist_ok=True)
+    for i in (4, 5):
+        os.replace(f"plate_{i:02d}.png", f"part/plate_{i:02d}.png")
+    named = track("named")
+    words = ["--plate", "part/plate_%02d.png", "-o", "part/out_%03d.png", "--fps", 4]
+    composite(named, *words)
+    assert all((read(f"part/out_{i:03d}.png") == whole[i - 3]).all() for i in (4, 5))
+    refused(3, "plate_06.png", PLAYER, "composite", named, "--plate",
+            "plate_%02d.png", "-o", "none_%d.png")
+    del frames[3]["R"], frames[3]["t"]  # plate 5, the last one
+    gap = track("last")
+    for name in ("part/out_004.png", "part/out_005.png"):
+        os.remove(name)
+    refused(3, "--without-pose keep", PLAYER, "composite", gap, *words)
+    assert not os.path.exists("part/out_004.png")
+    said = subprocess.run([PLAYER, "composite", gap, *map(str, words), "--without-pose", "keep"], check=True,
+                          capture_output=True, text=True).stderr
+    assert "1 photographs have no pose" in said, said
+    assert (read("part/out_004.png") == whole[1]).all()
+    assert (read("part/out_005.png") == read("part/plate_05.png")).all()
 
 
 def check_video():
@@ -113,6 +145,13 @@ def check_video():
     assert result.stdout.startswith(header) and len(result.stdout) == len(header) + 2 * len(gray), len(result.stdout)
     first = np.frombuffer(result.stdout, np.uint8, WIDTH * HEIGHT, len(header) + 6).reshape(HEIGHT, WIDTH)
     assert (first[:10, :30] == 100).all() and (first != 100).any()
+    # A stream may have more pictures than there are poses. What is said goes beside the stream.
+    longer = subprocess.run([PLAYER, "composite", "moving.json", "--plate", "-", "-o", "-"], input=header + 5 * gray,
+                            capture_output=True, check=True)
+    assert len(longer.stdout) == len(header) + 3 * len(gray) and b"ends at the last pose" in longer.stderr, longer.stderr
+    dry = subprocess.run([PLAYER, "composite", "s.json", "--plate", "plate_03.png", "-o", "-", "--dry-run"],
+                         capture_output=True, check=True)
+    assert dry.stdout == b"" and b"would compose" in dry.stderr, dry
     with open("film.y4m", "wb") as f:
         f.write(header + gray + gray[:500])
     refused(3, "picture 1 is cut short", PLAYER, "composite", "s.json", "--plate", "film.y4m", "-o", "film_out.y4m")

@@ -129,6 +129,10 @@ def check_several_tags(folder):
 
 def check_refusals(folder, page, size, shift, both, none):
     twice = photograph([(page, size, -0.12, -shift), (page, size, 0.12, -shift)], *looking([0, -0.7, 0.6], [0, 0, 0]))
+    exif = Image.Exif()
+    exif[0x0112] = 6
+    Image.open(both).save(folder / "turned.jpg", quality=98, exif=exif)
+    assert "orientation 6" in poses(folder, [folder / "turned.jpg"], "--tag", "25h9:1:0.1")[1]
     cases = [([write(folder, "twice.png", twice)], ["--tag", "4x4_50:5:0.12"], 3, "4x4_50:5 is there twice"),
              ([none], ["--tag", "25h9:1:0.1"], 3, "no such tag is seen in any picture"),
              ([write(folder, "small.png", np.zeros((40, 60, 3), np.uint8))], ["--tag", "25h9:1:0.1"], 3,
@@ -138,9 +142,12 @@ def check_refusals(folder, page, size, shift, both, none):
              ([folder / "missing.png"], ["--tag", "25h9:1:0.1"], 2, "missing.png")]
     for files, more, code, text in cases:
         assert text in poses(folder, files, *more, expect=code), (files, more)
-    (folder / "cam.json").write_text(json.dumps({**CAMERA, "f": 300.0}))
+    # Wrong intrinsics: told, also by -q, and refused where the residual is gross.
     file = write(folder, "near.png", photograph([(page, size, 0, -shift)], *looking([0.1, -0.25, 0.2], [0, 0, 0])))
-    assert "are not those of these pictures" in poses(folder, [file], "--tag", "4x4_50:5:0.12")[1]
+    for f, code in ((380.0, 0), (220.0, 3)):
+        (folder / "cam.json").write_text(json.dumps({**CAMERA, "f": f}))
+        said = poses(folder, [file], "--tag", "4x4_50:5:0.12", "-q", expect=code)
+        assert "are not those of these pictures" in (said if code else said[1]), (f, said)
 
 
 def main():

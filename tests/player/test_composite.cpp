@@ -132,7 +132,14 @@ protected:
 
     void SetUp() override {
         fs::create_directories(folder);
-        const std::array lights = {sunnyLight()};
+        LightFile faint = sunnyLight(), soft = sunnyLight();
+        faint.name = "faint";
+        for (double& coefficient : faint.sh) coefficient *= kFaint;
+        for (SunD& sun : faint.suns) sun.irradiance = sun.irradiance * kFaint;
+        soft.name = "soft";
+        soft.suns.clear();
+        soft.factor.clear();
+        const std::array lights = {sunnyLight(), faint, soft};
         const std::array materials = {synthetic::lambert({0.6f, 0.3f, 0.1f})};
         writeWholeFile(folder / "tube.pnb",
                        packAsset(synthetic::composedTube({.rings = 12, .segments = 9, .joints = 6, .clusters = 4}),
@@ -144,13 +151,16 @@ protected:
     }
     void TearDown() override { fs::remove_all(folder); }
 
+    static constexpr double kFaint = 1e-7;
     static constexpr const char* kTube = R"("characters": [{"asset": "tube.pnb", "position": [0, 0.1, 0]}])";
-    std::unique_ptr<PosedScene> scene(const std::string& keys, const std::string& lens = "") const {
+    std::unique_ptr<PosedScene> scene(const std::string& keys, const std::string& lens = "",
+                                      const std::string& light = "sunny") const {
         const std::string camera = R"("camera": {"f": 150, "size": [160, 120])" + lens +
                                    R"(, "R": [[1, 0, 0], [0, -0.447213595, -0.894427191], [0, 0.894427191,
                                    -0.447213595]], "t": [0, 0, 4.47213595]}, "ground": {"catcher": true, "height": -0.2})";
         return std::make_unique<PosedScene>(parseScene(
-            R"({"version": 1, "light": {"asset": "tube.pnb"}, )" + camera + ", " + keys + "}", "s.json", folder));
+            R"({"version": 1, "light": {"asset": "tube.pnb", "name": ")" + light + "\"}, " + camera + ", " + keys + "}",
+            "s.json", folder));
     }
     static PhotographFrame frameOf(PosedScene& scene, bool bounce = true) {
         RenderOptions options;
@@ -246,6 +256,31 @@ TEST_F(PhotographTest, RealPropsHideAndAddNoShadow) {
 TEST_F(PhotographTest, WhoCastsNothingLeavesTheGroundAsItIs) {
     const auto posed = scene(R"("characters": [{"asset": "tube.pnb", "position": [0, 0.1, 0], "casts": "nothing"}])");
     for (const Vec3 ratio : frameOf(*posed).ratio) ASSERT_LT(length(ratio - Vec3{1, 1, 1}), 1e-6f);
+}
+
+// Exposures have any unit, and so has the light: the ratio has none.
+TEST_F(PhotographTest, RatioIsThatOfALightOfAnyUnit) {
+    const std::string keys = std::string(kTube) + R"(, "props": [{"real": "box.obj", "position": [0.5, -0.2, -0.3]}])";
+    const PhotographFrame bright = frameOf(*scene(keys)), faint = frameOf(*scene(keys, "", "faint"));
+    for (std::size_t i = 0; i < bright.ratio.size(); ++i) ASSERT_LT(length(bright.ratio[i] - faint.ratio[i]), 1e-3f);
+    EXPECT_LT(std::ranges::min(faint.ratio, {}, &Vec3::x).x, 0.7f);
+}
+
+// A scene whose light has no sun can be given one that has, as that of a mirror ball.
+TEST_F(PhotographTest, ASunMayComeToALightWithoutOne) {
+    const auto soft = scene(kTube, "", "soft"), sunny = scene(kTube);
+    const PhotographFrame expected = frameOf(*sunny);
+    soft->addDarkSun();
+    RenderOptions options;
+    options.sun_map = 256;
+    options.samples = 1;
+    PhotographFrames frames(*soft, options, 2);
+    PhotographFrame frame;
+    frames.replaceLight(*sunny->light());
+    frames.compute(0, {}, frame);
+    Largest apart;
+    for (std::size_t i = 0; i < frame.ratio.size(); ++i) apart.add(double(length(frame.ratio[i] - expected.ratio[i])));
+    EXPECT_LT(apart, 1e-4);
 }
 
 TEST_F(PhotographTest, RefusesScenesWithoutACameraOrALight) {

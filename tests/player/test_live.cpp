@@ -8,6 +8,7 @@
 #include "player/composite/live_light.h"
 #include "player/composite/live_plates.h"
 #include "player/composite/live_tracker.h"
+#include "sh/sh_rotation.h"
 #include "tests/formats/drawn_tags.h"
 #include "tests/formats/stage_samples.h"
 
@@ -29,9 +30,9 @@ TEST(LivePlates, AFolderBeginsAgain) {
     std::vector<std::uint8_t> first;
     for (std::size_t i = 0; i < 7; ++i) {
         Plate plate;
-        ASSERT_TRUE(plates.next(plate));
+        ASSERT_EQ(plates.next(plate), LiveNext::kPicture);
         EXPECT_EQ(plates.number(), i % 3);
-        EXPECT_FALSE(plates.age().has_value());
+        EXPECT_LT(std::chrono::steady_clock::now() - plates.taken(), std::chrono::seconds(5));
         first.push_back(plate.codes.rgb.at(0));
     }
     EXPECT_EQ(first[0], first[3]);
@@ -68,6 +69,35 @@ TEST(LiveTracker, KeepsTheLastPoseAndLearnsOtherTags) {
     EXPECT_GT(lost.milliseconds, 0);
 }
 
+TEST(LiveTracker, GoesOnWhereATagIsThereTwice) {
+    const DrawnTag both[] = {{TagFamily::k16h5, 1, 0.4, {}}, {TagFamily::k16h5, 1, 0.4, {0.7, 0, 0}}};
+    const Photograph taken = seenFrom({0.3, -1.6, 1.2});
+    LiveTracker tracker(taken.camera, {{TagFamily::k16h5, 1, 0.4}}, taken.response, 1);
+    EXPECT_TRUE(tracker.track(photographOf(taken, {both, 1})).seen);
+    const TrackedPose& twice = tracker.track(photographOf(taken, both));
+    EXPECT_TRUE(twice.twice);
+    EXPECT_FALSE(twice.seen);
+    EXPECT_LT(length(twice.pose->place() - taken.pose.place()), 0.01) << "the last pose stays";
+    EXPECT_FALSE(tracker.track(photographOf(taken, {both, 1})).twice);
+}
+
+// The mean of the places that several pictures tell is nearer than what the worst of them tells.
+TEST(LiveTracker, LearnsPlacesFromSeveralPictures) {
+    const DrawnTag both[] = {{TagFamily::k16h5, 1, 0.4, {}}, {TagFamily::k16h5, 2, 0.4, {0.7, 0, 0}}};
+    const std::vector<TagChoice> tags{{TagFamily::k16h5, 1, 0.4}, {TagFamily::k16h5, 2, 0.4}};
+    const Photograph last = seenFrom({0.5, -1.5, 1.1});
+    const auto off = [&](std::size_t first, std::size_t count) {
+        LiveTracker tracker(last.camera, tags, last.response, 1);
+        for (std::size_t i = first; i < first + count; ++i)
+            tracker.track(photographOf(seenFrom({0.3 + 0.02 * double(i), -1.7, 1.2}), both));
+        return length(tracker.track(photographOf(last, {both + 1, 1})).pose->place() - last.pose.place());
+    };
+    double worst = 0;
+    for (std::size_t i = 0; i < 5; ++i) worst = std::max(worst, off(i, 1));
+    EXPECT_LT(off(0, 5), worst);
+    EXPECT_NE(off(0, 5), off(0, 1)) << "not the first picture alone";
+}
+
 // A ball in a uniform light of .3 shows .3 times its reflectance wherever one looks.
 TEST(LiveLight, IsThatOfTheBall) {
     const Photograph taken = seenFrom({0.2, -1.0, 0.6});
@@ -80,9 +110,32 @@ TEST(LiveLight, IsThatOfTheBall) {
     EXPECT_NEAR(found->sh[0], radiance * std::sqrt(4 * std::numbers::pi), 0.01 * radiance);
     for (std::size_t i = 3; i < found->sh.size(); ++i) EXPECT_NEAR(found->sh[i], 0, 0.02 * radiance);
     EXPECT_EQ(light.update(picture, taken.camera, taken.pose, 1), nullptr) << "too soon";
+    EXPECT_EQ(found->suns.size(), 1u) << "a dark one";
     LiveLight away(ball, 3, taken.response, 2);
     const CameraPose turned = samples::lookingAt({0.2, -1.0, 0.6}, {0.2, -2, 0.6});
     EXPECT_EQ(away.update(picture, taken.camera, turned, 1), nullptr) << "the camera looks away";
+}
+
+// White on one side: the scene turns its light, and that of the ball stays where it was seen.
+TEST(LiveLight, DoesNotTurnWithTheScenesOwn) {
+    const Photograph taken = seenFrom({0.2, -1.0, 0.6});
+    TexturePicture picture{320, 240, std::vector<std::uint8_t>(3 * 320 * 240, 60)};
+    for (std::size_t y = 0; y < 240; ++y)
+        for (std::size_t x = 3 * 160; x < 3 * 320; ++x) picture.rgb[y * 960 + x] = 200;
+    LiveBall ball{{{0.2, 0, 0.1}, 0.1, 0.5}, {0, 0, 0.3}, {}, 1};
+    LiveLight plain(ball, 2, taken.response, 1);
+    const LightView* as_seen = plain.update(picture, taken.camera, taken.pose, 1);
+    ASSERT_NE(as_seen, nullptr);
+    ball.scene_turn.m = {0, 0, 1, 0, 1, 0, -1, 0, 0};  // x goes to -z, z to x
+    LiveLight turned(ball, 2, taken.response, 1);
+    const LightView* before = turned.update(picture, taken.camera, taken.pose, 1);
+    ASSERT_NE(before, nullptr);
+    std::array<float, 4> from, to;
+    for (std::size_t i = 0; i < 4; ++i) from[i] = before->sh[3 * i];
+    apply(makeShRotation(2, ball.scene_turn), from, to);
+    EXPECT_GT(std::abs(before->sh[3] - as_seen->sh[3]) + std::abs(before->sh[9] - as_seen->sh[9]), 0.05);
+    for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(to[i], as_seen->sh[3 * i], 1e-4);
+    EXPECT_LT(length(ball.scene_turn * before->suns[0].direction - as_seen->suns[0].direction), 1e-4);
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include "player/composite/live_plates.h"
 #include "player/composite/live_tracker.h"
 #include "player/composite/photograph_frames.h"
+#include "player/composite/plate_poses.h"
 #include "player/gl/gl_objects.h"
 #include "player/gl/screenshot.h"
 #include "player/view/window/view_window.h"
@@ -48,14 +49,15 @@ public:
           scene_(readScene(options.scene)),
           camera_(cameraOfScene()),
           window_("Penumbra: " + options.scene.filename().string(), placeFor(options, camera_)),
-          frames_(scene_, drawnHere(options.look), threads),
+          frames_(readiedScene(), drawnHere(options.look), threads),
           plates_(options.plate, camera_.width, camera_.height),
+          poses_(frames_.cameras(), plates_.files()),
           composer_(readResponse(options.response), float(options.exposure)),
           texture_(makeTexture()) {
         result_.gl = window_.description();
         if (!options.tags.empty()) tracker_.emplace(camera_, options.tags, readResponse(options.response), threads);
         if (options.ball)
-            light_.emplace(*options.ball, scene_.light()->order, readResponse(options.response), options.exposure);
+            light_.emplace(turnedBall(), scene_.light()->order, readResponse(options.response), options.exposure);
     }
     LiveResult run();
 
@@ -67,6 +69,7 @@ private:
     ViewWindow window_;  // before everything that needs its context
     PhotographFrames frames_;
     LivePlates plates_;
+    PlatePoses poses_;
     Composer composer_;
     GlObject texture_;
     std::optional<LiveTracker> tracker_;
@@ -76,6 +79,7 @@ private:
     Plate plate_;
     PhotographFrame frame_;
     double compose_ = 0;  // milliseconds of the last picture
+    double latency_ = 0;  // milliseconds from when the last picture was taken until it was shown
     bool quit_ = false, paused_ = false, panels_ = true, relit_ = false, screenshot_ = false;
 
     PinholeCamera cameraOfScene() const {
@@ -83,17 +87,33 @@ private:
             throw InvalidInput(options_.scene.string() + ": /camera: must be the camera of the photographs");
         return SceneCameras(scene_.file()).camera();
     }
+    // A scene whose light will be that of a ball needs a sun that the ball's can take the place of.
+    PosedScene& readiedScene() {
+        if (options_.ball) scene_.addDarkSun();
+        return scene_;
+    }
+    LiveBall turnedBall() const {
+        LiveBall ball = *options_.ball;
+        std::ranges::transform(scene_.lightRotation().m, ball.scene_turn.m.begin(), [](double x) { return float(x); });
+        return ball;
+    }
     static RenderOptions drawnHere(RenderOptions look) {
         look.backend = GlBackend::kCurrent;
         return look;
     }
+    std::optional<CameraPose> poseOfScene() const;
     void handle(const ViewEvents& events);
-    void takePlate();
+    bool takePlate();
     void compose();
     void draw();
     void drawPanel() const;
     void takeScreenshot();
 };
+
+std::optional<CameraPose> LiveLoop::poseOfScene() const {
+    if (!poses_.hasPose(plates_.number())) return std::nullopt;
+    return frames_.cameras().view(*poses_.pictureOf(plates_.number()), {}).pose;
+}
 
 void LiveLoop::handle(const ViewEvents& events) {
     quit_ = quit_ || events.close || interrupted();
@@ -105,11 +125,11 @@ void LiveLoop::handle(const ViewEvents& events) {
     }
 }
 
-void LiveLoop::takePlate() {
-    if (!plates_.next(plate_)) {
-        quit_ = true;
-        return;
-    }
+// Returns false while the camera has no picture yet, and at the end, when it quits.
+bool LiveLoop::takePlate() {
+    const LiveNext next = plates_.next(plate_);
+    quit_ = quit_ || next == LiveNext::kEnded;
+    if (next != LiveNext::kPicture) return false;
     if (plate_.width() != camera_.width || plate_.height() != camera_.height)
         throw InvalidInput(options_.plate.string() + ": picture " + std::to_string(plates_.number()) + " has " +
                            std::to_string(plate_.width()) + " x " + std::to_string(plate_.height()) +
@@ -118,17 +138,17 @@ void LiveLoop::takePlate() {
     if (plate_.isLinear())
         throw InvalidInput(options_.plate.string() + ": a window shows codes of a camera, and this is linear light");
     ++result_.pictures;
+    return true;
 }
 
 // Finds the pose and the light, and puts the characters into the photograph. Without a pose it stays as it is.
 void LiveLoop::compose() {
     frame_.characters = {};
     frame_.ratio.assign(std::size_t(camera_.width) * std::size_t(camera_.height), Vec3{1, 1, 1});
-    const SceneCameras& cameras = frames_.cameras();
     if (tracker_)
         pose_ = tracker_->track(plate_.codes);
     else
-        pose_.pose = cameras.view(cameras.moves() ? plates_.number() % cameras.count() : 0, {}).pose;
+        pose_.pose = poseOfScene();
     result_.track += pose_.milliseconds;
     result_.seen += pose_.seen;
     const auto start = Clock::now();
@@ -156,15 +176,17 @@ void LiveLoop::drawPanel() const {
                  ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoMove |
                      ImGuiWindowFlags_NoSavedSettings);
     ImGui::Text("picture %zu", plates_.number());
+    if (!tracker_ && !pose_.pose) ImGui::TextUnformatted("the poses have none of this picture");
     if (tracker_ && !pose_.pose)
         ImGui::TextUnformatted("no tag was seen yet");
     else if (tracker_)
         ImGui::Text("pose: %s, margin %.2f, %.2f px", pose_.seen ? "tag seen" : "tag lost, the last pose is kept",
                     pose_.margin, pose_.residual);
+    if (pose_.twice) ImGui::TextUnformatted("a tag is there twice: cover one");
     if (pose_.clipped) ImGui::TextUnformatted("the tag's paper is clipped: expose darker");
     if (light_) ImGui::Text("light: %s, %.0f ms", relit_ ? "of the ball" : "of the scene", light_->milliseconds());
     ImGui::Text("tags %.1f ms, composite %.1f ms", pose_.milliseconds, compose_);
-    if (const std::optional<double> age = plates_.age()) ImGui::Text("latency %.0f ms", 1000 * *age + compose_);
+    ImGui::Text("latency %.0f ms", latency_);
     ImGui::TextUnformatted("Space: pause, Tab: this panel, F12: screenshot, Q: quit");
     ImGui::End();
 }
@@ -203,17 +225,19 @@ LiveResult LiveLoop::run() {
     while (!quit_) {
         handle(window_.poll(paused_ ? 0.1 : 0));
         if (quit_) break;
-        if (!paused_) {
-            takePlate();
-            if (quit_) break;
-            compose();
-        }
+        const bool is_new = !paused_ && takePlate();
+        if (quit_) break;
+        if (is_new) compose();
         draw();
+        if (!is_new) continue;
+        latency_ = std::chrono::duration<double, std::milli>(Clock::now() - plates_.taken()).count();
+        result_.latency += latency_;
         if (options_.pictures && result_.pictures >= *options_.pictures) quit_ = true;
     }
     const double shown = std::max<double>(1, double(result_.pictures));
     result_.track /= shown;
     result_.compose /= shown;
+    result_.latency /= shown;
     return std::move(result_);
 }
 

@@ -25,8 +25,9 @@ struct LiveOptions {
 
 struct LiveResult {
     std::string gl;
-    std::size_t pictures = 0, seen = 0;      // shown, and those with a tag
-    double track = 0, compose = 0, age = 0;  // milliseconds a picture: mean; age of what is shown, where it is known
+    std::size_t pictures = 0, seen = 0;  // shown, and those with a tag
+    double track = 0, compose = 0;       // milliseconds a picture: mean
+    double latency = 0;                  // from when a picture was taken, or asked for, until it was shown: mean
 };
 
 // Returns when the user quits, or when a stream ends. Throws what reading throws, and Unsupported without a display.
