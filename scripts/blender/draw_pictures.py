@@ -30,7 +30,7 @@ def prepare():
     camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
     scene.collection.objects.link(camera)
     camera.data.type, camera.data.ortho_scale = "ORTHO", 2.25
-    camera.location = (1.6, -4, 1.8)
+    camera.location = (-2.4, 3.6, 1.8)
     camera.rotation_euler = (Vector((0, 0, 1.0)) - camera.location).to_track_quat("-Z", "Y").to_euler()
     scene.camera = camera
     scene.world = bpy.data.worlds.new("World")
@@ -87,10 +87,12 @@ def said():
 
 def steps():
     """The course of the window. Each yield lets it draw and go on with its jobs."""
-    _, area = window_of()
-    area.type = "PROPERTIES"
+    window, view = window_of()
+    view.spaces.active.shading.type = "MATERIAL"
+    view.spaces.active.overlay.show_overlays = False
+    properties = next(area for area in window.screen.areas if area.type == "PROPERTIES")
     yield
-    area.spaces.active.context = "OBJECT"
+    properties.spaces.active.context = "OBJECT"
     job = bpy.context.window_manager.penumbra
     settings().quality, settings().rays = "OWN", 65536
     press("bake_frames", character="Hero")
@@ -107,11 +109,15 @@ def steps():
         yield
     print("said", said())
     assert "24 frames" in said(), said()
-    for _ in range(10):
+    press("show", wanted=True, character="Hero")
+    with bpy.context.temp_override(window=window, area=view, region=view.regions[-1]):
+        bpy.ops.view3d.view_camera()
+    bpy.context.scene.frame_set(FRAME)
+    for _ in range(30):
         yield
-    window, _ = window_of()
     with bpy.context.temp_override(window=window):
         bpy.ops.screen.screenshot(filepath=os.path.join(FOLDER, "panel.png"))
+    press("show", wanted=False, character="Hero")
     render("plain", "BLENDER_EEVEE")
     press("show", wanted=True, character="Hero")
     render("shown", "BLENDER_EEVEE")

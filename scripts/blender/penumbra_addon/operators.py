@@ -61,8 +61,10 @@ class Job(OfCharacter):
         """Goes on for so long, and says whether the job has ended."""
         job, end = context.window_manager.penumbra, time.monotonic() + seconds
         try:
-            if job.cancel:
-                raise Failed("stopped")
+            if job.cancel:  # what the user asked for is no error
+                say(self.settings, "stopped", problem=True)
+                self.problem = True
+                return True
             while time.monotonic() < end:
                 job.share, job.status = next(self.running)
         except StopIteration:
