@@ -153,13 +153,13 @@ PackedIndirect shrinkIndirect(Model& model, AssetPrecision precision, std::optio
     for (ClusterModel& cluster : model.indirect->clusters) dropUnseenGroups(cluster);
     const Model whole = model;
     // 1. Weights that are too large for a half, or that nearly cancel one another, stay as they are.
-    constexpr double kFelt = 0.1, kLargestHalf = 60000;
+    constexpr double kFelt = 0.1, kSafeHalf = 60000;
     const std::vector<std::byte> exact = write(whole, AssetPrecision::kF32, {AssetPrecision::kF32});
     for (const ClusterModel& cluster : model.indirect->clusters) {
         packed.all_components += cluster.components();
         for (const std::vector<float>* numbers : {&cluster.weights, &cluster.hidden})
             for (const float x : *numbers)
-                if (std::abs(x) > kLargestHalf) packed.weights = AssetPrecision::kF32;
+                if (std::abs(x) > kSafeHalf) packed.weights = AssetPrecision::kF32;
     }
     if (packed.weights == AssetPrecision::kF16 &&
         differenceOf(write(whole, AssetPrecision::kF32, {AssetPrecision::kF16}), exact) > kFelt)
