@@ -21,7 +21,10 @@ std::vector<double> frameTimes(const ClipTimes& clip, double fps) {
     if (fps > 0) {
         if (duration * fps > kMaxFrames)
             throw BadOption("fps", std::to_string(fps) + " gives clip '" + clip.name + "' more than 1e7 frames");
-        for (std::size_t i = 0; double(i) / fps <= duration + 1e-9; ++i) times.push_back(clip.begin + double(i) / fps);
+        // Files hold times as floats: a clip of 24 frames at 24 a second may end just before its last one.
+        const double rounding = std::min(kSameKey, 0.01 / fps);
+        for (std::size_t i = 0; double(i) / fps <= duration + rounding; ++i)
+            times.push_back(clip.begin + double(i) / fps);
         return times;
     }
     times = clip.keys;

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "formats/common/errors.h"
+#include "formats/rig/frame_sampling.h"
 #include "tests/formats/rig_samples.h"
 
 namespace penumbra::test_rig_pose {
@@ -153,6 +154,11 @@ TEST(RigFrames, AreAtMultiplesOfTheRateUpToTheEnd) {
     EXPECT_DOUBLE_EQ(frames.time[1], 1.0 / 3);
 }
 
+TEST(RigFrames, HaveTheLastOneOfAClipWhoseEndIsAFloat) {
+    const double end = double(23.0f / 24.0f);
+    ASSERT_LT(end, 23.0 / 24);
+    EXPECT_EQ(sampleClips({{"clip", 0, end, {}}}, {}, 24, "it").frameCount(), 24u);
+}
 TEST(RigFrames, WithoutARateAreTheKeysOfTheClip) {
     const Rig rig = readSample("interpolation");
     const FrameList frames = sampleFrames(rig, {"step"}, 0);
