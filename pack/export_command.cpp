@@ -34,10 +34,9 @@ struct ExportCommand {
 
 // Returns the kind that the name of the output asks for.
 ExportKind kindOfName(const fs::path& output) {
-    const std::string extension = output.extension();
-    if (extension == ".npy") return ExportKind::kNumpy;
-    if (extension == ".png" || extension == ".exr") return ExportKind::kTable;
-    if (extension == ".glb") return ExportKind::kStatic;
+    if (isExtension(output, ".npy")) return ExportKind::kNumpy;
+    if (isExtension(output, ".png") || isExtension(output, ".exr")) return ExportKind::kTable;
+    if (isExtension(output, ".glb")) return ExportKind::kStatic;
     throw UsageError("--output must end in .glb, .png, .exr or .npy, not " + output.string());
 }
 

@@ -151,6 +151,7 @@ void PlayWriter::writePrimitive(std::size_t mesh, std::size_t primitive, const G
     int components = 3;
     std::vector<std::size_t> colors;
     if (target) colors = writeColors(*target, components);
+    if (patterns_.count == 0) return;  // a list without entries is no glTF
     const auto position = place().at("attributes").at("POSITION").get<std::size_t>();
     const auto vertices = out_.glb.document["accessors"].at(position).at("count").get<std::size_t>();
     std::map<std::string, int> others{{"POSITION", 3}};
@@ -201,7 +202,7 @@ void PlayWriter::writeMesh(std::size_t mesh, std::span<const GlbTarget* const> t
             std::find_if(targets.begin(), targets.end(), [&](const GlbTarget* t) { return t->primitive == p; });
         writePrimitive(mesh, p, found == targets.end() ? nullptr : *found);
     }
-    extendWeights(mesh, own);
+    if (patterns_.count > 0) extendWeights(mesh, own);
     nodes_.push_back({targets[0]->node, mesh, own});
 }
 
@@ -239,6 +240,9 @@ PrincipalWeights exportPlay(const FrameReader& reader, const ExportOptions& opti
     writer.write();
     if (patterns.count > 0)
         addPlayTracks(out.glb, out.numbers, writer.nodes(), tracksOf(played, patterns), patterns.count);
+    else
+        out.glb.notes.push_back(out.glb.path.string() +
+                                ": nothing moves: the mean is as near to the frames as was asked for");
     return patterns;
 }
 

@@ -1,5 +1,6 @@
 #include "pack/export/glb_targets.h"
 
+#include <array>
 #include <map>
 #include <set>
 #include <utility>
@@ -38,6 +39,17 @@ std::size_t splitMeshes(GlbTree& document, std::vector<GlbTarget>& targets) {
     return mesh_of_node.size();
 }
 
+// Morph targets of the file that change colours.
+void noteColorTargets(const std::vector<GlbTarget>& targets, GrowingGlb& glb) {
+    for (const GlbTarget& target : targets)
+        for (const GlbTree& morph : primitiveOf(glb, target).value("targets", GlbTree::array()))
+            if (morph.contains("COLOR_0")) {
+                glb.notes.push_back(glb.path.string() +
+                                    ": morph targets of COLOR_0: what they add is not darkened by the occlusion");
+                return;
+            }
+}
+
 }  // namespace
 
 std::vector<GlbTarget> findTargets(const Rig& rig, const ExportRows& rows, GrowingGlb& glb) {
@@ -55,6 +67,7 @@ std::vector<GlbTarget> findTargets(const Rig& rig, const ExportRows& rows, Growi
         const auto mesh = glb.document.at("nodes").at(node).at("mesh").get<std::size_t>();
         targets.push_back({node, mesh, primitive, {part}});
     }
+    noteColorTargets(targets, glb);
     if (instanced)
         glb.notes.push_back(glb.path.string() +
                             ": instances of EXT_mesh_gpu_instancing share one mesh, which gets the mean "
@@ -70,13 +83,17 @@ GlbTree& primitiveOf(GrowingGlb& glb, const GlbTarget& target) {
 }
 
 void markExport(GrowingGlb& glb, GlbTree mark) {
-    GlbTree& asset = glb.document.at("asset");
-    if (asset.contains("extras") && !asset["extras"].is_object()) return;  // of somebody else: it stays
-    GlbTree& extras = asset["extras"];
-    if (extras.contains(kMark))
-        throw InvalidInput(glb.path.string() + ": is an export already (asset.extras." + kMark +
-                           "); export into the file that it was made of");
-    extras[kMark] = std::move(mark);
+    // Extras that are no object are somebody else's and stay; then those of the whole file have the mark.
+    const std::array<GlbTree*, 2> places{&glb.document.at("asset"), &glb.document};
+    for (GlbTree* place : places)
+        if (place->contains("extras") && (*place)["extras"].is_object() && (*place)["extras"].contains(kMark))
+            throw InvalidInput(glb.path.string() + ": is an export already (asset.extras." + kMark +
+                               "); export into the file that it was made of");
+    for (GlbTree* place : places)
+        if (!place->contains("extras") || (*place)["extras"].is_object()) {
+            (*place)["extras"][kMark] = std::move(mark);
+            return;
+        }
 }
 
 }  // namespace penumbra

@@ -289,6 +289,16 @@ def check_bad_input(folder, rig, vis):
     done = os.path.join(folder, "done.glb")
     must(PACK, "export", vis, rig, "-o", done)
     refused(3, "is an export already", PACK, "export", vis, done, "-o", out)
+    mine, again = os.path.join(folder, "mine.glb"), os.path.join(folder, "again.glb")
+    glb = Glb(rig)
+    glb.json["asset"]["extras"] = "mine"
+    write_glb(mine, glb.json, glb.bin)
+    must(PACK, "export", vis, mine, "-o", again)
+    assert Glb(again).json["asset"]["extras"] == "mine"
+    refused(3, "is an export already", PACK, "export", vis, again, "-o", out)
+    # A bound that the mean meets leaves nothing to move, and no empty lists, which are no glTF.
+    still = must(PACK, "export", vis, rig, "-o", again, "--as", "play", "--max-error", "1")
+    assert not any("targets" in p for mesh in Glb(again).json["meshes"] for p in mesh["primitives"]), still
     glb = Glb(rig)
     glb.json["extensionsRequired"] = ["KHR_draco_mesh_compression"]
     draco = os.path.join(folder, "draco.glb")

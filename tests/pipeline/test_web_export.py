@@ -161,7 +161,9 @@ def main():
                 print("%s %s, table: %s" % (found["reader"], name, shot))
                 assert shot["pixels"] > 5000 and shot["max"] <= 1.001 / 255, shot
         print(must("node", os.path.join(PAGES, "validate.cjs"), PACKAGES, *files), end="")
-        print("assimp reads (meshes, with colours):", read_by_assimp(files[0]))
+        read = read_by_assimp(files[0])
+        print("assimp reads (meshes, with colours):", read)
+        assert read is None or read[0] == read[1] > 0, read
 
 
 main()

@@ -134,6 +134,10 @@ void takeBuffers(GrowingGlb& glb, bool has_binary) {
         }
         std::optional<GlbBytes> bytes =
             own ? std::move(glb.binary) : bytesOfUri(glb, buffer.at("uri").get<std::string>());
+        if (merged.empty()) {  // the first one's name and extras stay
+            kept[0] = buffer;
+            kept[0].erase("uri");
+        }
         const auto size = buffer.at("byteLength").get<std::size_t>();
         if (!bytes || bytes->size() < size)
             failAtFile(glb.path, "buffer " + std::to_string(i) + " is missing or cut short");
