@@ -3,6 +3,7 @@
 usage: blender -b --factory-startup --python blender_steps.py -- ZIP BIN FOLDER
 """
 import os
+import pathlib
 import sys
 
 import bpy
@@ -53,10 +54,17 @@ def refused(button, settings, part):
         check(False, "not refused:", part)
 
 
+def table_of(thing):
+    """The numbers [F,V] of the last bake, by the button that exports them."""
+    words = {"character": thing.name, "kind": "npy", "filepath": os.path.join(FOLDER, "table.npy")}
+    check(bpy.ops.penumbra.export(**words) == {"FINISHED"}, said(thing.penumbra))
+    return np.load(words["filepath"])
+
+
 def bake_frames(rig, things):
     settings = rig.penumbra
     check(bpy.ops.penumbra.bake_frames() == {"FINISHED"}, said(settings))
-    table = np.load(os.path.join(FOLDER, "Hero.npy"))
+    table = table_of(rig)
     check(table.min() < 0.5 and table.max() > 0.9, "occlusion has a range", table.min(), table.max())
     frames = range(1, character.FRAMES + 1)
     worst = worst_difference(things, "penumbra_ao", table, frames)
@@ -102,11 +110,16 @@ def main():
     bpy.context.view_layer.objects.active = rig
     make_asset(rig, [body, box])
     compare_and_export(rig)
+    show(body)
     refusals(rig, body, box)
     roles(rig, body, box)
     clips(rig, body, box)
     sheet()
+    twins(rig, box)
+    rig_file = rig.penumbra.rig
     bad_inputs(rig)
+    stopped(pathlib.Path(rig_file))
+    deleted_under_a_job("Hero")
     print("PASSED")
 
 
@@ -132,6 +145,34 @@ def compare_and_export(rig):
         print("export:", kind, os.path.basename(path), os.path.getsize(path), "bytes")
 
 
+def show(body):
+    """A plate that shares a material with the body stays as bright as it was, and Hide takes every node away."""
+    material = body.material_slots[0].material
+    before = [node.name for node in material.node_tree.nodes], len(material.node_tree.links)
+    check(bpy.ops.penumbra.show(wanted=True) == {"FINISHED"}, "show")
+    source = material.node_tree.nodes["Penumbra multiply by"]
+    graph = bpy.context.evaluated_depsgraph_get()
+    dark = body.evaluated_get(graph).to_mesh().attributes[source.attribute_name].data
+    value = np.array([entry.value for entry in dark])
+    check(abs(1 - value - values(body, "penumbra_ao")).max() <= 1e-6, "materials multiply by 1 - this attribute")
+    check(material.node_tree.nodes["Penumbra multiply open"].operation == "SUBTRACT", "a missing attribute is 0")
+    check(bpy.ops.penumbra.show(wanted=False) == {"FINISHED"}, "hide")
+    check(before == ([node.name for node in material.node_tree.nodes], len(material.node_tree.links)), "all is back")
+
+
+def twins(rig, box):
+    """A linked duplicate is left out by its own name, though its mesh has the other's."""
+    settings = rig.penumbra
+    twin = box.copy()
+    twin.name, box.data.name = "Twin", "Twin.001"
+    bpy.context.scene.collection.objects.link(twin)
+    twin.matrix_parent_inverse.translation.x += 0.3
+    twin.penumbra.role = "WITHOUT"
+    settings.frames, settings.first, settings.last = "OWN", 1, 3
+    check(bpy.ops.penumbra.make_asset() == {"FINISHED"}, said(settings))
+    bpy.data.objects.remove(twin)
+
+
 def roles(rig, body, box):
     """A collection leaves the box out, and a custom property makes a moving plate an occluder."""
     settings, scene = rig.penumbra, bpy.context.scene
@@ -141,7 +182,7 @@ def roles(rig, body, box):
     left_out["penumbra_role"] = "without"
     settings.frames, settings.first, settings.last, settings.step = "OWN", 1, 13, 12
     check(bpy.ops.penumbra.bake_frames() == {"FINISHED"}, said(settings))
-    alone = np.load(os.path.join(FOLDER, "Hero.npy"))
+    alone = table_of(rig)
     check(alone.shape == (2, len(body.evaluated_get(bpy.context.evaluated_depsgraph_get()).data.vertices)), alone.shape)
     bpy.ops.mesh.primitive_cube_add(size=1, location=(0, -9, 1.3))
     plate = bpy.context.object
@@ -151,7 +192,7 @@ def roles(rig, body, box):
     plate.keyframe_insert("location", frame=13)
     plate["penumbra_role"] = "occluder"
     check(bpy.ops.penumbra.bake_frames() == {"FINISHED"}, said(settings))
-    beside = np.load(os.path.join(FOLDER, "Hero.npy"))
+    beside = table_of(rig)
     near, far = alone[1].mean() - beside[1].mean(), alone[0].mean() - beside[0].mean()
     print("roles: the plate hides", near, "where it is near and", far, "where it is far")
     check(near > 0.03 > 0.01 > abs(far), near, far)
@@ -172,19 +213,27 @@ def clips(rig, body, box):
         for point in curve.keyframe_points:
             point.co.x = 3 + (point.co.x - 1) / 2
         curve.update()
-    settings.frames, settings.clips, settings.step = "CLIPS", "bend ü, move", 1
+    for curve in [c for c in bend.fcurves if "leg.L" in c.data_path]:  # a bone that this clip leaves alone
+        bend.fcurves.remove(curve)
+    rig.animation_data.action = bend
+    leg, head = rig.pose.bones["leg.L"], rig.pose.bones["head"]
+    leg.rotation_euler, head.rotation_euler = (0.25, 0, 0), (0, 0, 0.5)  # without keys
+    settings.frames, settings.clips, settings.step = "CLIPS", "move, bend ü", 1
     before, actions = rig.animation_data.action, bpy.data.actions.keys()
     check(bpy.ops.penumbra.make_asset() == {"FINISHED"}, said(settings))
     check(rig.animation_data.action == before and len(bpy.data.scenes) == 1, "the scene is as it was")
     check(bpy.data.actions.keys() == actions, bpy.data.actions.keys(), actions)
     names = [(c.name, c.first_row, c.rows, c.first_frame) for c in settings.played]
-    check(names == [("bend ü", 0, 12, 3), ("move", 12, 24, 1)], names)
+    check(names == [("move", 0, 24, 1), ("bend ü", 24, 12, 3)], names)
+    posed = [tuple(round(angle, 6) for angle in bone.rotation_euler) for bone in (leg, head)]
+    check(posed == [(0.25, 0, 0), (0, 0, 0.5)], "the user's own pose is as it was", posed)
     check(bpy.ops.penumbra.bake_frames() == {"FINISHED"}, said(settings))
-    table = np.load(os.path.join(FOLDER, "Hero.npy"))
+    table = table_of(rig)
     worst = []
     for name, first, rows, start in names:
         bpy.ops.penumbra.play(clip=name)
         check(rig.animation_data.action.name == name, name)
+        leg.rotation_euler = 0.25, 0, 0
         worst.append(worst_difference([body, box], "penumbra_ao", table[first : first + rows], range(start, start + rows)))
     print("clips: largest differences", worst)
     check(max(worst) <= 1e-6, worst)
@@ -201,7 +250,7 @@ def sheet():
     settings.frames, settings.first, settings.last = "OWN", 30, 32
     words = {"character": thing.name}
     check(bpy.ops.penumbra.bake_frames(**words) == {"FINISHED"}, said(settings))
-    table = np.load(os.path.join(FOLDER, bpy.path.clean_name(thing.name) + ".npy"))
+    table = table_of(thing)
     check(table.min() < 0.9 and worst_difference([thing], "penumbra_ao", table, range(30, 33)) <= 1e-6, table.min())
     refused(lambda: bpy.ops.penumbra.make_asset(**words), settings, "has no armature")
     thing.modifiers.new("Build", "BUILD").frame_duration = 50
@@ -215,12 +264,12 @@ def sheet():
 def bad_inputs(rig):
     bpy.context.view_layer.objects.active = rig
     settings, chosen = rig.penumbra, bpy.context.preferences.addons["penumbra_addon"].preferences
-    settings.clips = "no such clip"
+    settings.frames, settings.clips = "CLIPS", "no such clip"
     refused(bpy.ops.penumbra.bake_frames, settings, "there is no action 'no such clip'")
     settings.frames, settings.first, settings.last = "OWN", 5, 4
     refused(bpy.ops.penumbra.bake_frames, settings, "before the first")
     settings.last = 6
-    folder, settings.folder = settings.folder, os.path.join(FOLDER, "Hero.npy")
+    folder, settings.folder = settings.folder, ARCHIVE
     refused(bpy.ops.penumbra.bake_frames, settings, "cannot be made")
     settings.folder, chosen.folder = folder, FOLDER
     refused(bpy.ops.penumbra.bake_frames, settings, "was not found in")
@@ -231,25 +280,56 @@ def bad_inputs(rig):
     os.symlink(FOLDER, there)
     chosen.prefix, chosen.path_from, chosen.path_to = "nice -n 1", FOLDER, there
     check(bpy.ops.penumbra.bake_frames() == {"FINISHED"}, said(settings))
-    check(len(np.load(os.path.join(FOLDER, "Hero.npy"))) == 2, "by a prefix")
+    check(settings.frame_count == 2, "by a prefix")
     chosen.prefix = chosen.path_from = chosen.path_to = ""
-    stopped(settings)
+    settings.attribute = " "
+    refused(bpy.ops.penumbra.bake_frames, settings, "the attribute has no name")
+    settings.attribute = "other_ao"
+    check(bpy.ops.penumbra.bake_frames() == {"FINISHED"}, said(settings))
+    names = [m.name for m in bpy.data.objects["Body"].modifiers if m.name.startswith("Penumbra")]
+    check(names == ["Penumbra other_ao"], "the modifier of the old name is gone", names)
+    settings.frame_count += 1
+    refused(lambda: bpy.ops.penumbra.export(kind="npy"), settings, "of the last run: bake again")
 
 
-def stopped(settings):
+def stopped(rig_file):
     """Whoever closes a run stops the program, which leaves no file."""
     from penumbra_addon import preferences, routes
 
     out = os.path.join(FOLDER, "stopped.vis.h5")
-    running = preferences.programs(bpy.context).run(
-        "bake", "visibility", os.path.join(FOLDER, "Hero.cache.npz"), "-o", out, "--rays", 65536, *routes.TELL
-    )
+    words = [rig_file, "-o", out, "--rays", 65536, *routes.TELL]
+    running = preferences.programs(bpy.context).run("bake", "visibility", *words)
     share = 0.0
     while share == 0.0:
         share, status = next(running)
     running.close()
     print("stopped: at", share, status)
     check(share < 1 and not [name for name in os.listdir(FOLDER) if name.startswith("stopped")], os.listdir(FOLDER))
+    left = [name for name in os.listdir(FOLDER) if name.endswith((".npz", ".info.json", ".values.npy", ".positions.npy"))]
+    check(not left, "files between are removed", left)
+
+
+def deleted_under_a_job(rig):
+    """The character goes while the program runs: the job ends with a reason, and so does the program."""
+    from penumbra_addon import operators, programs
+
+    started, real = [], programs.start
+
+    def delete_after_start(command):
+        started.append(real(command))
+        bpy.data.objects.remove(bpy.data.objects[rig])
+        return started[-1]
+
+    programs.start = delete_after_start
+    try:
+        bpy.ops.penumbra.bake_frames(character=rig)
+    except RuntimeError as error:
+        check("is gone" in str(error), error)
+    else:
+        check(False, "a job without its character goes on")
+    programs.start = real
+    check(started[0].poll() is not None and operators.Course.now is None, "the program ends with the job")
+    check(not bpy.context.window_manager.penumbra.running, "nothing runs")
 
 
 def refusals(rig, body, box):
