@@ -10,48 +10,12 @@ import bpy
 import numpy as np
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-sys.path.insert(0, os.path.join(HERE, "..", "..", "scripts", "blender"))
+sys.path[:0] = [HERE, os.path.join(HERE, "..", "..", "scripts", "blender")]
+import blender_faults as faults  # noqa: E402
 import character  # noqa: E402
+from blender_common import check, refused, said, values, worst_difference  # noqa: E402
 
 ARCHIVE, BIN, FOLDER = sys.argv[sys.argv.index("--") + 1 :]
-
-
-def check(good, *what):
-    if not good:
-        print("FAILED", *what)
-        sys.stdout.flush()
-        os._exit(1)
-
-
-def values(thing, attribute):
-    mesh = thing.evaluated_get(bpy.context.evaluated_depsgraph_get()).to_mesh()
-    colors = np.empty(4 * len(mesh.vertices), np.float32)
-    mesh.attributes[attribute].data.foreach_get("color", colors)
-    return colors.reshape(-1, 4)[:, 0]
-
-
-def worst_difference(things, attribute, table, frames):
-    """Of what Blender shows in these frames from the rows of a table [F,V]."""
-    worst = 0.0
-    for row, frame in enumerate(frames):
-        bpy.context.scene.frame_set(frame)
-        shown = np.concatenate([values(thing, attribute) for thing in things])
-        check(shown.shape == table[row].shape, shown.shape, table[row].shape)
-        worst = max(worst, float(abs(shown - table[row]).max()))
-    return worst
-
-
-def said(settings):
-    return " | ".join(line.text for line in settings.lines)
-
-
-def refused(button, settings, part):
-    try:
-        button()
-    except RuntimeError as error:
-        check(part in str(error) and part in said(settings), part, "is not in", error, said(settings))
-    else:
-        check(False, "not refused:", part)
 
 
 def table_of(thing):
@@ -110,24 +74,39 @@ def main():
     bpy.context.view_layer.objects.active = rig
     make_asset(rig, [body, box])
     compare_and_export(rig)
-    show(body)
+    faults.other_versions()
+    faults.names_of_files(FOLDER)
+    faults.mouse_of_a_job()
+    faults.show(body)
     refusals(rig, body, box)
     roles(rig, body, box)
     clips(rig, body, box)
     sheet()
-    twins(rig, box)
+    faults.twins(rig, box)
     rig_file = rig.penumbra.rig
     bad_inputs(rig)
     stopped(pathlib.Path(rig_file))
-    deleted_under_a_job("Hero")
+    faults.deleted_under_a_job("Hero")
     print("PASSED")
+
+
+def paint_with_picture(thing):
+    image = bpy.data.images.new("Grain", 8, 8)
+    image.pixels.foreach_set(np.tile(np.array([0.5, 0.3, 0.1, 1], np.float32), 64))
+    image.pack()
+    tree = thing.material_slots[0].material.node_tree
+    texture = tree.nodes.new("ShaderNodeTexImage")
+    texture.image = image
+    tree.links.new(texture.outputs["Color"], tree.nodes["Principled BSDF"].inputs["Base Color"])
 
 
 def make_asset(rig, things):
     settings = rig.penumbra
+    paint_with_picture(things[1])
     check(bpy.ops.penumbra.make_asset() == {"FINISHED"}, said(settings))
     print("route B:", said(settings), "pose error", settings.pose_error)
     check(0 < settings.pose_error <= 1e-4, settings.pose_error)
+    check(b"\x89PNG" in pathlib.Path(settings.asset).read_bytes(), "the asset has the picture of the box")
 
 
 def compare_and_export(rig):
@@ -138,39 +117,19 @@ def compare_and_export(rig):
     both = [np.concatenate([values(t, "penumbra_ao" + e) for t in things]) for e in ("", "_model")]
     print("compare:", said(settings), "mean difference in frame 12", abs(both[0] - both[1]).mean())
     check(1e-5 < abs(both[0] - both[1]).mean() < 0.05, "the model is near the bake and not the bake")
+    sizes = {}
     for kind in ("static", "play", "table", "npy"):
         check(bpy.ops.penumbra.export(kind=kind) == {"FINISHED"}, kind, said(settings))
         path = said(settings).removesuffix(" is written")
-        check(os.path.getsize(path) > 1000, path)
-        print("export:", kind, os.path.basename(path), os.path.getsize(path), "bytes")
-
-
-def show(body):
-    """A plate that shares a material with the body stays as bright as it was, and Hide takes every node away."""
-    material = body.material_slots[0].material
-    before = [node.name for node in material.node_tree.nodes], len(material.node_tree.links)
-    check(bpy.ops.penumbra.show(wanted=True) == {"FINISHED"}, "show")
-    source = material.node_tree.nodes["Penumbra multiply by"]
-    graph = bpy.context.evaluated_depsgraph_get()
-    dark = body.evaluated_get(graph).to_mesh().attributes[source.attribute_name].data
-    value = np.array([entry.value for entry in dark])
-    check(abs(1 - value - values(body, "penumbra_ao")).max() <= 1e-6, "materials multiply by 1 - this attribute")
-    check(material.node_tree.nodes["Penumbra multiply open"].operation == "SUBTRACT", "a missing attribute is 0")
-    check(bpy.ops.penumbra.show(wanted=False) == {"FINISHED"}, "hide")
-    check(before == ([node.name for node in material.node_tree.nodes], len(material.node_tree.links)), "all is back")
-
-
-def twins(rig, box):
-    """A linked duplicate is left out by its own name, though its mesh has the other's."""
-    settings = rig.penumbra
-    twin = box.copy()
-    twin.name, box.data.name = "Twin", "Twin.001"
-    bpy.context.scene.collection.objects.link(twin)
-    twin.matrix_parent_inverse.translation.x += 0.3
-    twin.penumbra.role = "WITHOUT"
-    settings.frames, settings.first, settings.last = "OWN", 1, 3
-    check(bpy.ops.penumbra.make_asset() == {"FINISHED"}, said(settings))
-    bpy.data.objects.remove(twin)
+        sizes[path] = os.path.getsize(path)
+        check(sizes[path] > 1000, path)
+        print("export:", kind, os.path.basename(path), sizes[path], "bytes")
+    check(len(sizes) == 4, "every kind has a name of its own", sizes)
+    for words in ({"kind": "play", "max_error": 0.05}, {"kind": "table", "bent": True, "use_model": True}):
+        path = os.path.join(FOLDER, "options" + (".glb" if words["kind"] == "play" else ".exr"))
+        check(bpy.ops.penumbra.export(filepath=path, **words) == {"FINISHED"}, said(settings))
+        check(os.path.getsize(path) not in (0, *sizes.values()), "the options are heard", words)
+    refused(lambda: bpy.ops.penumbra.export(kind="npy", clips="no such"), settings, "no such")
 
 
 def roles(rig, body, box):
@@ -307,29 +266,6 @@ def stopped(rig_file):
     check(share < 1 and not [name for name in os.listdir(FOLDER) if name.startswith("stopped")], os.listdir(FOLDER))
     left = [name for name in os.listdir(FOLDER) if name.endswith((".npz", ".info.json", ".values.npy", ".positions.npy"))]
     check(not left, "files between are removed", left)
-
-
-def deleted_under_a_job(rig):
-    """The character goes while the program runs: the job ends with a reason, and so does the program."""
-    from penumbra_addon import operators, programs
-
-    started, real = [], programs.start
-
-    def delete_after_start(command):
-        started.append(real(command))
-        bpy.data.objects.remove(bpy.data.objects[rig])
-        return started[-1]
-
-    programs.start = delete_after_start
-    try:
-        bpy.ops.penumbra.bake_frames(character=rig)
-    except RuntimeError as error:
-        check("is gone" in str(error), error)
-    else:
-        check(False, "a job without its character goes on")
-    programs.start = real
-    check(started[0].poll() is not None and operators.Course.now is None, "the program ends with the job")
-    check(not bpy.context.window_manager.penumbra.running, "nothing runs")
 
 
 def refusals(rig, body, box):

@@ -17,9 +17,13 @@ from . import operators, panels, preferences, properties  # noqa: E402
 MODULES = (preferences, properties, operators, panels)
 
 
-def register():
-    if bpy.app.version >= (5, 0, 0):
+def refuse_later(version):
+    if version >= (5, 0, 0):
         raise RuntimeError("Penumbra's add-on works with Blender 3.4 to 4.5; Blender 5.0 keeps actions in another way")
+
+
+def register():
+    refuse_later(bpy.app.version)
     for module in MODULES:
         module.register()
 

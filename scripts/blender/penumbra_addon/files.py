@@ -12,12 +12,13 @@ from .programs import Failed
 
 def folder_of(settings):
     """Where the files of a character go: beside the .blend, or in the user's own temporary folder without a .blend."""
-    if settings.folder.startswith("//") and not bpy.data.filepath:
+    unsaved = settings.folder.startswith("//") and not bpy.data.filepath
+    if unsaved:
         folder = pathlib.Path(tempfile.gettempdir()) / f"penumbra-{user()}"
     else:
         folder = pathlib.Path(bpy.path.abspath(settings.folder))
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        folder.mkdir(mode=0o700 if unsaved else 0o777, parents=True, exist_ok=True)
     except OSError as error:
         raise Failed(f"{folder} cannot be made: {error.strerror}") from error
     return folder

@@ -109,7 +109,7 @@ class PENUMBRA_PT_object(PenumbraPanel, bpy.types.Panel):
 
     def draw(self, context):
         layout, thing = self.layout, context.object
-        if thing.type == "MESH":
+        if thing.type == "MESH" and not context.window_manager.penumbra.running:
             layout.prop(thing.penumbra, "role")
         character = character_of(thing)
         if character != thing:

@@ -17,6 +17,8 @@ def compare(context, settings, report):
     tools, who, _ = programs(context), members(context.scene, settings.id_data), attribute_of(settings)
     if not settings.asset:
         raise Failed("make a run-time asset first")
+    if settings.attached != settings.attribute:
+        raise Failed(f"the run-time asset is shown in {settings.attached}: make it again for another attribute")
     for source in (settings.asset, settings.bake):
         yield from part(check_counts(tools, settings, pathlib.Path(source)), 0, 0.02)
     rig, rate = pathlib.Path(settings.rig), frame_rate(context.scene, settings.played[0].step)
