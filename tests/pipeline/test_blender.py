@@ -39,6 +39,15 @@ def run(script, *words):
     return result.stdout
 
 
+def check_refused(what, argument, part):
+    try:
+        what(argument)
+    except Exception as failed:
+        assert type(failed).__name__ == "Failed" and part in str(failed), failed
+    else:
+        sys.exit(f"test_blender: not refused: {argument}")
+
+
 def check_programs():
     """Command lines, names of files on another system, and progress, which need no Blender."""
     spec = importlib.util.spec_from_file_location("programs", os.path.join(SCRIPTS, "penumbra_addon", "programs.py"))
@@ -50,6 +59,17 @@ def check_programs():
     assert wsl.argument(art) == "/mnt/c/art/hero ü.npz", wsl.argument(art)
     docker = module.Programs(("docker", "run", "penumbra"), path_from="C:\\art", path_to="/art")
     assert docker.argument(art) == "/art/hero ü.npz" and docker.argument("C:\\art") == "C:\\art"
+    inside = module.Programs(("docker",), path_from="c:/Art\\", path_to="/")
+    assert inside.argument(pathlib.PureWindowsPath("C:\\ART\\x\\y.npz")) == "/x/y.npz"
+    check_refused(docker.argument, pathlib.PureWindowsPath("C:\\artist\\x.npz"), "has no name where")
+    check_refused(wsl.argument, pathlib.PureWindowsPath("\\\\server\\share\\x.npz"), "has no name where")
+    here = module.Programs(("nice",), path_from="/a", path_to="/b")
+    assert [here.argument(pathlib.PurePosixPath(p)) for p in ("/a/x", "/ab/x", "/A/x")] == ["/b/x", "/ab/x", "/A/x"]
+    words = module.words_of('"C:\\Program Files\\d.exe" run -v "C:\\my art:/art"', windows=True)
+    assert words == ("C:\\Program Files\\d.exe", "run", "-v", "C:\\my art:/art"), words
+    assert module.words_of("a\\ b 'c d'", windows=False) == ("a b", "c d")
+    check_refused(lambda text: module.words_of(text, windows=True), 'wsl "', "is no command line")
+    assert not {"LD_LIBRARY_PATH", "PYTHONPATH"} & set(module.environment())
     for line, expected in (
         ("openjd_progress: 42.0", (0.42, "x")),
         ("openjd_status: tracing", (0.1, "tracing")),
@@ -58,12 +78,8 @@ def check_programs():
         ("rubbish", (0.1, "x")),
     ):
         assert module.progress_of(line, 0.1, "x") == expected, line
-    try:
-        list(module.Programs(folder=BIN).run("bake", "visibility", pathlib.Path("no such.npz"), "-o", "x.vis.h5"))
-    except module.Failed as failed:
-        assert "no such.npz" in str(failed), failed
-    else:
-        sys.exit("test_blender: a failure of a program was not told")
+    here = module.Programs(folder=BIN)
+    check_refused(lambda p: list(here.run("bake", "visibility", p, "-o", "x.vis.h5")), pathlib.Path("no such.npz"), "no such")
 
 
 def check_positions(folder):
@@ -90,7 +106,7 @@ with tempfile.TemporaryDirectory() as folder:
     archive = os.path.join(folder, "penumbra_addon.zip")
     subprocess.run([sys.executable, os.path.join(SCRIPTS, "make_zip"), "-o", archive], check=True, stdout=subprocess.DEVNULL)
     said = run("blender_steps.py", archive, BIN, folder)
-    print("\n".join(lines_of(said, "route", "without", "clips", "roles", "compare", "stopped", "export")))
+    print("\n".join(lines_of(said, "route", "without", "clips", "roles", "compare", "stopped", "export", "show")))
     if "PASSED" not in said:
         sys.exit("test_blender: the steps did not come to their end\n" + said[-4000:])
     if "--cycles" in sys.argv:

@@ -10,12 +10,20 @@ bl_info = {
     "category": "Render",
 }
 
-from . import operators, panels, preferences, properties  # noqa: E402  (Blender reads bl_info first)
+import bpy  # noqa: E402  (Blender reads bl_info first)
+
+from . import operators, panels, preferences, properties  # noqa: E402
 
 MODULES = (preferences, properties, operators, panels)
 
 
+def refuse_later(version):
+    if version >= (5, 0, 0):
+        raise RuntimeError("Penumbra's add-on works with Blender 3.4 to 4.5; Blender 5.0 keeps actions in another way")
+
+
 def register():
+    refuse_later(bpy.app.version)
     for module in MODULES:
         module.register()
 

@@ -1,6 +1,7 @@
 """Why the exported character is not where Blender shows it. Only what was seen to differ is looked into."""
 import numpy as np
 
+from .play import is_ours
 from .standins import armature_modifiers, is_skinned, local_matrices
 
 # Modifiers that may give another shape in every frame. Those that do not are no cause, and then nothing differs.
@@ -50,10 +51,6 @@ def modifier_causes(thing, armature):
     if moving:
         found.append(f"modifiers that move the mesh ({', '.join(moving)}): glTF keeps the shape of rest")
     return found
-
-
-def is_ours(modifier):
-    return modifier.type == "NODES" and modifier.name.startswith("Penumbra ")
 
 
 def motion_causes(thing, armature, record, number):

@@ -20,12 +20,19 @@ def chunks(path):
     return json.loads(data[20 : 20 + size]), data[28 + size :]
 
 
-def rename(path, names, clips):
-    """Gives nodes, meshes and clips the names of what they stand for. Everything else stays."""
+def rename(path, of_objects, of_data, clips):
+    """Gives nodes, meshes and clips the names of what they stand for. Everything else stays, as bones do.
+
+    Objects and their data are two dictionaries, because a mesh may have the name of another object. Exporters call a
+    skin by the object of its armature, or by its data.
+    """
     content, binary = chunks(path)
-    for kind, known in (("nodes", names), ("meshes", names), ("skins", names), ("animations", clips)):
-        for entry in content.get(kind, ()):
-            if entry.get("name") in known:
+    skins = content.get("skins", ())
+    joints = {number for skin in skins for number in skin["joints"]}
+    of_skins = {**of_data, **of_objects}
+    for kind, known in (("nodes", of_objects), ("meshes", of_data), ("skins", of_skins), ("animations", clips)):
+        for number, entry in enumerate(content.get(kind, ())):
+            if entry.get("name") in known and not (kind == "nodes" and number in joints):
                 entry["name"] = known[entry["name"]]
     text = json.dumps(content, ensure_ascii=False).encode()
     text += b" " * (-len(text) % 4)

@@ -1,9 +1,12 @@
 """The buttons. A job is a generator of routes.py: with a window it runs between redraws, without one to its end."""
+import contextlib
 import time
 
 import bpy
+from bpy.app.handlers import persistent
 
-from . import play, routes
+from . import play, results, routes
+from .files import file_of
 from .members import character_of, members
 from .programs import Failed
 
@@ -32,10 +35,60 @@ class OfCharacter:
         return settings
 
 
+class Kept:
+    """The settings of a character by its name. They are looked up anew each time, because Blender's own are of no use
+    when the character was deleted or an undo has made it anew; to read them would end Blender."""
+
+    def __init__(self, character):
+        library = character.library.filepath if character.library else None
+        object.__setattr__(self, "key", (character.name, library))
+
+    def now(self):
+        try:
+            return bpy.data.objects[self.key].penumbra
+        except KeyError:
+            raise Failed(f"{self.key[0]} is gone: it was deleted, renamed or undone") from None
+
+    def __getattr__(self, name):
+        return getattr(self.now(), name)
+
+    def __setattr__(self, name, value):
+        setattr(self.now(), name, value)
+
+
+class Course:
+    """A job under way. It is closed before an undo or another file takes its objects away."""
+
+    now = None
+
+    def __init__(self, steps):
+        self.steps, self.lost = steps, False
+
+    def close(self):
+        self.steps.close()
+        if Course.now is self:
+            Course.now = None
+
+
+@persistent
+def stop_job(*_):
+    if Course.now:
+        Course.now.lost = True
+        Course.now.close()
+        bpy.context.window_manager.penumbra.running = False
+
+
 def say(settings, text, problem=False):
     for line in text.splitlines():
         entry = settings.lines.add()
         entry.text, entry.problem = line, problem
+
+
+def in_properties(window, event):
+    """Whether the mouse is where the panel is. Buttons of other editors could change what is recorded."""
+    x, y = event.mouse_x, event.mouse_y
+    regions = [r for a in window.screen.areas if a.type == "PROPERTIES" for r in a.regions if r.type == "WINDOW"]
+    return any(0 <= x - r.x < r.width and 0 <= y - r.y < r.height for r in regions)
 
 
 class Job(OfCharacter):
@@ -43,7 +96,7 @@ class Job(OfCharacter):
 
     bl_options = {"UNDO"}
     TICK = 0.1  # seconds between redraws
-    MOUSE = ("MOUSEMOVE", "LEFTMOUSE", "WHEELUPMOUSE", "WHEELDOWNMOUSE")
+    MOUSE = ("LEFTMOUSE", "WHEELUPMOUSE", "WHEELDOWNMOUSE")
     timer = None
 
     @classmethod
@@ -51,9 +104,9 @@ class Job(OfCharacter):
         return settings_of(context) is not None and not context.window_manager.penumbra.running
 
     def begin(self, context):
-        self.settings, self.problem = self.chosen(context), False
+        self.settings, self.problem = Kept(self.chosen(context).id_data), False
         self.settings.lines.clear()
-        self.running = self.steps(context, self.settings)
+        self.course = Course.now = Course(self.steps(context, self.settings))
         job = context.window_manager.penumbra
         job.cancel, job.share, job.status = False, 0.0, self.bl_label
 
@@ -61,25 +114,38 @@ class Job(OfCharacter):
         """Goes on for so long, and says whether the job has ended."""
         job, end = context.window_manager.penumbra, time.monotonic() + seconds
         try:
-            if job.cancel:  # what the user asked for is no error
-                say(self.settings, "stopped", problem=True)
-                self.problem = True
-                return True
+            if job.cancel:
+                return self.fail("stopped", "INFO")  # what the user asked for is no error
+            if self.course.lost:
+                return self.fail("stopped by an undo", "WARNING")
+            self.settings.now()
             while time.monotonic() < end:
-                job.share, job.status = next(self.running)
+                job.share, job.status = next(self.course.steps)
         except StopIteration:
             return True
         except Failed as failed:
-            say(self.settings, str(failed), problem=True)
-            self.report({"ERROR"}, str(failed))
-            self.problem = True
-            return True
+            return self.fail(str(failed), "ERROR")
+        except ReferenceError:
+            return self.fail("stopped: an object of the character is gone", "ERROR")
         return False
 
+    def fail(self, text, level):
+        """Tells why the job ends; in the panel too, where the character is still there."""
+        self.problem = True
+        if level != "INFO":
+            self.report({level}, text)
+        with contextlib.suppress(Failed):
+            say(self.settings, text, problem=True)
+        return True
+
     def end(self, context):
-        self.running.close()
+        self.course.close()
         context.window_manager.penumbra.running = False
         return {"CANCELLED"} if self.problem else {"FINISHED"}
+
+    def cancel(self, context):
+        """Blender ends the job: it quits, or closes the window."""
+        self.end(context)
 
     def execute(self, context):
         if self.chosen(context) is None:
@@ -107,7 +173,8 @@ class Job(OfCharacter):
         if event.type == "ESC":
             context.window_manager.penumbra.cancel = True
         if event.type != "TIMER":
-            return {"PASS_THROUGH"} if event.type in self.MOUSE else {"RUNNING_MODAL"}
+            free = event.type == "MOUSEMOVE" or event.type in self.MOUSE and in_properties(context.window, event)
+            return {"PASS_THROUGH"} if free else {"RUNNING_MODAL"}
         try:
             ended = self.advance(context, self.TICK / 2)
         except BaseException:
@@ -150,7 +217,7 @@ class PENUMBRA_OT_compare(Job, bpy.types.Operator):
     bl_idname, bl_label = "penumbra.compare", "Compare"
 
     def steps(self, context, settings):
-        return routes.compare(context, settings, lambda text: say(settings, text))
+        return results.compare(context, settings, lambda text: say(settings, text))
 
 
 KINDS = (
@@ -159,7 +226,7 @@ KINDS = (
     ("table", "Table (.png, .exr)", "A picture with a row of vertices for each frame"),
     ("npy", "Numbers (.npy)", "Frames and vertices for NumPy"),
 )
-ENDINGS = {"static": ".ao.glb", "play": ".ao.glb", "table": ".ao.exr", "npy": ".ao.npy"}
+ENDINGS = {"static": ".ao.glb", "play": ".play.glb", "table": ".table.exr", "npy": ".npy"}
 
 
 class PENUMBRA_OT_export(Job, bpy.types.Operator):
@@ -167,14 +234,74 @@ class PENUMBRA_OT_export(Job, bpy.types.Operator):
 
     bl_idname, bl_label = "penumbra.export", "Export"
     filepath: bpy.props.StringProperty(subtype="FILE_PATH")
+    check_existing: bpy.props.BoolProperty(default=True, options={"HIDDEN"})
     kind: bpy.props.EnumProperty(name="As", items=KINDS)
     use_model: bpy.props.BoolProperty(name="Of the model", description="What the model says, not the bake")
+    components: bpy.props.IntProperty(name="Components", default=16, min=0, description="Morph targets; 0: all")
+    max_error: bpy.props.FloatProperty(
+        name="Max error", min=0, max=1, precision=4, description="As few morph targets as keep this rms; 0: Components"
+    )
+    rate: bpy.props.FloatProperty(name="Rate", min=0, max=1000, description="Frames a second; 0: of the bake")
+    clips: bpy.props.StringProperty(name="Clips", description="Names with commas between; empty: all")
+    bounced: bpy.props.BoolProperty(name="Bounced", description="Light that bounces, too")
+    bent: bpy.props.BoolProperty(name="Bent", description="Tables of bent normals, with occlusion as alpha")
+    picked: bpy.props.BoolProperty(options={"HIDDEN", "SKIP_SAVE"})  # a file was chosen in the selector
+    OPTIONS = ("components", "max_error", "rate", "clips", "bounced", "bent")
+    selecting = False
+
+    def invoke(self, context, event):
+        if bpy.app.background or self.picked:
+            return super().invoke(context, event)
+        settings = self.chosen(context)
+        try:
+            if settings is None:
+                return {"CANCELLED"}
+            self.filepath = str(file_of(settings, self.ending()))
+        except Failed as failed:
+            self.report({"ERROR"}, str(failed))
+            return {"CANCELLED"}
+        self.character, self.selecting = settings.id_data.name, True
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
+
+    def execute(self, context):
+        """Behind the file selector a job of its own begins, which runs between redraws."""
+        if not self.selecting:
+            return super().execute(context)
+        words = {name: getattr(self, name) for name in ("character", "filepath", "kind", "use_model", *self.OPTIONS)}
+        bpy.ops.penumbra.export("INVOKE_DEFAULT", picked=True, **words)
+        return {"FINISHED"}
+
+    def cancel(self, context):
+        if not self.selecting:
+            super().cancel(context)
+
+    def ending(self):
+        return (".model" if self.use_model else "") + ENDINGS[self.kind]
+
+    def check(self, _context):
+        """The name follows what is exported while the user chooses."""
+        for ending in ENDINGS.values():
+            stem = self.filepath.removesuffix(ending).removesuffix(".model")
+            if self.filepath.endswith(ending) and self.filepath != stem + self.ending():
+                self.filepath = stem + self.ending()
+                return True
+        return False
+
+    def draw(self, _context):
+        self.layout.use_property_split = True
+        for name in ("kind", "use_model", *self.OPTIONS):
+            if name not in ("components", "max_error") or self.kind == "play":
+                self.layout.prop(self, name)
 
     def steps(self, context, settings):
-        who = members(context.scene, settings.id_data)
-        self.filepath = self.filepath or str(routes.file_of(settings, who, ENDINGS[self.kind]))
-        yield from routes.export(context, settings, self.filepath, self.kind, self.use_model)
-        say(settings, f"{self.filepath} is written")
+        self.filepath = self.filepath or str(file_of(settings, self.ending()))
+        words = {name: getattr(self, name) for name in self.OPTIONS}
+        return self.export(context, settings, self.filepath, results.Of(model=self.use_model, **words))
+
+    def export(self, context, settings, path, of):
+        yield from results.export(context, settings, path, self.kind, of)
+        say(settings, f"{path} is written")
 
 
 class PENUMBRA_OT_show(OfCharacter, bpy.types.Operator):
@@ -198,6 +325,9 @@ class PENUMBRA_OT_show(OfCharacter, bpy.types.Operator):
             self.report({"ERROR"}, str(failed))
             return {"CANCELLED"}
         attribute = settings.attribute + (routes.MODEL if self.model else "")
+        if self.wanted and not any(play.modifier_name(attribute) in thing.modifiers for thing in things):
+            self.report({"ERROR"}, "compare first" if self.model else "bake first")
+            return {"CANCELLED"}
         changed = play.show(things, attribute, self.wanted)
         self.report({"INFO"}, f"{changed} materials changed")
         return {"FINISHED"}
@@ -241,11 +371,18 @@ CLASSES = (
 )  # fmt: skip
 
 
+HANDLERS = (bpy.app.handlers.undo_pre, bpy.app.handlers.redo_pre, bpy.app.handlers.load_pre)
+
+
 def register():
     for kind in CLASSES:
         bpy.utils.register_class(kind)
+    for handlers in HANDLERS:
+        handlers.append(stop_job)
 
 
 def unregister():
+    for handlers in HANDLERS:
+        handlers.remove(stop_job)
     for kind in reversed(CLASSES):
         bpy.utils.unregister_class(kind)

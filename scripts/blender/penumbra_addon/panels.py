@@ -51,16 +51,22 @@ def draw_buttons(layout, settings):
     button(column, settings, "bake_frames", icon="RENDER_ANIMATION")
     button(column, settings, "make_asset", icon="PACKAGE")
     row = layout.row(align=True)
-    row.enabled = bool(settings.bake)
-    button(row, settings, "show", text="Show").wanted = True
-    button(row, settings, "show", text="Hide").wanted = False
-    row = layout.row(align=True)
     row.enabled = bool(settings.asset)
     button(row, settings, "compare")
+    of_model = bool(settings.asset) and settings.source == "MODEL"
+    row = layout.row(align=True)
+    row.enabled = bool(settings.asset)
+    row.prop(settings, "source", expand=True)
+    row = layout.row(align=True)
+    row.enabled = bool(settings.bake)
+    for text, wanted in (("Show", True), ("Hide", False)):
+        show = button(row, settings, "show", text=text)
+        show.wanted, show.model = wanted, of_model
     row = layout.row(align=True)
     row.enabled = bool(settings.bake)
     for kind, text in (("static", ".glb"), ("play", "Animated"), ("table", "Table"), ("npy", "Numbers")):
-        button(row, settings, "export", text=text).kind = kind
+        export = button(row, settings, "export", text=text)
+        export.kind, export.use_model = kind, of_model
 
 
 def draw_result(layout, context, settings):
@@ -103,7 +109,7 @@ class PENUMBRA_PT_object(PenumbraPanel, bpy.types.Panel):
 
     def draw(self, context):
         layout, thing = self.layout, context.object
-        if thing.type == "MESH":
+        if thing.type == "MESH" and not context.window_manager.penumbra.running:
             layout.prop(thing.penumbra, "role")
         character = character_of(thing)
         if character != thing:

@@ -10,6 +10,7 @@ import numpy as np
 from .programs import Failed
 
 MODIFIER = "Penumbra"
+DARK = "_dark"  # ends the name of a second attribute, 1 - occlusion: where it is missing, materials read 0, no darkness
 MOST_TEXELS = 4096  # in a line of the image
 INPUTS = ("First vertex", "Vertices", "First row", "Rows", "First frame", "Step")
 
@@ -140,12 +141,21 @@ def make_tree(name, image, frames, attribute):
     store.inputs["Name"].default_value = attribute
     nodes.join(inputs["Geometry"], store.inputs["Geometry"])
     nodes.join(color.outputs[0], next(s for s in store.inputs if s.name == "Value" and s.enabled))
-    nodes.join(store.outputs[0], exit_.inputs[0])
+    dark = nodes.add("GeometryNodeStoreNamedAttribute", data_type="FLOAT", domain="POINT")
+    dark.inputs["Name"].default_value = attribute + DARK
+    nodes.join(store.outputs[0], dark.inputs["Geometry"])
+    darkness = nodes.math("SUBTRACT", 1.0, value)
+    nodes.join(darkness, next(s for s in dark.inputs if s.name == "Value" and s.enabled))
+    nodes.join(dark.outputs[0], exit_.inputs[0])
     return tree
 
 
 def modifier_name(attribute):
     return f"{MODIFIER} {attribute}"
+
+
+def is_ours(modifier):
+    return modifier.type == "NODES" and modifier.name.startswith(MODIFIER + " ")
 
 
 def detach(things, attribute):
@@ -214,6 +224,14 @@ def show(things, attribute, wanted):
     return changed
 
 
+def show_other(things, before, now):
+    """Where the materials of these objects show the attribute `before`, they show `now`."""
+    for material in {slot.material for thing in things for slot in thing.material_slots if slot.material}:
+        source = material.node_tree.nodes.get(NODE + " by") if material.use_nodes else None
+        if source and source.attribute_name == before + DARK:
+            source.attribute_name = now + DARK
+
+
 def unhook_all():
     """Takes the occlusion out of all materials, for exporters that know plain base colours; returns what there was."""
     found = []
@@ -223,7 +241,7 @@ def unhook_all():
         if multiply and multiply.outputs[0].links:
             shader, attribute = multiply.outputs[0].links[0].to_node, tree.nodes[NODE + " by"].attribute_name
             unhook(tree, shader)
-            found.append((tree, shader, attribute))
+            found.append((tree, shader, attribute.removesuffix(DARK)))
     return found
 
 
@@ -239,19 +257,24 @@ def unhook(tree, shader):
     links = multiply.inputs[0].links
     if links:
         tree.links.new(links[0].from_socket, shader.inputs["Base Color"])
-    tree.nodes.remove(tree.nodes[NODE + " by"])
-    tree.nodes.remove(multiply)
+    for name in (NODE + " by", NODE + " open", NODE):
+        if name in tree.nodes:
+            tree.nodes.remove(tree.nodes[name])
 
 
 def hook(tree, shader, attribute):
+    """Multiplies by 1 - darkness. Objects that share the material and were not baked stay as they are."""
     nodes, target = Nodes(tree), shader.inputs["Base Color"]
     multiply = nodes.add("ShaderNodeVectorMath", operation="MULTIPLY", name=NODE, label="occlusion")
-    source = nodes.add("ShaderNodeAttribute", attribute_name=attribute, name=NODE + " by")
+    source = nodes.add("ShaderNodeAttribute", attribute_name=attribute + DARK, name=NODE + " by")
+    open_ = nodes.add("ShaderNodeMath", operation="SUBTRACT", name=NODE + " open")
     x, y = shader.location
-    multiply.location, source.location = (x - 200, y - 60), (x - 400, y - 160)
+    multiply.location, open_.location, source.location = (x - 200, y - 60), (x - 400, y - 160), (x - 600, y - 160)
     if target.links:
         tree.links.new(target.links[0].from_socket, multiply.inputs[0])
     else:
         multiply.inputs[0].default_value = target.default_value[:3]
-    tree.links.new(source.outputs["Color"], multiply.inputs[1])
+    open_.inputs[0].default_value = 1.0
+    tree.links.new(source.outputs["Fac"], open_.inputs[1])
+    tree.links.new(open_.outputs[0], multiply.inputs[1])
     tree.links.new(multiply.outputs[0], target)

@@ -1,10 +1,9 @@
 """Where the programs are, in the preferences of the add-on."""
-import shlex
 import sys
 
 import bpy
 
-from .programs import Programs
+from .programs import Programs, words_of
 
 
 class PenumbraPreferences(bpy.types.AddonPreferences):
@@ -33,7 +32,7 @@ def programs(context):
     if not addon:
         return Programs()
     chosen = addon.preferences
-    prefix = tuple(shlex.split(chosen.prefix, posix=sys.platform != "win32"))
+    prefix = words_of(chosen.prefix, windows=sys.platform == "win32")
     return Programs(prefix, chosen.folder, chosen.path_from, chosen.path_to)
 
 

@@ -3,6 +3,7 @@ import os
 import pathlib
 import queue
 import re
+import shlex
 import shutil
 import signal
 import subprocess
@@ -15,6 +16,30 @@ FOUND_BY = "set the folder of the programs, or a command that starts them, in th
 
 class Failed(Exception):
     """A job cannot go on. The message is shown in the panel as it is."""
+
+
+def words_of(text, windows):
+    """The words of a command line. At Windows a backslash is part of a name; quotes join words and go away."""
+    lexer = shlex.shlex(text, posix=True, punctuation_chars=False)
+    lexer.whitespace_split, lexer.commenters = True, ""
+    if windows:
+        lexer.escape = ""
+    try:
+        return tuple(lexer)
+    except ValueError as error:
+        raise Failed(f"the command before the programs is no command line ({error}): {text}") from error
+
+
+def parts_below(path, folder):
+    """The parts of `path` below `folder`, or None. At Windows letters are one in either case."""
+    if isinstance(path, pathlib.PureWindowsPath) and re.fullmatch("[A-Za-z]:", folder):
+        folder += "\\"
+    above = type(path)(folder).parts
+
+    def plain(parts):
+        return [part.lower() for part in parts] if isinstance(path, pathlib.PureWindowsPath) else list(parts)
+
+    return path.parts[len(above) :] if plain(path.parts[: len(above)]) == plain(above) else None
 
 
 @dataclass
@@ -30,13 +55,14 @@ class Programs:
         """A word of a command line. Names of files, which are pathlib paths, become those that the programs see."""
         if not isinstance(word, pathlib.PurePath):
             return str(word)
-        name = str(word)
-        if self.path_from and name.startswith(self.path_from):
-            return self.path_to + name[len(self.path_from) :].replace("\\", "/")
-        drive = re.match(r"([A-Za-z]):[\\/]", name)
-        if drive and self.prefix and pathlib.PureWindowsPath(self.prefix[0]).stem == "wsl":
-            return "/mnt/" + drive.group(1).lower() + "/" + name[3:].replace("\\", "/")
-        return name
+        below = parts_below(word, self.path_from) if self.path_from else None
+        if below is not None:
+            return "/".join([self.path_to.rstrip("/"), *below]) or "/"
+        if not self.prefix or not word.drive:
+            return str(word)
+        if re.fullmatch("[A-Za-z]:", word.drive) and pathlib.PureWindowsPath(self.prefix[0]).stem.lower() == "wsl":
+            return "/".join(["/mnt", word.drive[0].lower(), *word.parts[1:]])
+        raise Failed(f"{word} has no name where the programs run: set Files here and there in the add-on's preferences")
 
     def program(self, tool):
         """The words that start a program, as in program("bake")."""
@@ -84,7 +110,8 @@ def start(command):
 
 def environment():
     """Blender of some systems is started with library paths of its own, which are not for other programs."""
-    return {name: value for name, value in os.environ.items() if name not in ("PYTHONHOME", "PYTHONPATH")}
+    own = ("PYTHONHOME", "PYTHONPATH", "LD_LIBRARY_PATH", "DYLD_LIBRARY_PATH")
+    return {name: value for name, value in os.environ.items() if name not in own}
 
 
 def reader(stream, take):

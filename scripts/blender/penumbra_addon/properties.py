@@ -60,10 +60,17 @@ class PenumbraSettings(bpy.types.PropertyGroup):
     distance: bpy.props.FloatProperty(
         name="Distance", min=0, unit="LENGTH", description="How far occluders count; 0: all count"
     )
-    attribute: bpy.props.StringProperty(name="Attribute", default="penumbra_ao", description="Where the result is")
+    attribute: bpy.props.StringProperty(name="Attribute", default="penumbra_ao", maxlen=40, description="Where the result is")
+    attached: bpy.props.StringProperty(description="Attribute of the last run")
+    frame_count: bpy.props.IntProperty(description="Frames of the last run's file")
+    vertex_count: bpy.props.IntProperty(description="Vertices of the last run's file")
     folder: bpy.props.StringProperty(name="Folder", default="//penumbra", subtype="DIR_PATH", description="Of the files")
     light: bpy.props.StringProperty(
         name="Light", subtype="FILE_PATH", description="Picture of the asset's light; empty: a plain sky"
+    )
+    source: bpy.props.EnumProperty(
+        name="Show, export",
+        items=(("BAKE", "Bake", "Show and export the bake"), ("MODEL", "Model", "Show and export what the model says")),
     )
     lines: bpy.props.CollectionProperty(type=PenumbraLine)
     played: bpy.props.CollectionProperty(type=PenumbraClip)

@@ -1,4 +1,5 @@
 """What Blender shows of a character in every frame: its vertices after all modifiers, its bones and its shape keys."""
+import contextlib
 from dataclasses import dataclass, field
 
 import bpy
@@ -155,7 +156,8 @@ class Recorder:
 def record_frames(context, who, things, spans):
     """Steps through the frames, giving (share, text) as it goes on; returns the Record. The scene is left as it was."""
     scene, recorder = context.scene, Recorder(things, who.armature)
-    total, done, frame, before = sum(s.count for s in spans), 0, scene.frame_current, Binding(who.armature)
+    total, done, frame = sum(s.count for s in spans), 0, scene.frame_current
+    before = Binding(who.armature, things)
     try:
         for span in spans:
             before.play(span.action)
@@ -165,28 +167,68 @@ def record_frames(context, who, things, spans):
                 done += 1
                 yield done / total, f"frame {number}"
     finally:
-        before.restore()
-        scene.frame_set(frame)
+        with contextlib.suppress(ReferenceError):  # what was deleted meanwhile needs nothing back
+            before.restore(lambda: scene.frame_set(frame))
     return recorder.record(spans)
 
 
-class Binding:
-    """The action that an armature plays, to be put back."""
+CHANNELS = ("location", "rotation_quaternion", "rotation_euler", "rotation_axis_angle", "scale")
 
-    def __init__(self, armature):
-        self.armature = armature
+
+def values_of(holder):
+    """What an action may write of an object or a posed bone: its place, and its own numbers (switches of rigs)."""
+    own = {key: value for key, value in holder.items() if isinstance(value, (int, float))}
+    return {name: tuple(getattr(holder, name)) for name in CHANNELS}, own
+
+
+def put_back(holder, values):
+    places, own = values
+    for name, value in places.items():
+        if tuple(getattr(holder, name)) != value:
+            setattr(holder, name, value)
+    for key, value in own.items():
+        if holder.get(key) != value:
+            holder[key] = value
+
+
+class Binding:
+    """The action that an armature plays and the pose that it stands in, keyed or not, to be put back."""
+
+    def __init__(self, armature, things=()):
+        self.armature, self.changed = armature, False
         data = armature.animation_data if armature else None
         self.action, self.use_nla = (data.action, data.use_nla) if data else (None, None)
-        self.changed = False
+        self.slot = getattr(data, "action_slot", None)  # Blender 4.4 and later
+        self.own = values_of(armature) if armature else None
+        self.bones = {bone.name: values_of(bone) for bone in armature.pose.bones} if armature else {}
+        shapes = [thing.data.shape_keys for thing in things if thing.data.shape_keys]
+        self.shapes = [(shape, [block.value for block in shape.key_blocks]) for shape in shapes]
 
     def play(self, action):
         if action is None or self.armature is None:
             return
         data = self.armature.animation_data or self.armature.animation_data_create()
         self.changed, data.use_nla, data.action = True, False, action
+        self.pose()  # what the action before moved and this one does not
 
-    def restore(self):
+    def pose(self):
+        """Puts all bones and shape keys where they were."""
+        if self.armature:
+            put_back(self.armature, self.own)
+        for name, values in self.bones.items():
+            put_back(self.armature.pose.bones[name], values)
+        for shape, values in self.shapes:
+            for block, value in zip(shape.key_blocks, values):
+                if block.value != value:
+                    block.value = value
+
+    def restore(self, go_back):
+        """Puts everything back; `go_back` sets the frame, which poses what is keyed, and a pose without keys follows."""
         if self.changed:
             data = self.armature.animation_data
             data.action = self.action
             data.use_nla = True if self.use_nla is None else self.use_nla
+            if self.slot:
+                data.action_slot = self.slot
+        go_back()
+        self.pose()

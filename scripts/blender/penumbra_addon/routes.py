@@ -3,13 +3,14 @@
 Route A bakes what Blender shows, frame by frame. Route B exports the character, bakes the exported file and fits a model
 of the pose, for engines.
 """
+import json
 import pathlib
-import tempfile
 
 import bpy
 import numpy as np
 
 from . import causes, glb, play, standins
+from .files import file_of, scratch
 from .members import members
 from .preferences import programs
 from .programs import Failed
@@ -30,23 +31,6 @@ def part(steps, first, end):
         return stop.value
     finally:
         steps.close()
-
-
-def folder_of(settings):
-    """Where the files of a character go: beside the .blend, or in a temporary folder while that has no name."""
-    if settings.folder.startswith("//") and not bpy.data.filepath:
-        folder = pathlib.Path(tempfile.gettempdir()) / "penumbra"
-    else:
-        folder = pathlib.Path(bpy.path.abspath(settings.folder))
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise Failed(f"{folder} cannot be made: {error.strerror}") from error
-    return folder
-
-
-def file_of(settings, who, ending):
-    return folder_of(settings) / (bpy.path.clean_name(who.character.name) + ending)
 
 
 def bake_words(settings):
@@ -78,45 +62,76 @@ def frame_rate(scene, step):
 
 def bake_frames(context, settings, report):
     """Route A. The result is exact for everything that Blender has, and knows the baked frames alone."""
-    tools, scene = programs(context), context.scene
+    tools, scene, _ = programs(context), context.scene, attribute_of(settings)
     who = members(scene, settings.id_data)
     spans = spans_of(scene, who.character, settings)
     things = who.meshes + who.occluders
     record = yield from part(record_frames(context, who, things, spans), 0, 0.3)
-    cache, bake = file_of(settings, who, ".cache.npz"), file_of(settings, who, ".frames.vis.h5")
-    own = write_cache(cache, record, who.meshes, frame_rate(scene, spans[0].step))
-    words = bake_words(settings)
-    if who.occluders:
-        others = file_of(settings, who, ".occluders.npz")
-        write_cache(others, record, who.occluders, frame_rate(scene, spans[0].step))
-        words += ["--occluder", others]
-    yield from part(tools.run("bake", "visibility", cache, "-o", bake, *words), 0.3, 0.95)
-    table = yield from part(occlusion(tools, settings, who, bake), 0.95, 0.98)
+    bake, rate = file_of(settings, ".frames.vis.h5"), frame_rate(scene, spans[0].step)
+    with scratch(settings, ".cache.npz") as cache, scratch(settings, ".occluders.npz") as others:
+        own = write_cache(cache, record, who.meshes, rate)
+        words = bake_words(settings)
+        if who.occluders:
+            write_cache(others, record, who.occluders, rate)
+            words += ["--occluder", others]
+        yield from part(tools.run("bake", "visibility", cache, "-o", bake, *words), 0.3, 0.95)
+    table = yield from part(occlusion(tools, settings, bake), 0.95, 0.98)
     if table.shape != (len(record.points), own.sum()):
         raise Failed(f"{bake} has {table.shape} values, not {len(record.points)} frames of {own.sum()} vertices")
     counts = record.counts[: len(who.meshes)]
     clips = clip_rows(record)
+    forget(who.meshes, settings)
     play.attach(who.meshes, counts, table, clips, settings.attribute)
     settings.bake, settings.rig, settings.asset = str(bake), "", ""
-    keep_clips(settings, clips)
+    keep(settings, clips, table)
     report(f"{len(table)} frames of {own.sum()} vertices are in the attribute {settings.attribute}")
     for line in level_warnings(who.meshes):
         report(line)
     yield 1.0, "done"
 
 
-def occlusion(tools, settings, who, source, *words):
+def occlusion(tools, settings, source, *words):
     """The table [F,R] of ambient visibility of a bake or an asset."""
-    path = file_of(settings, who, ".npy")
-    yield from tools.run("pack", "export", source, *words, "-o", path, "--as", "npy", *TELL)
-    return np.load(path)
+    with scratch(settings, ".values.npy") as path:
+        yield from tools.run("pack", "export", source, *words, "-o", path, "--as", "npy", *TELL)
+        return np.load(path)
+
+
+def check_counts(tools, settings, source):
+    """Refuses a file that is not what the .blend remembers: another .blend or another character may have written it."""
+    with scratch(settings, ".info.json") as path:
+        yield from tools.run("bake", "info", source, "--report", path, *TELL)
+        figures = json.loads(path.read_text(encoding="utf-8"))["figures"]
+    found = figures["frames"], figures["mesh"]["source_vertices"]
+    wanted = settings.frame_count, settings.vertex_count
+    if found != wanted:
+        text = "{} frames of {} vertices"
+        raise Failed(f"{source} has {text.format(*found)}, not the {text.format(*wanted)} of the last run: bake again")
+
+
+def attribute_of(settings):
+    """The name of the attribute. Without one there is nothing to attach."""
+    if not settings.attribute.strip():
+        raise Failed("the attribute has no name: give it one, such as penumbra_ao")
+    return settings.attribute
+
+
+def forget(things, settings):
+    """Takes the modifiers of the last result away, also when the attribute has another name by now."""
+    before, now = settings.attached or settings.attribute, settings.attribute
+    for ending in ("", MODEL):
+        play.detach(things, before + ending)
+        play.show_other(things, before + ending, now + ending)
+    settings.attached = now
 
 
 def clip_rows(record):
     return [(s.name, record.rows_of(s)[0], s.count, s.first, s.step) for s in record.spans]
 
 
-def keep_clips(settings, clips):
+def keep(settings, clips, table):
+    """What the .blend remembers of a result: its clips, and the numbers of frames and of vertices in the files."""
+    settings.frame_count, settings.vertex_count = table.shape
     settings.played.clear()
     for name, first_row, rows, first_frame, step in clips:
         clip = settings.played.add()
@@ -152,7 +167,7 @@ def export_character(context, who, things, record, path):
         window.scene = before
         play.hook_again(hooked)
         copies.remove()
-    glb.rename(path, copies.names, copies.clips)
+    glb.rename(path, copies.names, copies.of_data, copies.clips)
 
 
 def export_words():
@@ -171,7 +186,7 @@ def export_words():
 
 def make_asset(context, settings, report):
     """Route B. What the exported file lost is found by its posed vertices, and refused with the cause."""
-    tools, scene = programs(context), context.scene
+    tools, scene, _ = programs(context), context.scene, attribute_of(settings)
     who = members(scene, settings.id_data)
     if not who.armature:
         raise Failed(f"{who.character.name} has no armature: a run-time asset is a function of the bones' pose")
@@ -180,23 +195,24 @@ def make_asset(context, settings, report):
         raise Failed("a clip needs two frames or more")
     things = sorted(who.meshes + who.without, key=lambda thing: thing.name)
     record = yield from part(record_frames(context, who, things + who.occluders, spans), 0, 0.2)
-    rig, bake = file_of(settings, who, ".glb"), file_of(settings, who, ".vis.h5")
+    rig, bake = file_of(settings, ".glb"), file_of(settings, ".vis.h5")
     own = slice_of(record, len(things))
     yield 0.2, "exporting glTF"
     export_character(context, who, things, own, rig)
     words = bake_words(settings) + without_words(who) + (["--local"] if is_composed(settings) else [])
-    if who.occluders:
-        others = file_of(settings, who, ".occluders.npz")
-        write_cache(others, still(record, report), who.occluders, frame_rate(scene, spans[0].step))
-        words += ["--occluder", others]
-    yield from part(tools.run("bake", "visibility", rig, "-o", bake, *words), 0.25, 0.6)
+    with scratch(settings, ".occluders.npz") as others:
+        if who.occluders:
+            write_cache(others, still(record, report), who.occluders, frame_rate(scene, spans[0].step))
+            words += ["--occluder", others]
+        yield from part(tools.run("bake", "visibility", rig, "-o", bake, *words), 0.25, 0.6)
     of_source = glb.vertex_numbers(rig, [thing.name for thing in who.without])
     yield from part(check_pose(tools, settings, who, own, bake, of_source), 0.6, 0.65)
     asset = yield from part(fit_and_pack(tools, settings, who, rig, bake), 0.65, 0.95)
     settings.bake, settings.rig, settings.asset = str(bake), str(rig), str(asset)
-    table = yield from part(occlusion(tools, settings, who, bake), 0.95, 1.0)
+    table = yield from part(occlusion(tools, settings, bake), 0.95, 1.0)
+    forget(things, settings)
     attach_sources(own, file_rows(own, rig, table), of_source, settings.attribute)
-    keep_clips(settings, clip_rows(own))
+    keep(settings, clip_rows(own), table)
     report(f"{asset} is {asset.stat().st_size / 1e6:.2f} MB; {settings.attribute} shows its bake")
     report(f"no vertex is missing in glTF, and none is off by more than {settings.pose_error:.0e} diagonals")
     yield 1.0, "done"
@@ -240,9 +256,9 @@ def file_rows(record, rig, table):
 
 def check_pose(tools, settings, who, record, bake, of_source):
     """Refuses a file whose posed vertices are not where Blender has them."""
-    path = file_of(settings, who, ".positions.npy")
-    yield from tools.run("pack", "export", bake, "-o", path, "--as", "npy", "--positions", *TELL)
-    posed = file_rows(record, file_of(settings, who, ".glb"), np.load(path))
+    with scratch(settings, ".positions.npy") as path:
+        yield from tools.run("pack", "export", bake, "-o", path, "--as", "npy", "--positions", *TELL)
+        posed = file_rows(record, file_of(settings, ".glb"), np.load(path))
     missing = causes.unmatched(without(record, who.without), of_source)
     if missing:
         raise Failed(f"the exporter of glTF left out faces with {missing} vertices")
@@ -267,7 +283,7 @@ def is_composed(settings):
 
 
 def fit_and_pack(tools, settings, who, rig, bake):
-    model, fields, light, asset = (file_of(settings, who, e) for e in (".model.h5", ".fields.h5", ".light.h5", ".pnb"))
+    model, fields, light, asset = (file_of(settings, e) for e in (".model.h5", ".fields.h5", ".light.h5", ".pnb"))
     words = []
     if is_composed(settings):
         yield from part(tools.run("bake", "fields", rig, "-o", fields, *without_words(who), *TELL), 0, 0.3)
@@ -276,7 +292,7 @@ def fit_and_pack(tools, settings, who, rig, bake):
     picture = pathlib.Path(bpy.path.abspath(settings.light)) if settings.light else None
     source = [picture] if picture else ["--analytic", "overcast"]
     yield from part(tools.run("fit", "light", *source, "-o", light, *TELL), 0.8, 0.85)
-    words = ["--materials-of", rig, "--light", light, "-o", asset, *TELL]
+    words = ["--materials-of", rig, "--textures", "embed", "--light", light, "-o", asset, *TELL]
     yield from part(tools.run("pack", "asset", model, *words), 0.85, 1.0)
     return asset
 
@@ -289,61 +305,3 @@ def attach_sources(record, table, of_source, attribute):
     values = np.where(weight > 0, values / np.maximum(weight, 1), 1.0).astype(np.float32)
     things = [bpy.data.objects[name] for name in record.names]
     play.attach(things, record.counts, values, clip_rows(record), attribute)
-
-
-def compare(context, settings, report):
-    """The model beside the bake: the attribute of the bake, and one of the model, in all frames of the bake."""
-    tools, who = programs(context), members(context.scene, settings.id_data)
-    if not settings.asset:
-        raise Failed("make a run-time asset first")
-    rig, rate = pathlib.Path(settings.rig), frame_rate(context.scene, settings.played[0].step)
-    # Lengths of clips are floats: a millionth more keeps the last frame, which else lies behind the end.
-    words = [rig, "--rate", f"{rate * (1 + 1e-6):.9g}"]
-    model = yield from part(occlusion(tools, settings, who, pathlib.Path(settings.asset), *words), 0, 0.6)
-    truth = yield from part(occlusion(tools, settings, who, pathlib.Path(settings.bake)), 0.6, 1.0)
-    if model.shape != truth.shape:
-        raise Failed(f"the model gives {model.shape[0]} frames of {model.shape[1]} vertices, the bake {truth.shape}")
-    show_model(who, settings, rig, model)
-    error = float(np.sqrt(np.mean((model.astype(np.float64) - truth) ** 2)))
-    report(f"{settings.attribute + MODEL} shows the model; rms {error:.4f} from the bake")
-    yield 1.0, "done"
-
-
-def show_model(who, settings, rig, model):
-    things = sorted(who.meshes + who.without, key=lambda thing: thing.name)
-    trees = [thing.modifiers.get(play.modifier_name(settings.attribute)) for thing in things]
-    if not all(trees):
-        raise Failed("the meshes have changed since the run-time asset was made: make it again")
-    counts = [modifier[play.input_names(modifier.node_group)["Vertices"]] for modifier in trees]
-    of_source = glb.vertex_numbers(rig, [thing.name for thing in who.without])
-    record = Played(settings.played, [thing.name for thing in things], np.array(counts))
-    attach_sources(record, file_rows(record, rig, model), of_source, settings.attribute + MODEL)
-
-
-class Played:
-    """What the .blend remembers of a record: its clips, meshes and counts."""
-
-    def __init__(self, clips, names, counts):
-        self.spans = [PlayedSpan(c.name, c.first_frame, c.rows, c.step, c.first_row) for c in clips]
-        self.names, self.counts = names, counts
-
-    def rows_of(self, span):
-        return span.first_row, span.first_row + span.count
-
-
-class PlayedSpan:
-    def __init__(self, name, first, count, step, first_row):
-        self.name, self.first, self.count, self.step, self.first_row = name, first, count, step, first_row
-
-
-def export(context, settings, output, kind, use_model):
-    """`penumbra-pack export` of the last bake, or of the last model."""
-    source = settings.asset if use_model else settings.bake
-    if not source:
-        raise Failed("make a run-time asset first" if use_model else "bake first")
-    if kind in ("static", "play") and not settings.rig:
-        raise Failed(f"{kind} goes into the .glb of a run-time asset: make one first, or export table or npy")
-    words = [pathlib.Path(settings.rig)] if settings.rig else []
-    words += ["-o", pathlib.Path(output), "--as", kind, *TELL]
-    yield from programs(context).run("pack", "export", pathlib.Path(source), *words)
-

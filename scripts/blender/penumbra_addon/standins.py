@@ -12,13 +12,15 @@ import numpy as np
 from mathutils import Matrix
 
 from .glb import VERTEX
+from .play import is_ours
 from .programs import Failed
 
 
 @dataclass
 class StandIns:
     scene: object
-    names: dict = field(default_factory=dict)  # of the copies and their data -> of the originals
+    names: dict = field(default_factory=dict)  # of the copies -> of the originals
+    of_data: dict = field(default_factory=dict)  # the same of their meshes and armatures
     objects: list = field(default_factory=list)
     actions: list = field(default_factory=list)
     clips: dict = field(default_factory=dict)  # names of the actions -> of the clips
@@ -66,7 +68,7 @@ def add(result, thing, original):
     result.scene.collection.objects.link(thing)
     result.objects.append(thing)
     result.names[thing.name] = original.name
-    result.names[thing.data.name] = original.data.name
+    result.of_data[thing.data.name] = original.data.name
     plain(thing)
 
 
@@ -193,8 +195,8 @@ def applied(result, thing, armature, count):
         probe.parent = None
         plain(probe)
         probe.matrix_world = thing.matrix_world
-        for modifier in armature_modifiers(probe, armature):
-            probe.modifiers.remove(modifier)
+        for modifier in armature_modifiers(probe, armature) + [m for m in probe.modifiers if is_ours(m)]:
+            probe.modifiers.remove(modifier)  # ours too: an earlier result is no colour of the character
         blocks = probe.data.shape_keys.key_blocks[1:] if probe.data.shape_keys else []
         if blocks:
             probe.data.shape_keys.animation_data_clear()
