@@ -1,4 +1,4 @@
-// What a character's or a cloth's own file holds, before anything is baked.
+// Tells what the file of a character or of a cloth holds before it is baked.
 #include "bake/info/info_files.h"
 #include "formats/common/rest_in_scene.h"
 #include "formats/source/source_readers.h"

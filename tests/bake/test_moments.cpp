@@ -256,12 +256,13 @@ TEST(RayReach, AWallCountsByItsDistance) {
     std::vector<Vec3> points(64), normals(64, Vec3{0, 1, 0});  // each has ends of its own
     std::vector<float> b(4 * points.size());
     traceMoments(tracer, points, normals, {b});
-    double mean = 0, worst = 0;
+    double mean = 0;
+    Largest worst;
     for (std::size_t p = 0; p < points.size(); ++p) {
         // y_1 = sqrt(3 / 4 pi) (-y, z, -x), so the cosine with +y is minus its first number.
         const double found = -double(b[4 * p + 1]) / std::sqrt(3 / (4 * std::numbers::pi)) / std::numbers::pi;
         mean += found / double(points.size());
-        worst = std::max(worst, std::abs(found - expected));
+        worst.add(std::abs(found - expected));
     }
     EXPECT_NEAR(mean, expected, 2e-3);
     EXPECT_LT(worst, 0.02);

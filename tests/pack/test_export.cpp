@@ -8,6 +8,7 @@
 #include "pack/export/principal_weights.h"
 #include "pack/export/turn_to_rest.h"
 #include "pack/export/weight_tracks.h"
+#include "tests/difference.h"
 
 namespace penumbra::test_export {
 
@@ -88,9 +89,9 @@ TEST(PrincipalWeights, AreExactWithAllAndAsGoodAsToldWithFewer) {
         EXPECT_EQ(all.count, std::min(frames - 1, vertices));
         EXPECT_LT(all.max, 1e-6);
         for (std::size_t k = 0; k < all.count; ++k) {
-            float most = 0;
-            for (std::size_t f = 0; f < frames; ++f) most = std::max(most, std::abs(all.weights[f * all.count + k]));
-            EXPECT_FLOAT_EQ(most, 1);
+            Largest most;
+            for (std::size_t f = 0; f < frames; ++f) most.add(std::abs(all.weights[f * all.count + k]));
+            EXPECT_FLOAT_EQ(float(most), 1);
         }
         const double bound = all.rms_of_count[2] * 1.0001;
         const PrincipalWeights few = principalWeights(values, frames, {0, bound});

@@ -17,6 +17,7 @@
 #include "tests/player/gl_calls.h"
 #include "tests/runtime/count_allocations.h"
 #include "tests/sh/golden.h"
+#include "tests/sun_light.h"
 #include "tests/synthetic_cloth.h"
 
 namespace penumbra::test_membrane_shading {
@@ -133,14 +134,7 @@ struct Sheet {
 
 // A uniform light of radiance 1 and a sun above.
 LightFile sunAbove() {
-    LightFile light = synthetic::light(4, 0);
-    const SunD sun{normalized(Vec3d{0.2, 0.9, 0.1}), {4, 3, 2}, 0.01};
-    SunD negative = sun;
-    negative.irradiance *= -1;
-    subtractSuns(std::span(&negative, 1), {}, light.sh);
-    light.suns = {sun};
-    light.factor = "exact";
-    return light;
+    return synthetic::withSun(synthetic::light(4, 0), {normalized(Vec3d{0.2, 0.9, 0.1}), {4, 3, 2}, 0.01});
 }
 
 Vec3d meanOf(const Image& image) {

@@ -11,6 +11,7 @@
 #include "player/render/scene_on_gpu.h"
 #include "player/render/scene_picture.h"
 #include "tests/difference.h"
+#include "tests/sun_light.h"
 #include "tests/synthetic_composition.h"
 
 namespace penumbra::test_scene_on_gpu {
@@ -50,14 +51,7 @@ protected:
     }
     // A light with a sun.
     static LightFile sunny() {
-        LightFile light = synthetic::light(4, 0.3);
-        const SunD sun{normalized(Vec3d{0.5, 0.8, 0.3}), {3, 2.5, 2}, 0.01};
-        SunD negative = sun;
-        negative.irradiance *= -1;
-        subtractSuns(std::span(&negative, 1), {}, light.sh);
-        light.suns = {sun};
-        light.factor = "exact";
-        return light;
+        return synthetic::withSun(synthetic::light(4, 0.3), {normalized(Vec3d{0.5, 0.8, 0.3}), {3, 2.5, 2}, 0.01});
     }
     static void write(const fs::path& file_name, const Model& model, const SphereBlockers& blockers,
                       const LightFile& light = synthetic::light(4, 0.3)) {

@@ -18,6 +18,7 @@
 #include "tests/difference.h"
 #include "tests/player/gl_calls.h"
 #include "tests/runtime/count_allocations.h"
+#include "tests/sun_light.h"
 #include "tests/synthetic_composition.h"
 #include "tests/textured_tube.h"
 
@@ -30,14 +31,7 @@ using synthetic::TexturedSlots;
 
 // A light with a sun beside its SH.
 LightFile sunnyLight() {
-    LightFile light = synthetic::light(4, 0.3);
-    const SunD sun{normalized(Vec3d{0.5, 0.4, 0.8}), {3, 2.5, 2}, 0.01};
-    SunD negative = sun;
-    negative.irradiance *= -1;
-    subtractSuns(std::span(&negative, 1), {}, light.sh);
-    light.suns = {sun};
-    light.factor = "exact";
-    return light;
+    return synthetic::withSun(synthetic::light(4, 0.3), {normalized(Vec3d{0.5, 0.4, 0.8}), {3, 2.5, 2}, 0.01});
 }
 
 RenderOptions smallPicture(bool textures = true) {

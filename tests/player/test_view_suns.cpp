@@ -13,6 +13,7 @@
 #include "player/view/view_shapes.h"
 #include "player/view/view_sunlight.h"
 #include "tests/player/gl_calls.h"
+#include "tests/sun_light.h"
 #include "tests/synthetic_composition.h"
 
 namespace penumbra::test_view_suns {
@@ -22,13 +23,8 @@ namespace fs = std::filesystem;
 
 // A uniform light of radiance 1 and a sun.
 LightFile sunny(const SunD& sun) {
-    LightFile light = synthetic::light(4, 0);
+    LightFile light = synthetic::withSun(synthetic::light(4, 0), sun);
     light.name = "sunny";
-    SunD negative = sun;
-    negative.irradiance *= -1;
-    subtractSuns(std::span(&negative, 1), {}, light.sh);
-    light.suns = {sun};
-    light.factor = "exact";
     return light;
 }
 
