@@ -9,6 +9,7 @@ namespace penumbra {
 namespace {
 
 constexpr std::uint32_t kTrianglesOfLeaf = 4;
+constexpr std::size_t kMostOpen = 64;  // more than the depth of a tree of 2^32 triangles
 
 double squaredDistance(const BoundingBox& box, Vec3 p) {
     double sum = 0;
@@ -122,6 +123,67 @@ std::optional<TreePoint> SurfaceTree::nearest(Vec3 point, const Cost& cost) cons
         }
     }
     return best;
+}
+
+namespace {
+
+// A ray, ready for boxes. Division by a coordinate 0 gives infinities, which the comparisons below allow for.
+struct Ray {
+    Vec3 origin, direction, inverse;
+};
+
+bool meets(const BoundingBox& box, const Ray& ray) {
+    float begin = 0, end = std::numeric_limits<float>::infinity();
+    for (int axis = 0; axis < 3; ++axis) {
+        const float a = (box.low[axis] - ray.origin[axis]) * ray.inverse[axis],
+                    b = (box.high[axis] - ray.origin[axis]) * ray.inverse[axis];
+        begin = std::max(begin, std::min(a, b));  // a NaN, of a ray within a face, changes nothing
+        end = std::min(end, std::max(a, b));
+    }
+    return begin <= end * (1 + 4 * std::numeric_limits<float>::epsilon());
+}
+
+// Moeller and Trumbore 1997, "Fast, minimum storage ray/triangle intersection". Returns u and v where the ray meets the
+// triangle.
+std::optional<std::array<float, 2>> meeting(const Ray& ray, Vec3 a, Vec3 b, Vec3 c) {
+    const Vec3 ab = b - a, ac = c - a, p = cross(ray.direction, ac);
+    const float determinant = dot(ab, p);
+    if (determinant == 0) return {};
+    const Vec3 from = ray.origin - a, q = cross(from, ab);
+    const float u = dot(from, p) / determinant, v = dot(ray.direction, q) / determinant;
+    if (!(u >= 0 && v >= 0 && u + v <= 1 && dot(ac, q) / determinant > 0)) return {};
+    return std::array<float, 2>{u, v};
+}
+
+}  // namespace
+
+double SurfaceTree::passing(Vec3 origin, Vec3 direction, const Opacity& opacity) const {
+    const Ray ray{origin, direction, {1 / direction.x, 1 / direction.y, 1 / direction.z}};
+    std::array<std::uint32_t, kMostOpen> open;  // nodes; a path down halves the triangles at each step
+    std::size_t count = 0;
+    if (!nodes_.empty()) open[count++] = 0;
+    double share = 1;
+    while (count > 0) {
+        const Node& node = nodes_[open[--count]];
+        if (!meets(node.box, ray)) continue;
+        if (node.end == 0) {
+            open[count++] = node.begin;
+            open[count++] = node.begin + 1;
+            continue;
+        }
+        for (std::uint32_t i = node.begin; i < node.end; ++i) {
+            const std::uint32_t t = order_[i];
+            const auto [a, b, c] = triangles_[t];
+            const auto met = meeting(ray, positions_[a], positions_[b], positions_[c]);
+            if (!met) continue;
+            const std::size_t place = opacity.find(t);
+            if (place == kUnlisted) return 0;
+            const std::uint8_t stops =
+                opacity.valuesOf(place)[opacityPiece(opacity.pieces[place], (*met)[0], (*met)[1])];
+            share *= 1 - double(stops) / kStopsAll;
+        }
+    }
+    return share;
 }
 
 }  // namespace penumbra

@@ -1,5 +1,6 @@
 #pragma once
-// Finds the nearest point of a triangle mesh, for tables that interpolate from its vertices.
+// A tree over the triangles of a mesh. It finds the nearest point, for tables that interpolate from its vertices, and
+// tells how much of a ray passes, for checks of fields. Bakes have a faster tracer (bake/trace/occlusion.h).
 #include <array>
 #include <cstdint>
 #include <functional>
@@ -33,6 +34,10 @@ public:
     // Returns the point with the least sum of squared distance and cost; of equal ones that of the first triangle.
     // Unset where no point counts. May be called from many threads.
     std::optional<TreePoint> nearest(Vec3 point, const Cost& cost) const;
+
+    // Returns the share of a ray that passes all triangles, 0..1. `opacity` tells which of them let some through. May
+    // be called from many threads.
+    double passing(Vec3 origin, Vec3 direction, const Opacity& opacity) const;
 
 private:
     struct Node {

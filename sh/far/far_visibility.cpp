@@ -80,6 +80,14 @@ std::vector<std::vector<std::uint16_t>> farParts(std::span<const std::uint8_t> s
 
 void farVisibility(const FarFields& fields, std::span<const PosedPart> posed, std::span<const std::uint16_t> parts,
                    const Receiver& receiver, std::span<float> out) {
+    const auto lookup = [&](std::size_t part, Vec3 point, std::span<float> blocked) {
+        return sampleField(fields.tables[part], point, blocked);
+    };
+    farVisibility(PartLookup(lookup), posed, parts, receiver, out);
+}
+
+void farVisibility(const PartLookup& lookup, std::span<const PosedPart> posed, std::span<const std::uint16_t> parts,
+                   const Receiver& receiver, std::span<float> out) {
     assert(out.size() == kFarNumbers);
     std::fill(out.begin(), out.end(), 0.0f);
     out[0] = kSqrt4Pi;
@@ -93,7 +101,7 @@ void farVisibility(const FarFields& fields, std::span<const PosedPart> posed, st
         // 1. What the part blocks, in its rest frame.
         const float height = heightOf(posed[p], receiver);
         if (height == -1) continue;
-        const float inside = sampleField(fields.tables[p], posed[p].to_part.point(receiver.position), blocked);
+        const float inside = lookup(p, posed[p].to_part.point(receiver.position), blocked);
         const float weight =
             std::clamp((-blocked[0] / kSqrt4Pi - kMinBlocked) / (kFullBlocked - kMinBlocked), 0.0f, 1.0f);
         if (weight == 0 && inside == 0) continue;
