@@ -1,4 +1,5 @@
 // penumbra-bake fields RIG... -o X.fields.h5: the flags and the run.
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 
@@ -6,6 +7,7 @@
 #include "bake/cache_flags.h"
 #include "bake/fields/part_fields.h"
 #include "bake/rig_flags.h"
+#include "formats/common/warning.h"
 
 namespace penumbra {
 
@@ -35,6 +37,21 @@ void reportPlan(const FieldPlan& plan, const FieldOptions& options, Report& repo
     report.figures["fade"] = plan.file.fields.fade;
 }
 
+// Reports how far the fields are from rays, and warns of each that is too far. Returns a line for the user.
+std::string reportErrors(const FieldFile& file, const FieldErrors& errors, Report& report) {
+    const auto worst = std::size_t(std::max_element(errors.part.begin(), errors.part.end()) - errors.part.begin());
+    for (std::size_t p = 0; p < errors.part.size(); ++p) {
+        report.figures["errors"]["parts"].push_back({{"part", file.partName(p)}, {"rms_v", errors.part[p]}});
+        if (errors.part[p] > kMaxFieldRms)
+            reportWarning("penumbra-bake", fieldWarning(file.partName(p), errors.part[p]));
+    }
+    report.figures["errors"]["rms_v"] = errors.product;
+    char text[160];
+    std::snprintf(text, sizeof text, "fields against rays: rms V %.4f of all far parts, at most %.4f of one",
+                  errors.product, errors.part[worst]);
+    return text + (" ('" + file.partName(worst) + "')");
+}
+
 void runFields(FieldsCommand& command, const CommonOptions& common, Report& report) {
     report.phase("read");
     const auto start = std::chrono::steady_clock::now();
@@ -49,6 +66,9 @@ void runFields(FieldsCommand& command, const CommonOptions& common, Report& repo
     }
     report.phase("trace");
     const FieldFile file = bakeFields(plan, command.options, common.threads, common.progress);
+    report.phase("compare");
+    const std::size_t first_part = file.shard ? file.shard->first_part : 0;
+    const FieldErrors errors = compareFields(plan.receivers, file.fields, first_part, common.threads);
     report.phase("write");
     writeFields(command.output, file);
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
@@ -58,6 +78,9 @@ void runFields(FieldsCommand& command, const CommonOptions& common, Report& repo
     if (!common.quiet)
         std::printf("%s: %zu parts, %zu points x %d rays in %.1f s, %.2f MB\n", command.output.c_str(),
                     file.fields.parts.size(), plan.pointCount(), file.rays, seconds.count(), double(bytes) * 1e-6);
+    if (plan.receivers.poses.empty()) return;
+    const std::string line = reportErrors(file, errors, report);
+    if (!common.quiet) std::printf("%s\n", line.c_str());
 }
 
 void defineFields(CLI::App& app, FieldsCommand& command) {

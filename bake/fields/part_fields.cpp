@@ -154,6 +154,7 @@ FieldPlan planFields(const std::vector<std::filesystem::path>& paths, const Fiel
         plan.files_read.push_back(*options.inputs);
     }
     file.motion = motionOf(source, options.inputs);
+    plan.receivers = fieldReceivers(source, table);
     file.provenance = makeProvenance("penumbra-bake fields", optionsJson(options), plan.files_read);
     file.provenance.notes = plan.notes;
     return plan;

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "bake/fields/compare_fields.h"
 #include "bake/fields/part_surface.h"
 #include "formats/cache/point_cache.h"
 #include "formats/common/frame_range.h"
@@ -33,6 +34,7 @@ struct FieldPlan {
     std::vector<PartMesh> meshes;  // one for each of file.fields.parts
     std::vector<std::filesystem::path> files_read;
     std::vector<std::string> notes;  // BakeSource::notes()
+    FieldReceivers receivers = {};
 
     std::size_t pointCount() const;
 };

@@ -16,6 +16,9 @@ namespace {
 constexpr double kInsideShare = 0.3;
 // A point is inside, too, where less than this share of all directions meets nothing.
 constexpr double kEscapeShare = 0.05;
+// A triangle is a sheet where backs stop less than this share of the rays that start just behind it. Those of its own
+// plane stop half, those of a closed surface nearly all, and at the rim of an open end three quarters.
+constexpr double kSheetShare = 0.65;
 // A triangle is exposed where at least this share escapes, and rays from it that tell. Of a convex part half do.
 constexpr double kExposedShare = 0.3;
 constexpr int kExposureRays = 64;
@@ -60,6 +63,7 @@ PartTracer::PartTracer(const PartMesh& mesh, const PartField& field, const ConeD
       center_((toDouble(field.center) - scale_.center) / scale_.diagonal),
       radius_(double(field.radius) / scale_.diagonal),
       scene_(scaled(scale_, mesh.positions), mesh.triangles, Queries::kPlain, {&mesh.opacity, mesh.twins}),
+      sheets_(findSheets(scaled(scale_, mesh.positions), mesh.triangles)),
       surface_(scaled(scale_, mesh.positions), exposed(scaled(scale_, mesh.positions), mesh.triangles)) {}
 
 namespace {
@@ -75,7 +79,8 @@ std::array<Vec3d, 2> frameAround(Vec3d z) {
 
 // From outside of the bounding sphere only the cone that holds the sphere is traced, and every ray stands for 1/N of
 // that cone.
-PartTracer::Seen PartTracer::see(Vec3 point, const ConeDirections& directions) const {
+PartTracer::Seen PartTracer::see(Vec3 point, const ConeDirections& directions,
+                                 std::span<const std::uint8_t> sheets) const {
     const Vec3d to_center = center_ - toDouble(point);
     const double distance = length(to_center);
     const double cosine =
@@ -96,7 +101,7 @@ PartTracer::Seen PartTracer::see(Vec3 point, const ConeDirections& directions) c
         packets[p].y[k] = d.y;
         packets[p].z[k] = d.z;
     }
-    scene_.firstSides(point, packets, sides);
+    scene_.firstSides(point, packets, sheets, sides);
     Seen seen;
     std::array<float, kFieldNumbers> basis;
     int backs = 0, hits = 0;
@@ -111,34 +116,55 @@ PartTracer::Seen PartTracer::see(Vec3 point, const ConeDirections& directions) c
     const double share = (1 - cosine) / (2.0 * directions.count);  // of the sphere that one ray stands for
     for (double& b : seen.blocked) b *= 4 * std::numbers::pi * share;
     seen.escaped = 1 - hits * share;
-    seen.depth = std::max(backs * share - kInsideShare, kEscapeShare - seen.escaped);
+    seen.backs = backs * share;
+    seen.depth = std::max(seen.backs - kInsideShare, kEscapeShare - seen.escaped);
     return seen;
 }
 
-// Returns the triangles whose front is outside and well lit; all triangles where none is.
+namespace {
+
+// A point on a triangle, moved from its middle along its normal by `offset` diagonals.
+Vec3 besideTriangle(std::span<const Vec3> positions, const Triangle& triangle, double offset) {
+    const Vec3d a = toDouble(positions[triangle[0]]), b = toDouble(positions[triangle[1]]),
+                c = toDouble(positions[triangle[2]]);
+    return toFloat((a + b + c) / 3.0 + normalized(cross(b - a, c - a)) * offset);
+}
+
+}  // namespace
+
+// Marks the triangles [T] that are sheets. Each is judged by what backs stop just behind it, as if there were no
+// sheets.
+std::vector<std::uint8_t> PartTracer::findSheets(std::span<const Vec3> positions,
+                                                 std::span<const Triangle> triangles) const {
+    const ConeDirections directions = makeConeDirections(kExposureRays, 1);
+    std::vector<std::uint8_t> sheets;
+    for (const Triangle& triangle : triangles)
+        sheets.push_back(see(besideTriangle(positions, triangle, -kSurfaceOffset), directions, {}).backs < kSheetShare);
+    return sheets;
+}
+
+// Returns the triangles whose front is outside and well lit, and which are no sheets; all triangles where none is.
 std::vector<Triangle> PartTracer::exposed(std::span<const Vec3> positions, std::span<const Triangle> triangles) const {
     const ConeDirections directions = makeConeDirections(kExposureRays, 1);
     std::vector<Triangle> out;
-    for (const Triangle& triangle : triangles) {
-        const Vec3d a = toDouble(positions[triangle[0]]), b = toDouble(positions[triangle[1]]),
-                    c = toDouble(positions[triangle[2]]);
-        const Vec3d normal = normalized(cross(b - a, c - a));
-        const Seen seen = see(toFloat((a + b + c) / 3.0 + normal * kSurfaceOffset), directions);
-        if (seen.depth <= 0 && seen.escaped >= kExposedShare) out.push_back(triangle);
+    for (std::size_t t = 0; t < triangles.size(); ++t) {
+        if (sheets_[t]) continue;
+        const Seen seen = see(besideTriangle(positions, triangles[t], kSurfaceOffset), directions, sheets_);
+        if (seen.depth <= 0 && seen.escaped >= kExposedShare) out.push_back(triangles[t]);
     }
     return out.empty() ? std::vector<Triangle>(triangles.begin(), triangles.end()) : out;
 }
 
 PointOfField PartTracer::trace(Vec3 point, Distances wanted) const {
     const Vec3 scaled_point = scale_.apply(point);
-    Seen seen = see(scaled_point, directions_);
+    Seen seen = see(scaled_point, directions_, sheets_);
     const bool inside = seen.depth > 0;
     PointOfField out;
     out.depth = float(seen.depth);
     if (inside || wanted == Distances::kAll) {
         const NearestPoint nearest = surface_.nearest(scaled_point);
         out.distance = float((inside ? -1 : 1) * nearest.distance * scale_.diagonal);
-        if (inside) seen = see(toFloat(nearest.point + nearest.normal * kSurfaceOffset), directions_);
+        if (inside) seen = see(toFloat(nearest.point + nearest.normal * kSurfaceOffset), directions_, sheets_);
     }
     for (std::size_t b = 0; b < kFieldNumbers; ++b) out.blocked[b] = float(seen.blocked[b]);
     return out;

@@ -35,6 +35,10 @@ enum class Distances { kAll, kInside };
 // A point is inside where many rays meet the backs of triangles, or where hardly any ray escapes: a mouth is no place
 // for a hand. Triangles that see inside or into a deep fold, such as teeth and ears do, are no surface that distances
 // count from.
+//
+// Only a closed surface has an inside. A triangle with other backs behind it is part of one, though it may have holes
+// where the part joins others. A triangle with no such thing behind it is a sheet, as a cape or a leaf is: there is
+// nothing to be inside of, so its back is one more surface that light reaches.
 class PartTracer {
 public:
     // `mesh` has at least one triangle with an area.
@@ -45,9 +49,12 @@ private:
     struct Seen {
         std::array<double, kFieldNumbers> blocked{};
         double depth = 0;    // > 0: inside
+        double backs = 0;    // share of all directions of the sphere that meets the back of a closed surface
         double escaped = 0;  // share of all directions of the sphere that meets nothing
     };
-    Seen see(Vec3 scaled_point, const ConeDirections& directions) const;
+    Seen see(Vec3 scaled_point, const ConeDirections& directions, std::span<const std::uint8_t> sheets) const;
+    std::vector<std::uint8_t> findSheets(std::span<const Vec3> scaled_positions,
+                                         std::span<const Triangle> triangles) const;
     std::vector<Triangle> exposed(std::span<const Vec3> scaled_positions, std::span<const Triangle> triangles) const;
 
     const ConeDirections& directions_;
@@ -55,6 +62,7 @@ private:
     Vec3d center_;  // of the bounding sphere, scaled
     double radius_ = 0;
     OcclusionScene scene_;
+    std::vector<std::uint8_t> sheets_;  // [T] 1: a sheet
     NearestSurface surface_;
 };
 

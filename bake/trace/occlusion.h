@@ -86,9 +86,10 @@ public:
                                std::span<LaneWeights> rays, std::span<LaneWeights> near) const;
 
     // Finds what each ray from `origin` meets first. The rays of lanes with a zero vector meet nothing. Both sides of a
-    // triangle with a twin are fronts.
+    // triangle with a twin are fronts, and so are those of the triangles that `sheets` [T] marks; empty: none.
     // sides.size() == packets.size().
-    void firstSides(Vec3 origin, std::span<const DirectionPacket> packets, std::span<LaneSides> sides) const;
+    void firstSides(Vec3 origin, std::span<const DirectionPacket> packets, std::span<const std::uint8_t> sheets,
+                    std::span<LaneSides> sides) const;
 
 private:
     struct Impl;

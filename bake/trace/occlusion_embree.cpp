@@ -412,7 +412,7 @@ void OcclusionScene::removeOccluded(Vec3 origin, const RayDirections& directions
 }
 
 void OcclusionScene::firstSides(Vec3 origin, std::span<const DirectionPacket> packets,
-                                std::span<LaneSides> sides) const {
+                                std::span<const std::uint8_t> sheets, std::span<LaneSides> sides) const {
     assert(sides.size() == packets.size());
     const FlushDenormals flush;
     RayQuery query;
@@ -424,8 +424,9 @@ void OcclusionScene::firstSides(Vec3 origin, std::span<const DirectionPacket> pa
         intersectPacket(impl_->scene, query, d, valid, packet);
         for (std::size_t k = 0; k < kLanes; ++k) {
             const bool met = valid[k] && packet.hit.geomID[k] != RTC_INVALID_GEOMETRY_ID;
-            const bool back =
-                met && metBack(packet, k) && !impl_->numbers.isTwin(packet.hit.geomID[k], packet.hit.primID[k]);
+            bool back = met && metBack(packet, k) && !impl_->numbers.isTwin(packet.hit.geomID[k], packet.hit.primID[k]);
+            if (back && !sheets.empty())
+                back = !sheets[impl_->numbers.numberOf(packet.hit.geomID[k], packet.hit.primID[k])];
             sides[p].lane[k] = !met ? MetSide::kNone : back ? MetSide::kBack : MetSide::kFront;
         }
     }

@@ -132,6 +132,48 @@ TEST(PartTracer, AMouthIsInside) {
     EXPECT_LT(distanceBetween(point.blocked, blockedCap({0, -kAboveUnitBall, 0}, 1)), 0.1f);
 }
 
+// A ball with a sheet that hangs behind it, as a cape does from a chest. Its front faces away from the ball.
+shapes::Shape ballWithCape() {
+    shapes::Shape shape = shapes::sphere({0, 0, 0}, 0.5, 24);
+    append(shape, shapes::square({0, 0, -0.9}, {0, 0, -1}, 0.7));
+    return shape;
+}
+// Places between the two: half of what they see is the back of the sheet.
+constexpr std::array<Vec3, 3> kBehindTheCape = {{{0, 0, -0.75f}, {0.3f, 0.2f, -0.8f}, {-0.4f, 0.5f, -0.7f}}};
+
+// The share of the sphere that is blocked came within .006 of what single rays say.
+TEST(PartTracer, ThereIsNoInsideBehindASheet) {
+    const shapes::Shape shape = ballWithCape();
+    const PartMesh mesh = meshOf(shape);
+    const PartField field = placedField(mesh, 12);
+    const ConeDirections directions = makeConeDirections(1024, 1);
+    const PartTracer tracer(mesh, field, directions);
+    const std::vector<Vec3d> rays = fibonacciSphere(2000);
+    for (const Vec3 point : kBehindTheCape) {
+        const PointOfField traced = tracer.trace(point, Distances::kAll);
+        EXPECT_GT(traced.distance, 0);
+        double blocked = 0;
+        for (const Vec3d d : rays) blocked += shapes::blocked(toDouble(point), d, shape.positions, shape.triangles);
+        EXPECT_NEAR(double(traced.blocked[0]), -std::sqrt(4 * std::numbers::pi) * blocked / 2000, 0.02 * 3.5);
+    }
+    // The nearest surface that counts is the ball's, and the ball still has an inside.
+    EXPECT_NEAR(tracer.trace({0, 0, 0.3f}, Distances::kAll).distance, -0.2, 5e-3);
+    EXPECT_NEAR(tracer.trace({0, 0, -0.3f}, Distances::kAll).distance, -0.2, 5e-3);
+}
+
+// Half of what a point in the middle of the open end sees are backs, and that is a closed surface for all that.
+TEST(PartTracer, AnOpenEndMakesNoSheet) {
+    shapes::Shape bowl = shapes::cavity(0.5, 16);  // three quarters of a sphere
+    for (Triangle& t : bowl.triangles) std::swap(t[1], t[2]);
+    const PartMesh mesh = meshOf(bowl);
+    const PartField field = placedField(mesh, 12);
+    const ConeDirections directions = makeConeDirections(1024, 1);
+    const PartTracer tracer(mesh, field, directions);
+    for (const Vec3 inside : {Vec3{0, 0, 0}, {0.5f, 0, 0}, {0, 0.3f, -0.6f}, {0.2f, 0, 0.4f}})
+        EXPECT_LT(tracer.trace(inside, Distances::kAll).distance, 0);
+    EXPECT_GT(tracer.trace({0, 0, 0.9f}, Distances::kAll).distance, 0);
+}
+
 // Without its cap an open tube would have distances of about its radius on both sides of the opening.
 TEST(CloseHoles, AnOpenEndCountsAsSurface) {
     FieldBox box{{-1, -1, -1}, {1, 1, 1}, {21, 21, 21}};
@@ -240,10 +282,19 @@ TEST(BakeFields, ATurnedPartHasATurnedField) {
     EXPECT_LT(std::sqrt(error / size), 0.08);
 }
 
+// A lookup behind the sheet is lit, and one inside the ball is dark.
+TEST(BakeFields, ASheetDarkensNothing) {
+    const FieldFile file = bakeFields(planOf({meshOf(ballWithCape())}), {.rays = 256}, 2, ProgressStyle::kNone);
+    const FieldTable table = makeFieldTable(file.fields.parts[0], file.fields.bytesOf(0), file.fields.fade);
+    Numbers out;
+    for (const Vec3 point : kBehindTheCape) EXPECT_EQ(sampleField(table, point, out), 0);
+    for (const Vec3 point : {Vec3{0, 0, 0}, {0.2f, 0.1f, 0}, {0, 0, -0.3f}})
+        EXPECT_EQ(sampleField(table, point, out), 1);
+}
+
 TEST(BakeFields, SameBytesForAnyNumberOfThreads) {
     const tbb::global_control allow(tbb::global_control::max_allowed_parallelism, 8);
-    const FieldPlan plan =
-        planOf({meshOf(shapes::sphere({0, 0, 0}, 1, 8)), meshOf(shapes::square({0, 0, 0}, {0, 1, 0}, 0.5))}, 6);
+    const FieldPlan plan = planOf({meshOf(ballWithCape()), meshOf(shapes::square({0, 0, 0}, {0, 1, 0}, 0.5))}, 6);
     const auto bake = [&](int threads) { return bakeFields(plan, {.rays = 64}, threads, ProgressStyle::kNone).fields; };
     const PartFields one = bake(1);
     for (int threads : {2, 8}) {
