@@ -11,6 +11,7 @@
 #include "formats/common/errors.h"
 #include "formats/common/options.h"
 #include "formats/common/pass_rig_options.h"
+#include "formats/common/warning.h"
 #include "formats/stage/pose_file.h"
 #include "sh/angles.h"
 
@@ -132,6 +133,19 @@ std::string optionsJson(const VisibilityCommand& command, const FitOptions& opti
     return json.dump();
 }
 
+// The name of an own part of a composed model: that of its joint.
+std::string partName(const Model& model, std::size_t part) {
+    return model.skin.joint_names[model.composition->fields.parts[part].joint];
+}
+
+// Warns of each part whose field is far from what rays say.
+void warnOfFields(const FitResult& result) {
+    if (!result.report.composed || !result.report.composed->far) return;
+    const std::vector<double>& rms = result.report.composed->far->part_rms;
+    for (std::size_t p = 0; p < rms.size(); ++p)
+        if (rms[p] > kMaxFieldRms) reportWarning("penumbra-fit", fieldWarning(partName(result.model, p), rms[p]));
+}
+
 nlohmann::ordered_json clusterFigures(const Model& model) {
     nlohmann::ordered_json list = nlohmann::ordered_json::array();
     for (const ClusterModel& cluster : model.clusters)
@@ -145,8 +159,25 @@ nlohmann::ordered_json clusterFigures(const Model& model) {
     return list;
 }
 
+// The true local visibility times the far parts by their fields and by rays, and how far each field is from rays.
+nlohmann::ordered_json farFigures(const FitResult& result) {
+    const FarError& far = *result.report.composed->far;
+    nlohmann::ordered_json json{
+        {"vertices", far.vertices}, {"train_frames", far.train_frames}, {"held_out_frames", far.held_out_frames}};
+    json["by_fields"]["train"] = toJson(far.fields_train);
+    json["by_rays"]["train"] = toJson(far.rays_train);
+    if (far.held_out_frames) {
+        json["by_fields"]["held_out"] = toJson(far.fields_held_out);
+        json["by_rays"]["held_out"] = toJson(far.rays_held_out);
+    }
+    for (std::size_t p = 0; p < far.part_rms.size(); ++p)
+        json["parts"].push_back({{"part", partName(result.model, p)}, {"rms_v", far.part_rms[p]}});
+    return json;
+}
+
 // The rows of a composed model: its local part, the product, and the limit of the split.
-nlohmann::ordered_json composedFigures(const FitReport& fit) {
+nlohmann::ordered_json composedFigures(const FitResult& result) {
+    const FitReport& fit = result.report;
     const ComposedReport& composed = *fit.composed;
     nlohmann::ordered_json json;
     const auto add = [&](const char* name, const ErrorFigures& train, const ErrorFigures& held_out) {
@@ -156,6 +187,7 @@ nlohmann::ordered_json composedFigures(const FitReport& fit) {
     add("local", composed.local_train, composed.local_held_out);
     add("without_residual", composed.without_train, composed.without_held_out);
     add("true_local", composed.split_train, composed.split_held_out);
+    if (composed.far) json["far_sample"] = farFigures(result);
     json["residual_cross_validated_relative_error"] = composed.residual_cross_validated;
     json["residual"] = composed.residual_kept;
     json["residual_mean"] = composed.mean_kept;
@@ -178,7 +210,7 @@ void fillReport(const FitResult& result, Report& report) {
     figures["leave_one_out_relative_error"] = fit.leave_one_out_error;
     figures["output_pca_relative_error"] = fit.output_floor;
     figures["largest_tangent_angle_degrees"] = degrees(fit.largest_tangent_angle);
-    if (fit.composed) figures["composed"] = composedFigures(fit);
+    if (fit.composed) figures["composed"] = composedFigures(result);
     figures["cluster_list"] = clusterFigures(result.model);
 }
 
@@ -194,6 +226,12 @@ void printComposed(const FitReport& fit) {
     row("local model, of the local visibility", composed.local_train, composed.local_held_out);
     row("local x far parts", composed.without_train, composed.without_held_out);
     row("true local x far parts", composed.split_train, composed.split_held_out);
+    if (const auto& far = composed.far) {
+        std::printf("of a sample of %zu vertices in %zu + %zu frames:\n", far->vertices, far->train_frames,
+                    far->held_out_frames);
+        row("  true local x far parts by fields", far->fields_train, far->fields_held_out);
+        row("  true local x far parts by rays", far->rays_train, far->rays_held_out);
+    }
     std::printf("residual model: %s; it leaves %.4f of the residual in blocked cross-validation\n",
                 composed.residual_kept ? "kept"
                 : composed.mean_kept   ? "dropped but for its mean"
@@ -235,6 +273,7 @@ void run(const VisibilityCommand& command, const CommonOptions& common, Report& 
         "penumbra-fit visibility", optionsJson(command, options, reader.header().provenance), command.inputs());
     writeModel(command.output, result.model);
     fillReport(result, report);
+    warnOfFields(result);
     if (!common.quiet) printTable(result);
 }
 

@@ -217,7 +217,8 @@ void finishComposed(std::vector<ComposedFit> fits, const Split& split, FitResult
                                             figuresOf(split_errors, split.held_out, vertices),
                                             left > 0 ? std::sqrt(validated / left) : 0,
                                             keep,
-                                            keep_mean};
+                                            keep_mean,
+                                            {}};
     for (std::size_t c = 0; c < fits.size(); ++c) {
         model.clusters.push_back(std::move(parts[c].model));
         if (!keep) dropComponents(fits[c].residual.model);
@@ -275,6 +276,8 @@ FitResult fitVisibility(const VisibilityReader& reader, const PoseTable& poses, 
     if (!options.fields.empty()) {
         model.composition = compositionOf(model, options.fields, header);
         finishComposed(fitComposedClusters(job, model), split, result);
+        if (!model.deforming)
+            result.report.composed->far = measureFar({reader, poses, clusters, split, options.threads}, model);
         return result;
     }
     std::vector<ClusterFit> fits = fitClusters(job, model);

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "fit/visibility/error_figures.h"
+#include "fit/visibility/far_error.h"
 #include "fit/visibility/fit_options.h"
 #include "formats/stage/visibility_file.h"
 
@@ -17,7 +18,8 @@ struct ComposedReport {
     ErrorFigures split_train, split_held_out;      // of the true local moments x far: the limit of any local model
     double residual_cross_validated = 0;           // relative error of the residual model; 1 is as good as none
     bool residual_kept = false;
-    bool mean_kept = false;  // its mean alone counts too, even where its components do not pay
+    bool mean_kept = false;            // its mean alone counts too, even where its components do not pay
+    std::optional<FarError> far = {};  // what the fields cost; unset for a deforming mesh, which has no parts to trace
 };
 
 struct FitReport {
