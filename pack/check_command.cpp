@@ -71,12 +71,12 @@ void reportBudget(const CheckResult& result, Report& report) {
             std::snprintf(text, sizeof text, "%11.4f %8.4f", row.relative, row.rms_v);
         return std::string(text);
     };
-    std::printf("\n%-22s %20s %20s\n%-22s %11s %8s %11s %8s\n", "error budget", "held out", "training", "", "relative",
+    std::printf("\n%-26s %20s %20s\n%-26s %11s %8s %11s %8s\n", "error budget", "held out", "training", "", "relative",
                 "rms V", "relative", "rms V");
     for (std::size_t i = 0; i < held_out.size(); ++i) {
         const bool ask = std::isnan(result.held_out.frames ? held_out[i].relative : training[i].relative) &&
                          !held_out[i].option.empty();
-        std::printf("%-22s %s %s%s%s\n", held_out[i].name.c_str(), cell(result.held_out, held_out[i]).c_str(),
+        std::printf("%-26s %s %s%s%s\n", held_out[i].name.c_str(), cell(result.held_out, held_out[i]).c_str(),
                     cell(result.training, training[i]).c_str(), ask ? "   " : "",
                     ask ? held_out[i].option.c_str() : "");
         for (const auto& [set, row] : {std::pair(&result.held_out, &held_out[i]), {&result.training, &training[i]}}) {
@@ -87,6 +87,14 @@ void reportBudget(const CheckResult& result, Report& report) {
             else
                 json = nullptr;
         }
+    }
+    if (result.far_vertices > 0) {
+        std::printf(
+            "by fields and by rays: of %zu vertices in %zu held-out and %zu training frames; rays meet rigid parts\n",
+            result.far_vertices, result.held_out.far_frames, result.training.far_frames);
+        report.figures["far_sample"] = {{"vertices", result.far_vertices},
+                                        {"held_out_frames", result.held_out.far_frames},
+                                        {"train_frames", result.training.far_frames}};
     }
     if (result.training.composed) {
         std::printf(

@@ -18,6 +18,7 @@
 #include "formats/common/parallel_for.h"
 #include "formats/common/write_file.h"
 #include "pack/check/baked_frames.h"
+#include "pack/check/check_far.h"
 #include "pack/check/check_sums.h"
 #include "pack/check/rank_correlation.h"
 #include "pack/compress/span_projector.h"
@@ -73,6 +74,7 @@ private:
     FrameBuffers buffers_;
     std::vector<double> frame_error_;  // [cluster], squared, of the frame that was added last; then of followers
     std::vector<std::uint32_t> rows_;  // of the truth for each vertex that it has, bakedRows()
+    std::optional<FarCheck> far_;
 
     void compareVertex(std::size_t vertex, const BakedFrames& baked, CheckSums& sums);
     const LocalMoments* trueLocal() const;
@@ -148,6 +150,11 @@ Checker::Checker(const AssetView& asset, const VisibilityReader& truth, const Ch
             if (known.name == name) clip.held_out = known.held_out;
         clips_.push_back(std::move(clip));
     }
+    if (!trueLocal() || !truth.header().skin) return;
+    std::array<std::vector<std::size_t>, 2> frames;  // of training, held out
+    for (std::size_t f = 0; f < truth.header().frames.frameCount(); ++f)
+        frames[clips_[truth.header().frames.clip[f]].held_out].push_back(f);
+    far_.emplace(asset, truth.header(), frames);
 }
 
 // Turns the coefficients of one vertex of a prediction into numbers of the convention. They are moments like those of
@@ -355,6 +362,11 @@ void Checker::addFrame(std::size_t frame, int threads) {
     if (unpacked_) poseAs(*unpacked_, baked.truth);
     parallelFor(asset_.model.clusters.size(), threads, [&](std::size_t c) { compareCluster(c, baked, clip); });
     if (comparesFollowers()) compareFollowers(baked, clip);
+    if (far_ && far_->takes(frame)) {
+        const FrameBuffers& b = buffers_;
+        clip.far.add(far_->compare(evaluator_, {b.positions, b.normals, b.tangents, b.truth, b.true_local}, threads));
+        ++clip.far_frames;
+    }
     ++clip.frames;
     double error = 0;
     for (double squares : frame_error_) error += squares;
@@ -368,6 +380,7 @@ CheckResult Checker::result() const {
                                  rows_.size(), spanned};
     CheckResult result = figuresOf(clips_, spans_.mean, measured);
     result.frames = frames_;
+    if (far_) result.far_vertices = far_->vertexCount();
     return result;
 }
 

@@ -36,6 +36,10 @@ struct ErrorFigures {
     // truth has none.
     double without_residual = 0;  // the error of local visibility x far parts alone
     double split = 0;             // the error of the truth's local visibility x far parts
+    // The same of a sample, with the parts by their fields and by rays (formats/common/far_by_rays.h), relative to what
+    // all vertices and frames vary.
+    double far_by_fields = 0, far_by_rays = 0;
+    std::size_t far_frames = 0;   // of the sample
     double local = 0;             // the difference of these two products: what the local model costs
     double local_truncation = 0;  // of that, what changes when the true local visibility is moved into the span of the
                                   // stored mean and components
@@ -56,6 +60,7 @@ struct CheckResult {
     ErrorFigures training, held_out;  // frames = 0: there were no such frames
     // True if the mean of the truth was taken over its training frames; otherwise it is the model's stored mean.
     bool mean_from_truth = false;
+    std::size_t far_vertices = 0;  // of the sample of far_by_fields and far_by_rays; 0: there is none
 };
 
 // The other files that the asset is compared with. Each is null if it was not given.

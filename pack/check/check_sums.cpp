@@ -15,8 +15,11 @@ ErrorFigures errorFigures(std::span<const ClipSums* const> clips, std::span<cons
                           const CheckMeasured& measured) {
     ErrorFigures figures;
     CheckSums total;
+    FarSums far;
     double variation = 0, second_frames = 0;
     for (const ClipSums* clip : clips) {
+        far.add(clip->far);
+        figures.far_frames += clip->far_frames;
         second_frames += double(clip->second_frames);
         figures.frames += clip->frames;
         for (const CheckSums& sums : clip->of_cluster) total.add(sums);
@@ -41,6 +44,10 @@ ErrorFigures errorFigures(std::span<const ClipSums* const> clips, std::span<cons
     figures.local = relative(total.local, measured.true_local);
     figures.local_truncation = relative(total.local_outside, measured.true_local);
     figures.local_regression = relative(total.local_regression, measured.true_local);
+    // The sample's mean square stands for that of all vertices and frames.
+    const double of_sample = vertices / double(far.receivers);
+    figures.far_by_fields = relative(far.by_fields * of_sample, far.receivers > 0);
+    figures.far_by_rays = relative(far.by_rays * of_sample, far.receivers > 0);
     figures.sh_truncation = relative(total.sh_outside, true);
     figures.bake_noise = relative(total.noise * double(figures.frames) / second_frames, second_frames > 0);
     figures.unpacked_error = relative(total.unpacked, measured.unpacked);

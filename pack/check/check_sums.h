@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "pack/check/check_asset.h"
+#include "pack/check/check_far.h"
 
 namespace penumbra {
 
@@ -41,6 +42,8 @@ struct ClipSums {
     std::size_t frames = 0, second_frames = 0;  // frames of the truth, and how many of these the second bake has
     std::vector<CheckSums> of_cluster;
     std::vector<double> truth_sum;  // [V * stride], asset order
+    FarSums far = {};
+    std::size_t far_frames = 0;  // that `far` was measured in
 };
 
 // What was measured beside the error itself. Figures of anything else are NaN.

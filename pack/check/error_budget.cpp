@@ -19,6 +19,8 @@ std::vector<BudgetRow> composedBudget(const ErrorFigures& figures) {
     return {{"bake noise", figures.bake_noise, 0, "a second bake"},
             {"SH truncation", figures.sh_truncation, 0, ""},
             {"true local x far", figures.split, 0, "a truth with local moments"},
+            {"true local x far by fields", figures.far_by_fields, 0, ""},
+            {"true local x far by rays", figures.far_by_rays, 0, ""},
             {"local PCA", figures.local_truncation, 0, "a truth with local moments"},
             {"local regression", figures.local_regression, 0, "a truth with local moments"},
             {"local model", figures.local, 0, "a truth with local moments"},

@@ -93,6 +93,10 @@ TEST(CheckComposed, AModelThatMadeTheTruthHasNoErrorOfItsOwn) {
     for (double local : {figures.local, figures.local_truncation, figures.local_regression}) EXPECT_LT(local, 1e-5);
     EXPECT_GT(figures.split, 0.01) << "the residual is not in it";
     EXPECT_NEAR(figures.split, figures.without_residual, 1e-5);
+    // The sample has all vertices and frames. The fields are of balls, and rays meet the tube.
+    EXPECT_NEAR(figures.far_by_fields, figures.split, 0.02);
+    EXPECT_GT(figures.far_by_rays, 0);
+    EXPECT_EQ(figures.far_frames, figures.frames);
     EXPECT_TRUE(std::isnan(figures.truncation));
     EXPECT_TRUE(std::isnan(figures.regression));
 }
@@ -102,6 +106,7 @@ TEST(CheckComposed, NeedsLocalMomentsOfTheSameSteps) {
         const ComposedBake bake(steps);
         const ErrorFigures figures = bake.check(bake.asset);
         EXPECT_TRUE(std::isnan(figures.split));
+        EXPECT_TRUE(std::isnan(figures.far_by_fields) && std::isnan(figures.far_by_rays));
         for (double local : {figures.local, figures.local_truncation, figures.local_regression})
             EXPECT_TRUE(std::isnan(local));
         EXPECT_GT(figures.without_residual, 0.01);
@@ -121,7 +126,8 @@ TEST(CheckComposed, BudgetHasTheRowsOfAComposedModel) {
     for (double local : {stored.local, stored.local_truncation, stored.local_regression}) EXPECT_GT(local, 1e-4);
     std::vector<std::string> names;
     for (const BudgetRow& row : errorBudget(figures)) names.push_back(row.name);
-    EXPECT_EQ(names, (std::vector<std::string>{"bake noise", "SH truncation", "true local x far", "local PCA",
+    EXPECT_EQ(names, (std::vector<std::string>{"bake noise", "SH truncation", "true local x far",
+                                               "true local x far by fields", "true local x far by rays", "local PCA",
                                                "local regression", "local model", "without residual", "unpacked model",
                                                "rank and quantisation", "total", "against all bands"}));
 }
