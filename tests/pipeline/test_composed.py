@@ -36,6 +36,13 @@ def check_fit(vis, fields, folder):
     assert product < 0.92 * additive["held_out"]["relative_error"], (composed, additive)
     # The far parts need no training: with the true local moments 0.16 is left.
     assert parts["true_local"]["held_out"]["relative_error"] < 0.25, parts
+    # A sample says the same of the fields, and rays in their place leave about as much: all parts are closed.
+    sample = parts["far_sample"]
+    assert sample["vertices"] == 128 and sample["held_out_frames"] > 0, sample
+    by_fields, by_rays = (sample[way]["held_out"]["relative_error"] for way in ("by_fields", "by_rays"))
+    assert abs(by_fields - parts["true_local"]["held_out"]["relative_error"]) < 0.05, (by_fields, parts)
+    assert abs(by_rays - by_fields) < 0.05, sample
+    assert all(part["rms_v"] < 0.1 for part in sample["parts"]), sample
     with h5py.File(out) as f:
         assert f["composition"].attrs["local_steps"] == 2
         assert f["residual"].attrs["count"] == (len(f["clusters"]) if parts["residual_mean"] else 0)
@@ -100,8 +107,10 @@ def check_floor(fields, folder):
     assert info(asset)[0]["composition"]["floor"] is True
     report = os.path.join(folder, "floor.check.json")
     must(PACK, "check", asset, vis, "--report", report)
-    run_time = json.load(open(report))["figures"]["budget"]["held_out"]["true local x far"]["relative"]
-    assert abs(run_time - left) < 0.03, (run_time, left)
+    budget = json.load(open(report))["figures"]["budget"]["held_out"]
+    assert abs(budget["true local x far"]["relative"] - left) < 0.03, (budget, left)
+    for row in ("true local x far by fields", "true local x far by rays"):
+        assert abs(budget[row]["relative"] - left) < 0.05, (row, budget, left)
 
 
 def check_refusals(vis, fields, folder):
