@@ -17,6 +17,7 @@
 
 #include "formats/common/surface_tree.h"
 #include "formats/common/twin_triangles.h"
+#include "sh/far/part_lookup.h"
 #include "sh/reflectance.h"
 #include "sh/sh_basis.h"
 

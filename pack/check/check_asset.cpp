@@ -154,7 +154,7 @@ Checker::Checker(const AssetView& asset, const VisibilityReader& truth, const Ch
     std::array<std::vector<std::size_t>, 2> frames;  // of training, held out
     for (std::size_t f = 0; f < truth.header().frames.frameCount(); ++f)
         frames[clips_[truth.header().frames.clip[f]].held_out].push_back(f);
-    far_.emplace(asset, truth.header(), frames);
+    far_.emplace(asset, truth.header(), first, frames);
 }
 
 // Turns the coefficients of one vertex of a prediction into numbers of the convention. They are moments like those of

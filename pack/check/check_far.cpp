@@ -20,11 +20,11 @@ PartRays raysOf(const VisibilityHeader& truth) {
 
 }  // namespace
 
-FarCheck::FarCheck(const AssetView& asset, const VisibilityHeader& truth,
+FarCheck::FarCheck(const AssetView& asset, const VisibilityHeader& truth, std::size_t vertices,
                    std::span<const std::vector<std::size_t>> frames)
     : asset_(asset),
       rays_(raysOf(truth)),
-      vertices_(spreadEvenly(asset.model.composition->part_of_vertex.size(), kComparedVertices)),
+      vertices_(spreadEvenly(vertices, kComparedVertices)),
       takes_(truth.frames.frameCount()) {
     for (const std::vector<std::size_t>& kind : frames)
         for (const std::size_t i : spreadEvenly(kind.size(), kComparedFrames)) takes_[kind[i]] = true;

@@ -28,8 +28,10 @@ struct FarFrame {
 
 class FarCheck {
 public:
-    // `truth` has a skin and local moments. `frames` lists the frames of each kind, which the sample is taken from.
-    FarCheck(const AssetView& asset, const VisibilityHeader& truth, std::span<const std::vector<std::size_t>> frames);
+    // `truth` has a skin and local moments. The sample is taken from the first `vertices` of the asset, and from each
+    // of the lists of `frames`.
+    FarCheck(const AssetView& asset, const VisibilityHeader& truth, std::size_t vertices,
+             std::span<const std::vector<std::size_t>> frames);
     bool takes(std::size_t frame) const { return takes_[frame]; }
     std::size_t vertexCount() const { return vertices_.size(); }
     // The result is the same for any number of threads.

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <utility>
 
+#include "sh/far/part_lookup.h"
 #include "sh/reflectance.h"
 
 namespace penumbra {

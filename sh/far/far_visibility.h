@@ -3,7 +3,6 @@
 // can be seen from there (docs/formulas.md, section 7), for the vertices of the character itself or for any other
 // point. These functions are the plain form; fits and the run time compute the same for many points at once (sh/far/).
 #include <cstdint>
-#include <functional>
 #include <span>
 #include <vector>
 
@@ -52,12 +51,6 @@ struct Receiver {
 // 0.1% of the sphere do not count; they fade out before that, so that no part appears at once. A receiver inside a part
 // is dark.
 void farVisibility(const FarFields& fields, std::span<const PosedPart> posed, std::span<const std::uint16_t> parts,
-                   const Receiver& receiver, std::span<float> out);
-
-// Writes what a part blocks at a point of its rest frame, and returns how dark it is there besides, as sampleField().
-using PartLookup = std::function<float(std::size_t part, Vec3 point, std::span<float> out)>;
-// The same far visibility of parts that need not be fields: rays may say what they block.
-void farVisibility(const PartLookup& lookup, std::span<const PosedPart> posed, std::span<const std::uint16_t> parts,
                    const Receiver& receiver, std::span<float> out);
 
 }  // namespace penumbra
