@@ -164,11 +164,14 @@ nlohmann::ordered_json farFigures(const FitResult& result) {
     const FarError& far = *result.report.composed->far;
     nlohmann::ordered_json json{
         {"vertices", far.vertices}, {"train_frames", far.train_frames}, {"held_out_frames", far.held_out_frames}};
-    json["by_fields"]["train"] = toJson(far.fields_train);
-    json["by_rays"]["train"] = toJson(far.rays_train);
+    const auto add = [&](const char* way, const char* frames, const ErrorFigures& figures) {
+        json[way][frames] = {{"relative_error", figures.relative_error}, {"rms_v", figures.rms_v}};
+    };
+    add("by_fields", "train", far.fields_train);
+    add("by_rays", "train", far.rays_train);
     if (far.held_out_frames) {
-        json["by_fields"]["held_out"] = toJson(far.fields_held_out);
-        json["by_rays"]["held_out"] = toJson(far.rays_held_out);
+        add("by_fields", "held_out", far.fields_held_out);
+        add("by_rays", "held_out", far.rays_held_out);
     }
     for (std::size_t p = 0; p < far.part_rms.size(); ++p)
         json["parts"].push_back({{"part", partName(result.model, p)}, {"rms_v", far.part_rms[p]}});
