@@ -1,8 +1,11 @@
 // penumbra-bake poses RIG... -o POSES.(h5|glb|json): the flags and the run.
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <cstdlib>
 
 #include "bake/bake_verbs.h"
+#include "bake/pilot/auto_poses.h"
 #include "bake/poses/pose_list.h"
 #include "bake/rig_flags.h"
 #include "bake/source/frame_choice.h"
@@ -20,11 +23,16 @@ constexpr Word<ChoiceMethod> kMethodWords[] = {{"farthest", ChoiceMethod::kFarth
                                                {"representative", ChoiceMethod::kRepresentative},
                                                {"random", ChoiceMethod::kRandom}};
 
+constexpr const char* kAllWord = "all";  // of --choose
+
 struct PosesCommand {
     std::vector<std::filesystem::path> rigs;
     std::vector<std::filesystem::path> files_read;  // the rigs and what they refer to, known after reading
     std::filesystem::path output;
     PoseOptions options;
+    bool automatic = false;
+    AutoOptions automatic_options;
+    const CLI::App* app = nullptr;
 
     std::vector<std::filesystem::path> inputs() const { return files_read.empty() ? rigs : files_read; }
 };
@@ -35,7 +43,10 @@ std::string optionsJson(const PosesCommand& command) {
     const PoseOptions& options = command.options;
     Json json{{"clips", options.clips}, {"holdout", options.holdout}, {"fps", options.fps}};
     if (options.frames) json["frames"] = {options.frames->begin, options.frames->end, options.frames->step};
-    json["choose"] = options.choose;
+    if (options.choose == kAllCandidates)
+        json["choose"] = kAllWord;
+    else
+        json["choose"] = options.choose;
     json["method"] = wordOf(kMethodWords, options.method);
     json["sample"] = options.sample;
     if (options.mix > 0) json["mix"] = options.mix;
@@ -51,7 +62,13 @@ bool isJson(const PosesCommand& command) { return command.output.extension() == 
 void checkOptions(const PosesCommand& command) {
     const PoseOptions& options = command.options;
     refuseTwice(command.rigs);
-    if (options.choose + options.sample + options.mix + options.cover == 0)
+    if (command.automatic) {
+        if (options.choose != 0) throw UsageError("--choose: --auto lists the frames of all clips");
+        return;
+    }
+    for (const char* option : {"--minutes", "--rays"})
+        if (command.app->count(option) > 0) throw UsageError(std::string(option) + " goes with --auto");
+    if (options.choose != kAllCandidates && options.choose + options.sample + options.mix + options.cover == 0)
         throw UsageError("--choose, --sample, --mix or --cover is needed: how many poses?");
     if (!options.limits.empty() && options.sample == 0) throw UsageError("--limits needs --sample");
 }
@@ -119,7 +136,7 @@ void printSummary(const PosesCommand& command, const PosePlan& plan, const PoseL
     if (list.open_before > 0)
         std::printf("open share of mixed poses: %.4f before the covering ones, %.4f after\n", list.open_before,
                     list.open_after);
-    if (command.options.choose == 0) return;
+    if (command.options.choose <= 0) return;
     if (list.choice.frames.size() < std::size_t(command.options.choose))
         std::printf("all other frames equal a chosen one\n");
     std::printf("distance to the nearest chosen frame: %.4f at most, %.4f mean (of rest diagonals)\n",
@@ -135,17 +152,81 @@ void writeGlbOfPoses(const PosesCommand& command, const PosePlan& plan, const Po
     writeGlb(command.output, rigOfPoses(plan.rig, file), extras.dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
+Json numbersOf(const AutoTrial& tried, std::size_t frames) {
+    return {{"options", optionsOf(tried.trial.numbers)},
+            {"poses", frames + std::size_t(tried.trial.numbers.total())},
+            {"minutes", tried.minutes},
+            {"errors", tried.trial.errors},
+            {"ratio", tried.ratio.mean},
+            {"noise", tried.ratio.noise}};
+}
+
+void reportChoice(const AutoChoice& choice, std::size_t frames, Report& report) {
+    Json& json = report.figures["auto"];
+    json["chosen"] = optionsOf(choice.numbers());
+    json["clip_minutes"] = choice.clip_minutes;
+    json["pilot"] = {{"minutes", choice.pilot_minutes},
+                     {"frames", choice.pilot_frames},
+                     {"folds", choice.folds},
+                     {"model", choice.composed ? "composed" : "additive"}};
+    json["can_mix"] = choice.can_mix;
+    json["tried"] = Json::array();
+    for (const AutoTrial& tried : choice.tried) json["tried"].push_back(numbersOf(tried, frames));
+}
+
+void printChoice(const AutoChoice& choice, std::size_t frames) {
+    std::printf("pilot: %zu frames in %zu folds, %s fits, %.1f minutes\n", choice.pilot_frames, choice.folds,
+                choice.composed ? "composed" : "additive", choice.pilot_minutes);
+    if (!choice.can_mix) std::printf("mixed poses: none, as the skeleton has no limbs to mix\n");
+    if (choice.tried.empty())
+        std::printf("nothing is tried: the clips alone take %.1f minutes, and leave no time for more poses\n",
+                    choice.clip_minutes);
+    else
+        std::printf("%-40s %6s %8s %14s %17s\n", "list", "poses", "minutes", "rms V, unseen", "to clips alone");
+    for (std::size_t t = 0; t < choice.tried.size(); ++t) {
+        const AutoTrial& tried = choice.tried[t];
+        double squares = 0;
+        for (const double error : tried.trial.errors) squares += error * error / double(tried.trial.errors.size());
+        std::printf("%-40s %6zu %8.1f %14.4f %9.3f +- %.3f%s\n", optionsOf(tried.trial.numbers).c_str(),
+                    frames + std::size_t(tried.trial.numbers.total()), tried.minutes, std::sqrt(squares),
+                    tried.ratio.mean, tried.ratio.noise, t == choice.chosen ? "  *" : "");
+    }
+    std::printf("chosen, to type in place of --auto: %s\n", optionsOf(choice.numbers()).c_str());
+}
+
+// Sets the numbers of the options by trials.
+void chooseNumbers(PosesCommand& command, const PosePlan& plan, const CommonOptions& common, Report& report) {
+    PoseOptions& options = command.options;
+    AutoOptions& wanted = command.automatic_options;
+    if (options.sample > 0) wanted.most.sample = options.sample;
+    if (options.mix > 0) wanted.most.mix = options.mix;
+    if (options.cover > 0) wanted.most.cover = options.cover;
+    report.phase("pilot");
+    const AutoChoice choice = chooseAutoPoses({command.rigs, plan, options}, wanted, common.threads, common.progress);
+    reportChoice(choice, plan.candidates.frameCount(), report);
+    if (!common.quiet) printChoice(choice, plan.candidates.frameCount());
+    const PoseNumbers numbers = choice.numbers();
+    options.choose = numbers.mix + numbers.cover == 0 ? kAllCandidates : 0;
+    options.sample = numbers.sample;
+    options.mix = numbers.mix;
+    options.cover = numbers.cover;
+    if (options.sample == 0) options.limits.clear();
+}
+
 void runPoses(PosesCommand& command, const CommonOptions& common, Report& report) {
     checkOptions(command);
     report.phase("read");
     const PosePlan plan = planPoses(command.rigs, command.options);
     command.files_read = plan.rig.files_read;
     reportNotes(plan.notes, report);
-    if (!command.options.limits.empty()) command.files_read.push_back(command.options.limits);
     if (common.dry_run) {
         const PoseOptions& options = command.options;
         const std::size_t candidates = plan.candidates.frameCount();
-        const bool all = options.choose == 0 && options.mix + options.cover > 0;
+        const bool all = options.choose == kAllCandidates || (options.choose == 0 && options.mix + options.cover > 0);
+        if (command.automatic) {
+            std::printf("%zu frames; made poses are chosen by trial fits, which --dry-run leaves out\n", candidates);
+            return;
+        }
         std::printf("%zu of %zu frames, %lld sampled poses", all ? candidates : std::size_t(options.choose), candidates,
                     static_cast<long long>(options.sample));
         if (options.mix + options.cover > 0)
@@ -153,6 +234,8 @@ void runPoses(PosesCommand& command, const CommonOptions& common, Report& report
         std::printf("\n");
         return;
     }
+    if (command.automatic) chooseNumbers(command, plan, common, report);
+    if (!command.options.limits.empty()) command.files_read.push_back(command.options.limits);
     report.phase("choose");
     PoseList list = makePoses(plan, command.options, common.threads);
     report.phase("write");
@@ -176,8 +259,23 @@ void definePoses(CLI::App& app, PosesCommand& command) {
                    "scene.json")
         ->required()
         ->check(endsIn({".h5", ".glb", ".json"}));
-    app.add_option("--choose", options.choose, "how many of the candidate frames")
-        ->check(within<std::int64_t>(0, INT64_MAX, "frames"));
+    command.app = &app;
+    const CLI::Validator count = within<std::int64_t>(0, INT64_MAX, "frames");
+    const auto check = [count](const std::string& text) { return text == kAllWord ? "" : count(text); };
+    const auto read = [](const std::string& text) {
+        return text == kAllWord ? kAllCandidates : std::int64_t(std::strtoll(text.c_str(), nullptr, 10));
+    };
+    addParsed(app, "--choose", options.choose, read, "how many of the candidate frames, or all of them")
+        ->check(CLI::Validator(check, ""))
+        ->default_str("0");
+    app.add_flag("--auto", command.automatic,
+                 "all candidate frames, and kinds and numbers of --sample, --mix and --cover by trial fits; these then "
+                 "say how many poses of a kind there may be (default: 200, 300 and 300)");
+    app.add_option("--minutes", command.automatic_options.minutes,
+                   "of --auto: how long the bake of the list may take on this machine (default: any time)")
+        ->check(aboveZero());
+    app.add_option("--rays", command.automatic_options.rays, "of --auto: of that bake, for its minutes")
+        ->check(within(16, 1 << 16, "directions above the horizon"));
     addChoice(app, "--method", options.method, kMethodWords,
               "farthest: the most different frames; representative: least mean gap; random: to compare with");
     app.add_option("--sample", options.sample, "how many poses with joint angles sampled within their limits")

@@ -37,9 +37,10 @@ MAY_INCLUDE = {
     "bake/poses": SH | {"bake/common", "bake/source"} | FORMATS,
     **{f"bake/{room}": SH | {"bake/common", "bake/source", "bake/trace"} | FORMATS for room in ("fields", "visibility")},
     "bake/reference": SH | {"bake/common", "bake/source", "bake/trace", "bake/visibility"} | FORMATS,
+    "bake/pilot": SH | {"bake/common", "bake/source", "bake/poses", "bake/fields", "bake/visibility"} | FORMATS,
     "bake/info": SH | {"bake/visibility"} | FORMATS,
     "bake": SH | {"bake/common", "bake/source", "bake/trace", "bake/poses", "bake/fields", "bake/visibility",
-             "bake/reference", "bake/info"} | FORMATS,
+             "bake/pilot", "bake/reference", "bake/info"} | FORMATS,
     "fit/numerics": SH | FORMATS,
     **{f"fit/{room}": SH | {"fit/numerics"} | FORMATS
        for room in ("blockers", "clusters", "models", "light", "reflectance")},

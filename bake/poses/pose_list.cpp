@@ -145,7 +145,7 @@ PoseList makePoses(const PosePlan& plan, const PoseOptions& options, int threads
     list.file.joint_names = plan.rig.skin.joint_names;
     if (options.choose > 0)
         list.choice = choosePoses(poseFeatures(plan.rig, candidates, threads), options, threads);
-    else if (mixes)
+    else if (mixes || options.choose == kAllCandidates)
         list.choice = allOf(candidates.size());
     listChosen(plan.candidates, list.choice, list.file);
     if (mixes) addMixed(plan, options, threads, list);
@@ -163,6 +163,12 @@ PoseList makePoses(const PosePlan& plan, const PoseOptions& options, int threads
     listMade(kMixedClip, std::size_t(options.mix + options.cover), list.file);
     if (options.sample + options.mix + options.cover > 0) list.file.weight_names = plan.rig.mesh.morphs.names;
     return list;
+}
+
+bool canMix(const PosePlan& plan, int threads) {
+    if (plan.candidates.frameCount() < 2) return false;
+    if (!plan.rig.mesh.morphs.empty()) return true;
+    return findLimbs(plan.rig, rigFrames(plan.rig, plan.candidates), threads).count >= 2;
 }
 
 Rig rigOfPoses(const Rig& rig, const PoseFile& poses) {

@@ -15,13 +15,15 @@ namespace penumbra {
 
 enum class ChoiceMethod { kFarthest, kRepresentative, kRandom };
 
+constexpr std::int64_t kAllCandidates = -1;
+
 struct PoseOptions {
     // The candidates are chosen as in BakeOptions, without the held-out clips.
     std::vector<std::string> clips = {};
     std::vector<std::string> holdout = {};
     double fps = 0;
     std::optional<FrameRange> frames = {};
-    std::int64_t choose = 0;  // candidates to choose, 0..their number
+    std::int64_t choose = 0;  // candidates to choose, 0..their number; kAllCandidates: all in the clips' order
     ChoiceMethod method = ChoiceMethod::kFarthest;
     std::int64_t sample = 0;            // poses to sample within joint limits, 0..1e6
     std::filesystem::path limits = {};  // CSV of joint_limits.h; "": all limits come from the candidates
@@ -49,6 +51,10 @@ struct PoseList {
 };
 // Chooses, samples and mixes the poses. The result is the same for any number of threads.
 PoseList makePoses(const PosePlan& plan, const PoseOptions& options, int threads);
+
+// Tells whether poses can be mixed from the candidates: the skeleton has limbs or the mesh has morph targets, and there
+// are two frames.
+bool canMix(const PosePlan& plan, int threads);
 
 // Returns the rig with the poses as its only clip, "poses": pose k stands at k seconds (rig_poses.h).
 Rig rigOfPoses(const Rig& rig, const PoseFile& poses);

@@ -6,20 +6,9 @@
 
 #include "fit/numerics/matrix.h"
 #include "fit/numerics/pca.h"
-#include "formats/common/mesh.h"
+#include "formats/common/frame_folds.h"
 
 namespace penumbra {
-
-constexpr std::size_t kMinFolds = 4, kMaxFolds = 8;
-
-// Deals things of these sizes out to `groups` groups: starting with the largest, each goes to the group that has the
-// least so far. Returns the group of each.
-std::vector<int> dealOut(std::span<const std::size_t> sizes, std::size_t groups);
-
-// Returns the fold of each training frame, [frames.size()]. Neighbouring frames are nearly equal, so folds are made of
-// blocks. Each clip is a block; while there are fewer than 4 blocks, the longest is cut in half. When there are more
-// than 8, they are dealt out to 8 folds. `frames` are the training frames in ascending order.
-std::vector<int> makeFolds(const FrameList& list, std::span<const std::size_t> frames);
 
 // Turns the reduced inputs [n, I] into the functions of them that the ridge regression sees in their place, [n, H].
 using Expansion = std::function<Matrix(const Matrix& inputs)>;

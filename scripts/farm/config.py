@@ -184,7 +184,7 @@ def slots(key, value, folder):
 
 # Keys of bake, fields, fit, pack, a material and a light are the options of the programs, with _ for -.
 BAKE = dict(order=number(1, True), rays=number(16, True), seed=number(0, True), bias=number(0), precision=one_of("f32", "f16"),
-            ground=either(number(-1e9), True, False), poses=a_file, units=lambda key, value, folder: str(value), up=one_of("y", "z"),
+            ground=either(number(-1e9), True, False), poses=either(a_file, "auto"), units=lambda key, value, folder: str(value), up=one_of("y", "z"),
             cache_fps=number(0.001), blocks=number(1, True), two_sided=one_of(True, False), occluder=list_of(an_occluder), inputs=a_file,
             local=one_of(True, False), local_steps=number(1, True), local_order=number(5, True))
 FIELDS = dict(rays=number(16, True), seed=number(0, True), cells=number(4, True), megabytes=number(0.01), fade=number(1e-6))
@@ -202,7 +202,7 @@ OF_A_RIG = dict(clips=list_of(text), holdout=list_of(text), fps=number(0.001), s
                 materials=list_of(text), lights=list_of(text), bake=keys(**BAKE), fields=keys(**FIELDS), fit=keys(**FIT),
                 pack=keys(**PACK))
 JOB = keys(threads=number(1, True), memory_mb=number(1, True), minutes=number(1, True))
-RULES = ("bake", "merge", "fields", "fit", "predict", "brdf", "light", "pack", "truth", "check", "sheet", "index")
+RULES = ("bake", "poses", "merge", "fields", "fit", "predict", "brdf", "light", "pack", "truth", "check", "sheet", "index")
 FARM = keys(
     output=needed(text), programs=text, defaults=keys(**OF_A_RIG),
     rigs=needed(map_of(keys(files=needed(list_of(a_mesh)), **OF_A_RIG))),
@@ -244,6 +244,10 @@ def is_composed(rig):
     return rig["fit"].get("model") == "composed"
 
 
+def chooses_poses(rig):
+    return rig["bake"].get("poses") == "auto"
+
+
 def settle_composed(key, rig, own):
     """Gives the bake of a composed model its local moments and refuses what does not go with one. `own` are the rig's
     own keys: those of `defaults` hold for the rigs whose model has them."""
@@ -257,6 +261,16 @@ def settle_composed(key, rig, own):
         rig["bake"]["local"] = True  # the last word in any case: to spell it out bakes nothing again
     elif is_composed(rig):
         raise ConfigError(f"{key}.bake.local: model composed needs local moments, not False")
+
+
+def check_poses(key, rig):
+    """Refuses what does not go with poses that the farm chooses: nobody knows their number before they are there."""
+    if not chooses_poses(rig):
+        return
+    if rig.get("shards", 1) != 1:
+        raise ConfigError(f"{key}.bake.poses: auto takes shards: 1, not {rig['shards']}")
+    if "blocks" in rig["bake"]:
+        raise ConfigError(f"{key}.bake.poses: auto does not go with blocks")
 
 
 def check_convention(key, rig):
@@ -282,6 +296,7 @@ def check_rig(name, rig, farm):
         if "clips" in rig and clip not in rig["clips"]:
             raise ConfigError(f"{key}.holdout: {clip} is not among its clips: {', '.join(rig['clips'])}")
     settle_composed(key, rig, farm["rigs"][name])
+    check_poses(key, rig)
     check_convention(f"{key}.fit.convention", rig)
     for part, known in (("materials", farm["materials"]), ("lights", farm["lights"])):
         rig.setdefault(part, list(known))

@@ -9,7 +9,7 @@ import sys
 from dataclasses import dataclass
 from urllib.parse import unquote
 
-from farm.config import ROOT, ConfigError, files_of, is_composed, parts_of
+from farm.config import ROOT, ConfigError, chooses_poses, files_of, is_composed, parts_of
 from farm.stamps import Digests, digest_of, label, read_stamp, tool_version, write_whole
 
 SCRIPTS = os.path.join(ROOT, "scripts")
@@ -31,13 +31,13 @@ class Job:
 # Tells where each rule writes. A rig in one piece is baked where the merged file of others stands.
 PATTERNS = {
     "bake": "{rig}/{rig}.vis.h5", "shard": "{rig}/shards/{range}.vis.h5", "merge": "{rig}/{rig}.vis.h5",
-    "fields": "{rig}/{rig}.fields.h5", "fit": "{rig}/{rig}.model.h5", "brdf": "materials/{material}.brdf.h5",
+    "fields": "{rig}/{rig}.fields.h5", "poses": "{rig}/{rig}.poses.h5", "fit": "{rig}/{rig}.model.h5", "brdf": "materials/{material}.brdf.h5",
     "light": "lights/{light}.light.h5", "predict": "{rig}/{rig}.pred.vis.h5", "pack": "{rig}/{rig}.pnb",
     "truth": "{rig}/{rig}.truth.pnb", "check": "{rig}/check.json", "sheet": "{rig}/sheet.png", "index": "index.html"}
 
 
 # No job reads from one of a later rule.
-ORDER = ("brdf", "light", "fields", "bake", "shard", "merge", "fit", "predict", "truth", "pack", "check", "sheet", "index")
+ORDER = ("brdf", "light", "fields", "poses", "bake", "shard", "merge", "fit", "predict", "truth", "pack", "check", "sheet", "index")
 
 
 def options(values):
@@ -61,7 +61,7 @@ def read_by_bake(rig):
     bake = rig["bake"]
     occluders = [part for occluder in bake.get("occluder", []) for part in parts_of(occluder)]
     meshes = [file for path in [*rig["files"], *occluders] for file in files_of(path)]
-    return [*meshes, *(bake[key] for key in ("poses", "inputs") if key in bake)]
+    return [*meshes, *(bake[key] for key in ("poses", "inputs") if key in bake and not (key == "poses" and chooses_poses(rig)))]
 
 
 def report_of(output):
@@ -121,7 +121,20 @@ class Planner:
         return [self.program("penumbra-bake"), "visibility", *rig["files"],
                 *options({key: rig[key] for key in ("clips", "fps") if key in rig}), *options(rig["bake"])]
 
+    def poses(self, name, rig):
+        """Adds the choice of poses of a rig. Their bake is to end within the minutes of its job."""
+        words = [self.program("penumbra-bake"), "poses", *rig["files"], *options({key: rig[key] for key in ("clips", "fps") if key in rig}),
+                 *options({"holdout": rig["holdout"], "auto": True, "minutes": needs_of(self.farm, "bake")["minutes"]}),
+                 *options({key: rig["bake"][key] for key in ("rays", "seed") if key in rig["bake"]})]
+        files = [file for path in rig["files"] for file in files_of(path)]
+        self.ask(f"rigs.{name}.bake.poses", [*words, "-o", ".farm/probe.poses.h5", "--dry-run"], files)
+        return self.add("poses", {"rig": name}, words, sources=files)
+
     def bake(self, name, rig):
+        if chooses_poses(rig):
+            listed = self.poses(name, rig)
+            own = {**rig, "clips": rig["holdout"], "bake": {**rig["bake"], "poses": listed}}
+            return self.add("bake", {"rig": name}, [*self.bake_words(own), "--resume"], [listed], read_by_bake(rig))
         words, files = self.bake_words(rig), read_by_bake(rig)
         ranges = self.standing_ranges(name, words, files)
         if ranges is None:
@@ -179,7 +192,8 @@ class Planner:
 
     def check_holdout(self, name, rig):
         """Checks before any job starts that the clips are in the bake, and that one is left to train on."""
-        words = self.bake_words({**rig, "bake": {**rig["bake"], "rays": 16}})
+        bake = {key: value for key, value in rig["bake"].items() if key != "poses" or not chooses_poses(rig)}
+        words = self.bake_words({**rig, "bake": {**bake, "rays": 16}})
         said = self.ask(f"rigs.{name}", [*words, "--frames", "0:1", "-o", ".farm/probe.vis.h5", "--dry-run"], read_by_bake(rig))
         clips = json.loads(re.search("^clips: (.*)$", said, re.M)[1])
         for clip in rig["holdout"]:

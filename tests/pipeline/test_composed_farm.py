@@ -125,11 +125,26 @@ def check_other_models():
     assert not {"--fields", "--local-model"} & set(plan["bend/bend.model.h5"].command)
 
 
+def check_chosen_poses():
+    """The bake of a rig with `poses: auto` follows the choice of its poses, and has the held-out clips beside them."""
+    write("farm.yaml", FARM.replace("[walk], shards: 2", "[walk], bake: {poses: auto}, clips: [walk, wave]"))
+    plan = make_plan(read_config("farm.yaml"))
+    listed, bake = plan["man/man.poses.h5"], plan["man/man.vis.h5"]
+    words = " ".join(listed.command)
+    assert "--clips walk,wave --fps 3 --holdout walk --auto --minutes 60 --rays 16" in words, words
+    words = " ".join(bake.command)
+    assert "--clips walk --fps 3 --rays 16 --poses man/man.poses.h5 --local --resume" in words, words
+    assert bake.inputs == ["man/man.poses.h5"] and list(plan).index("man/man.poses.h5") < list(plan).index("man/man.vis.h5")
+
+
 def check_refusals():
     """Mistakes are named before any job."""
     write("farm.yaml", LINEAR)
     sheet = os.path.join(BIN, "..", "samples", "sheet.npz")
     cases = [
+        ("[walk], shards: 2", "[walk], shards: 2, bake: {poses: auto}", "rigs.man.bake.poses: auto takes shards: 1, not 2"),
+        ("[walk], shards: 2", "['walk#1'], bake: {poses: auto, blocks: 2}", "rigs.man.bake.poses: auto does not go with blocks"),
+        ("[walk], shards: 2", "[walk], bake: {poses: autos}", "rigs.man.bake.poses: no such file"),
         ("[walk], shards: 2", "[walk], bake: {local: false}", "rigs.man.bake.local: model composed needs local moments"),
         ("linear, clusters", "linear, convention: A4, clusters", "rigs.man.fit.convention: model composed takes convention D, not A4"),
         ("linear, clusters", "linear, convention: B5, clusters", "rigs.man.fit.convention: model composed takes convention D, not B5"),
@@ -163,6 +178,7 @@ with tempfile.TemporaryDirectory() as folder:
     check_others()
     check_belonging()
     check_other_models()
+    check_chosen_poses()
     check_refusals()
     os.chdir("/")
 print("composed models on a farm: ok")

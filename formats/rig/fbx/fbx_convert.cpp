@@ -1,10 +1,7 @@
 #include "formats/rig/fbx/fbx_convert.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
@@ -14,7 +11,9 @@
 
 #include "formats/common/child_process.h"
 #include "formats/common/errors.h"
+#include "formats/common/find_program.h"
 #include "formats/common/json_depth.h"
+#include "formats/common/temporary_folder.h"
 #include "formats/rig/fbx/fbx_faults.h"
 #include "formats/rig/fbx/fbx_takes.h"
 #include "formats/rig/rig_build.h"
@@ -24,26 +23,9 @@ namespace penumbra {
 
 namespace fs = std::filesystem;
 
-TemporaryFolder::TemporaryFolder() {
-    std::string name = (fs::temp_directory_path() / "penumbra.XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr)
-        throw IoError(name + ": cannot be made (TMPDIR names another folder): " + std::strerror(errno));
-    path_ = fs::absolute(name);
-}
-
-TemporaryFolder::~TemporaryFolder() {
-    std::error_code error;
-    fs::remove_all(path_, error);
-}
-
 namespace {
 
 constexpr const char* kProgram = "FBX2glTF";
-
-bool isProgram(const fs::path& path) {
-    std::error_code error;
-    return fs::is_regular_file(path, error) && ::access(path.c_str(), X_OK) == 0;
-}
 
 std::string environment(const char* name) {
     const char* value = std::getenv(name);
@@ -58,20 +40,12 @@ std::optional<fs::path> findConverter() {
         if (!isProgram(named)) throw IoError("PENUMBRA_FBX2GLTF: '" + named + "' is no program");
         return fs::absolute(named);
     }
-    std::vector<fs::path> folders;
-    const std::string path = environment("PATH");
-    for (std::size_t first = 0; first < path.size();) {
-        const std::size_t end = std::min(path.find(':', first), path.size());
-        if (end > first) folders.emplace_back(path.substr(first, end - first));
-        first = end + 1;
-    }
+    std::vector<fs::path> folders = foldersOfPath();
     if (const std::string data = environment("XDG_DATA_HOME"); !data.empty())
         folders.push_back(fs::path(data) / "penumbra");
     else if (const std::string home = environment("HOME"); !home.empty())
         folders.push_back(fs::path(home) / ".local/share/penumbra");
-    for (const fs::path& folder : folders)
-        if (isProgram(folder / kProgram)) return fs::absolute(folder / kProgram);
-    return std::nullopt;
+    return findProgram(kProgram, folders);
 }
 
 namespace {

@@ -35,17 +35,4 @@ struct FbxConversion {
 // has a mesh and the clips that the scan saw. Throws IoError where no temporary folder can be made, and Interrupted.
 FbxConversion convertFbx(const std::filesystem::path& converter, const FbxScan& scan);
 
-// A folder with a name of its own in the place for temporary files, deleted with all in it.
-class TemporaryFolder {
-public:
-    TemporaryFolder();
-    ~TemporaryFolder();
-    TemporaryFolder(const TemporaryFolder&) = delete;
-    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-    const std::filesystem::path& path() const { return path_; }
-
-private:
-    std::filesystem::path path_;
-};
-
 }  // namespace penumbra

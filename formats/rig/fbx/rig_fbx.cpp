@@ -8,6 +8,7 @@
 #include "formats/common/check_readable.h"
 #include "formats/common/errors.h"
 #include "formats/common/sha256.h"
+#include "formats/common/temporary_folder.h"
 #include "formats/rig/fbx/fbx_convert.h"
 #include "formats/rig/fbx/fbx_faults.h"
 #include "formats/rig/fbx/fbx_takes.h"
