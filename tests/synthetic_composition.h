@@ -94,6 +94,25 @@ inline void addComposition(Model& model, const TubeOptions& tube, const Composit
     model.composition = composition;
 }
 
+// Makes all parts within local_steps of a part its near parts, nearest first, as many as there is room for, with gains
+// at random.
+inline void addNearParts(Model& model, std::size_t count) {
+    Composition& composition = *model.composition;
+    const std::size_t parts = composition.fields.parts.size();
+    composition.near_count = count;
+    composition.near_parts.assign(parts * count, kNoPart);
+    for (std::size_t a = 0; a < parts; ++a) {
+        std::size_t next = a * count;
+        for (int steps = 1; steps <= composition.local_steps; ++steps)
+            for (std::size_t b = 0; b < parts && next < (a + 1) * count; ++b)
+                if (b != a && composition.steps[a * parts + b] == steps)
+                    composition.near_parts[next++] = std::uint16_t(b);
+    }
+    Noise noise(31);
+    for (std::size_t i = 0; i < composition.part_of_vertex.size() * count; ++i)
+        composition.near_gains.push_back(std::uint8_t(std::clamp(127 * (1 + noise()), 0.0f, 255.0f)));
+}
+
 // Adds a ball that stands still beside a composed model, as an occluder of its bake does. All parts see it.
 inline void addStillBall(Model& model, Vec3 center, const CompositionOptions& options = {}) {
     Composition& composition = *model.composition;

@@ -20,14 +20,14 @@ FarTables makeFarTables(const Composition& composition, const Convention& conven
     }
     fields.floor = composition.floor;
     auto far = farParts(composition.steps, parts.parts.size(), composition.local_steps);
-    return {std::move(fields), std::move(far), convention.order};
+    return {std::move(fields), std::move(far), convention.order, {composition.near_count, composition.near_parts}};
 }
 
 VertexSet vertexSet(const Model& model, std::span<const std::uint32_t> vertices,
                     std::span<const int> joint_of_cluster) {
     VertexSet set;
     const Skin& skin = model.skin;
-    const auto k = std::size_t(skin.influences);
+    const auto k = std::size_t(skin.influences), nears = model.composition->near_count;
     set.skin.joint_names = skin.joint_names;
     set.skin.parents = skin.parents;
     set.skin.influences = skin.influences;
@@ -41,6 +41,7 @@ VertexSet vertexSet(const Model& model, std::span<const std::uint32_t> vertices,
         set.rest_tangents.push_back(model.rest_tangents[v]);
         set.part.push_back(model.composition->part_of_vertex[v]);
         set.joint.push_back(std::uint16_t(joint_of_cluster[model.cluster_of_vertex[v]]));
+        for (std::size_t n = v * nears; n < (v + 1) * nears; ++n) set.gains.push_back(model.composition->near_gains[n]);
         for (std::size_t i = v * k; i < (v + 1) * k; ++i) {
             set.skin.joints.push_back(skin.joints[i]);
             set.skin.weights.push_back(skin.weights[i]);
@@ -59,6 +60,7 @@ namespace {
 struct FarBatch {
     std::array<Vec3, kMaxReceivers> positions, normals, tangents;
     std::array<std::uint32_t, kMaxReceivers> vertex;
+    std::array<std::uint8_t, kMaxReceivers * kMaxNear> gains;
     std::size_t count = 0;
 };
 
@@ -87,6 +89,7 @@ void farFactors(const FarTables& tables, const VertexSet& set, const PosedVertic
     assert(out.size() == set.part.size() * kFarNumbers);
     std::vector<FarPart> parts;
     for (const PosedPart& part : posed) parts.push_back(farPart(part));
+    const std::size_t nears = tables.nearParts().count;
     std::vector<Mat3> rotations(bones.size());
     std::vector<bool> known(bones.size());
     std::array<float, kMaxReceivers * kFarNumbers> far;
@@ -103,13 +106,14 @@ void farFactors(const FarTables& tables, const VertexSet& set, const PosedVertic
             batch.positions[i] = vertices.positions[v];
             batch.normals[i] = vertices.normals[v];
             batch.tangents[i] = carriedTangent(vertices.normals[v], rotations[joint], set.rest_tangents[v]);
+            std::copy_n(set.gains.begin() + std::ptrdiff_t(v * nears), nears,
+                        batch.gains.begin() + std::ptrdiff_t(i * nears));
         }
         // 2. What the far parts leave visible there.
-        const std::span<const std::uint16_t> seen = tables.partsSeenBy(part);
-        const FarScene scene{tables.tables(), parts.data(), seen.data(), seen.size()};
-        fastestFarPath().far(tables.constants(), scene, {},
-                             {batch.positions.data(), batch.normals.data(), batch.tangents.data(), batch.count},
-                             far.data());
+        fastestFarPath().far(
+            tables.constants(), tables.sceneOf(part, parts.data()), {},
+            {batch.positions.data(), batch.normals.data(), batch.tangents.data(), batch.count, batch.gains.data()},
+            far.data());
         if (tables.fields().floor)
             multiplyByFloor(fastestFarPath(), std::span(batch.normals).first(batch.count),
                             std::span(batch.tangents).first(batch.count),

@@ -20,6 +20,7 @@ struct VertexSet {
     Skin skin;
     std::vector<Vec3> rest_normals, rest_tangents;
     std::vector<std::uint16_t> part;   // [V of the set]
+    std::vector<std::uint8_t> gains;   // [V of the set, Composition::near_count]
     std::vector<std::uint16_t> joint;  // [V of the set] the joint that carries the tangent
     std::vector<std::uint32_t> order;  // [V of the set] its vertices, those of one part together
     std::vector<std::uint32_t> id;     // [V of the set] their numbers in the model
@@ -34,7 +35,8 @@ PosedVertices skinned(const VertexSet& set, std::span<const Affine> bones);
 // The same for a deforming mesh whose fronts are given, [Vs] each. A back has the opposite normal of its front.
 PosedVertices deformed(const VertexSet& set, std::span<const Vec3> positions, std::span<const Vec3> normals);
 
-// Writes the far visibility of every vertex of the set in one pose, [V of the set, kFarNumbers] in the local frames.
+// Writes the far visibility of every vertex of the set in one pose, [V of the set, kFarNumbers] in the local frames,
+// times that of its near parts.
 // `posed` are the parts in this pose.
 void farFactors(const FarTables& tables, const VertexSet& set, const PosedVertices& vertices,
                 std::span<const Affine> bones, std::span<const PosedPart> posed, std::span<float> out);

@@ -63,6 +63,17 @@ void writeCluster(hid_t file, const std::string& group, const ClusterModel& clus
     if (std::isfinite(cluster.holdout_error)) writeNumberAttribute(file, group, "holdout_error", cluster.holdout_error);
 }
 
+void writeNearParts(hid_t file, const Composition& composition) {
+    if (composition.near_count == 0) return;
+    const hsize_t columns = composition.near_count;
+    writeIntegers(file, "/composition/near_parts",
+                  std::vector<std::int64_t>(composition.near_parts.begin(), composition.near_parts.end()),
+                  {composition.fields.parts.size(), columns}, H5T_STD_U16LE);
+    writeIntegers(file, "/composition/near_gains",
+                  std::vector<std::int64_t>(composition.near_gains.begin(), composition.near_gains.end()),
+                  {composition.part_of_vertex.size(), columns}, H5T_STD_U8LE);
+}
+
 void writeComposition(hid_t file, const Model& model) {
     if (!model.composition) return;
     const Composition& composition = *model.composition;
@@ -77,6 +88,7 @@ void writeComposition(hid_t file, const Model& model) {
     writeIntegers(file, "/composition/steps",
                   std::vector<std::int64_t>(composition.steps.begin(), composition.steps.end()), {parts, parts},
                   H5T_STD_U8LE);
+    writeNearParts(file, composition);
     makeGroup(file, "/residual");
     writeIntegerAttribute(file, "/residual", "count", std::int64_t(composition.residual.size()));
     writeNumberAttribute(file, "/residual", "worth", composition.residual_worth);
@@ -294,6 +306,30 @@ bool sameClusters(const std::vector<ClusterModel>& a, const std::vector<ClusterM
     });
 }
 
+// Reads the near parts and their gains, if the model has any. A file has both datasets or none.
+void readNearParts(const Hdf5Reader& in, Composition& composition) {
+    const char *const parts_name = "/composition/near_parts", *const gains_name = "/composition/near_gains";
+    const bool has_parts = exists(in, parts_name), has_gains = exists(in, gains_name);
+    if (has_parts != has_gains)
+        throw InvalidInput(in.name + ": " + (has_parts ? gains_name : parts_name) + ": is missing, but " +
+                           (has_parts ? parts_name : gains_name) + " is there");
+    if (!has_parts) return;
+    const hsize_t parts = composition.fields.parts.size();
+    std::vector<hsize_t> shape{parts, 0};
+    const std::vector<std::int64_t> near_parts = readIntegers(in, parts_name, shape, 0, kNoPart);
+    if (shape[1] < 1 || shape[1] > kMaxNear)
+        throw InvalidInput(in.name + ": " + parts_name + ": has " + std::to_string(shape[1]) + " columns, not 1.." +
+                           std::to_string(kMaxNear));
+    composition.near_count = shape[1];
+    composition.near_parts.assign(near_parts.begin(), near_parts.end());
+    const std::string problem =
+        findNearProblem(composition.near_parts, {composition.steps, parts, composition.local_steps});
+    if (!problem.empty()) throw InvalidInput(in.name + ": " + parts_name + ": " + problem);
+    shape = {composition.part_of_vertex.size(), composition.near_count};
+    const std::vector<std::int64_t> gains = readIntegers(in, gains_name, shape, 0, 255);
+    composition.near_gains.assign(gains.begin(), gains.end());
+}
+
 // Reads what makes the model a composed one, if anything does. The residual has the very vertices of the clusters.
 void readComposition(const Hdf5Reader& in, Model& model) {
     if (!exists(in, "/composition")) return;
@@ -312,6 +348,7 @@ void readComposition(const Hdf5Reader& in, Model& model) {
     shape = {parts, parts};
     const std::vector<std::int64_t> steps = readIntegers(in, "/composition/steps", shape, 0, 255);
     composition.steps.assign(steps.begin(), steps.end());
+    readNearParts(in, composition);
     const auto count =
         std::size_t(readIntegerAttribute(in, "/residual", "count", 0, std::int64_t(model.clusters.size())));
     for (std::size_t c = 0; c < count; ++c)

@@ -12,6 +12,7 @@
 #include "formats/common/model_kind.h"
 #include "formats/common/part_fields.h"
 #include "formats/common/provenance.h"
+#include "sh/far/near_parts.h"
 #include "sh/indirect_numbers.h"
 #include "sh/visibility_convention.h"
 
@@ -100,14 +101,19 @@ struct InputJoint {
 // sees past the nearby parts of the skeleton alone. The fields say how much the far parts block, for any pose. A
 // vertex' numbers, in convention D, are
 //   local x product over its far parts of their visibilities + residual,
-// moved to where its ambient visibility lies in [0, 1]. farParts() (sh/far/far_visibility.h) lists the far
-// parts of each part.
+// where near parts count as far ones with a gain each. The sum is moved to where its ambient visibility lies in [0, 1].
+// farParts() (sh/far/far_visibility.h) lists the far parts of each part.
 struct Composition {
     int local_steps = 2;
     bool floor = false;  // an infinite floor hides every direction with y < 0, for all vertices; it is no part
     PartFields fields;   // [P]
     std::vector<std::uint16_t> part_of_vertex;  // [V] < P
     std::vector<std::uint8_t> steps;            // [P, P] PartTable::steps
+    // Near parts (sh/far/near_parts.h): parts that are not far, which the vertices of a part multiply in as if they
+    // were, each with a gain of its own. The clusters then predict what such a vertex sees without them.
+    std::size_t near_count = 0;             // at most kMaxNear; 0: the model has none
+    std::vector<std::uint16_t> near_parts;  // [P, near_count], kNoPart where a part has fewer
+    std::vector<std::uint8_t> near_gains;   // [V, near_count], times kPerGain
     // What the product leaves, as clusters of the same vertices and joints. Empty when that did not pay.
     std::vector<ClusterModel> residual;
     // Share of the energy that the residual takes from training frames which it also took in cross-validation, 0..1.

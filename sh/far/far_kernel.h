@@ -12,6 +12,11 @@ namespace penumbra {
 constexpr int kMaxSpheres = 4;             // of a field
 constexpr std::size_t kMaxReceivers = 64;  // of a call
 
+// Near parts (sh/far/near_parts.h).
+constexpr std::size_t kMaxNear = 4;       // of a part
+constexpr std::uint16_t kNoPart = 65535;  // stands where a part has fewer near parts than others
+constexpr float kPerGain = 1 / 128.0f;    // a gain is a byte times this
+
 // A box of a field: cell coordinate = (p - low) * per_cell, clamped to [0, cells].
 struct FarBox {
     float low[3], high[3], per_cell[3], cells[3];
@@ -79,6 +84,7 @@ struct FarConstants {
 struct FarReceivers {
     const Vec3 *positions, *normals, *tangents;  // [count], count <= kMaxReceivers
     std::size_t count;
+    const std::uint8_t* gains = nullptr;  // [count, FarScene::near_count], times kPerGain
 };
 
 // The parts that receivers see, and their fields.
@@ -88,6 +94,9 @@ struct FarScene {
     const std::uint16_t* parts;
     std::size_t part_count;
     float spacing = 0;  // of the anchors, kept away from what is nearer than kNearSpacings; 0: size alone decides
+    // What receivers multiply in besides, by gains of their own (sh/far/near_parts.h). Anchors know nothing of it.
+    const std::uint16_t* near_parts = nullptr;  // [near_count], kNoPart: none
+    std::size_t near_count = 0;
 };
 
 // What anchors know, for the receivers around them. An anchor has `stride` floats: the sum [36] over the parts that

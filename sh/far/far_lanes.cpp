@@ -48,17 +48,21 @@ inline void addToRest(const FarConstants& constants, const Lanes& weight, const 
     seen.has_rest = true;
 }
 
-// Multiplies by 1 + `weight` times the part.
-inline void addToProduct(const FarConstants& constants, const FarPart& posed, const Lanes& weight, const Lanes& height,
-                         Lanes* numbers, Seen& seen) {
+// What a part multiplies by: `whole`, plus `weight` times what it blocks from its height over the horizon.
+struct Factor {
+    Lanes whole, weight, height;
+};
+
+inline void addToProduct(const FarConstants& constants, const FarPart& posed, const Factor& factor, Lanes* numbers,
+                         Seen& seen) {
     Turns turns;
     Lanes local[kEven], values[kDirections], by_height;
     makeTurnsFromPart(posed, seen.frames, turns);
     toLocal(constants, turns, numbers);
-    const Lanes sure = height * height, by_bands = weight * (1 - sure);
-    choose(height > 0, 2 * weight * sure, kZeros, by_height);
+    const Lanes sure = factor.height * factor.height, by_bands = factor.weight * (1 - sure);
+    choose(factor.height > 0, 2 * factor.weight * sure, kZeros, by_height);
     mirror(constants, numbers, by_bands, by_height, local, Upto<2 * kOrder - 1>());
-    local[0] += kRootOfSphere;
+    local[0] += kRootOfSphere * factor.whole;
     toGrid<kOrder>(constants.grid, local, values);
     for (int d = 0; d < kDirections; ++d) seen.near[d] = seen.has_near ? seen.near[d] * values[d] : values[d];
     seen.has_near = true;
@@ -75,7 +79,34 @@ inline void addPart(const FarConstants& constants, const FarTable& table, const 
     if (!any(wanted)) return;
     if (!blockedBy(constants, table, posed, seen.frames, wanted, blocked)) return;
     seen.light *= 1 - blocked.inside * owed;
-    addToProduct(constants, posed, owed * blocked.weight, height, blocked.numbers, seen);
+    addToProduct(constants, posed, {kZeros + 1, owed * blocked.weight, height}, blocked.numbers, seen);
+}
+
+// Multiplies by a near part. With the gain a, 1 - a (1 - (1 + w g) (1 - inside)) is 1 - a inside + a (1 - inside) w g.
+inline void addNearPart(const FarConstants& constants, const FarTable& table, const FarPart& posed, const Lanes& gain,
+                        Seen& seen) {
+    Factor factor;
+    Lanes sine;
+    Blocked blocked;
+    Ints small;
+    heightOf(constants, posed, seen.frames, factor.height, sine, small);
+    const Ints wanted = (factor.height > -1) & ~small & (gain > 0);
+    if (!any(wanted)) return;
+    if (!blockedBy(constants, table, posed, seen.frames, wanted, blocked)) return;
+    factor.whole = 1 - gain * blocked.inside;
+    factor.weight = gain * (1 - blocked.inside) * blocked.weight;
+    addToProduct(constants, posed, factor, blocked.numbers, seen);
+}
+
+// Reads the gains of a near part for the block that begins with receiver `first`.
+inline void gatherGains(const FarReceivers& receivers, std::size_t first, std::size_t stride, std::size_t near_part,
+                        Lanes& gain) {
+    float gains[kLanes];
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+        const std::size_t r = first + lane < receivers.count ? first + lane : receivers.count - 1;
+        gains[lane] = kPerGain * float(receivers.gains[r * stride + near_part]);
+    }
+    loadFloats(gains, gain);
 }
 
 // Sets x to exp(x) = exp(x / 8)^8, for x in [-6, 2].
@@ -185,6 +216,15 @@ inline void farLanes(const FarConstants& constants, const FarScene& scene, const
             else if (any(nears[p][b] > 0))
                 addPart(constants, table, posed, nears[p][b], seen[b]);
         }
+    for (std::size_t n = 0; n < scene.near_count; ++n) {
+        const std::uint16_t part = scene.near_parts[n];
+        if (part == kNoPart) continue;
+        for (std::size_t b = 0; b < blocks; ++b) {
+            Lanes gain;
+            gatherGains(receivers, b * kLanes, scene.near_count, n, gain);
+            addNearPart(constants, scene.tables[part], scene.posed[part], gain, seen[b]);
+        }
+    }
     for (std::size_t b = 0; b < blocks; ++b) {
         const std::size_t left = receivers.count - b * kLanes;
         Lanes out[kPaddedEven];

@@ -150,9 +150,14 @@ FarTables::Product FarTables::makeProduct(int order_out, int order_a, int order_
     return product;
 }
 
-FarTables::FarTables(FarFields fields, std::vector<std::vector<std::uint16_t>> far_parts, int order)
-    : fields_(std::move(fields)), far_parts_(std::move(far_parts)), compose_(makeProduct(order, order, kFieldOrder)) {
+FarTables::FarTables(FarFields fields, std::vector<std::vector<std::uint16_t>> far_parts, int order,
+                     NearParts near_parts)
+    : fields_(std::move(fields)),
+      far_parts_(std::move(far_parts)),
+      near_parts_(std::move(near_parts)),
+      compose_(makeProduct(order, order, kFieldOrder)) {
     assert(far_parts_.size() == partCount());
+    assert(near_parts_.parts.size() == partCount() * near_parts_.count && near_parts_.count <= kMaxNear);
     for (const FieldTable& field : fields_.tables) tables_.push_back(tableOf(field));
     const FarProduct compose{compose_.j.data(), compose_.k.data(), compose_.j.size(), compose_.rows.view(),
                              int(compose_.rows.first.size()) - 1};
@@ -170,6 +175,11 @@ FarTables::FarTables(FarFields fields, std::vector<std::vector<std::uint16_t>> f
         constants_[q].dark = kDark[q];
         constants_[q].most = kMax[q];
     }
+}
+
+FarScene FarTables::sceneOf(std::size_t part, const FarPart* posed) const {
+    const std::vector<std::uint16_t>& far = far_parts_[part];
+    return {tables(), posed, far.data(), far.size(), 0, near_parts_.of(part).data(), near_parts_.count};
 }
 
 const FarConstants& productConstants(int order) {

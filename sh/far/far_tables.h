@@ -5,6 +5,7 @@
 
 #include "sh/far/far_kernel.h"
 #include "sh/far/far_visibility.h"
+#include "sh/far/near_parts.h"
 
 namespace penumbra {
 
@@ -17,7 +18,8 @@ constexpr std::size_t kFarQualities = 3;
 class FarTables {
 public:
     // A vertex of part p sees the parts far_parts[p]. Local visibilities have `order` bands.
-    FarTables(FarFields fields, std::vector<std::vector<std::uint16_t>> far_parts, int order);
+    FarTables(FarFields fields, std::vector<std::vector<std::uint16_t>> far_parts, int order,
+              NearParts near_parts = {});
     FarTables(const FarTables&) = delete;  // the tables point into one another
     FarTables& operator=(const FarTables&) = delete;
 
@@ -28,6 +30,9 @@ public:
     }
     // Parts that a vertex of `part` sees as far ones.
     std::span<const std::uint16_t> partsSeenBy(std::size_t part) const { return far_parts_[part]; }
+    const NearParts& nearParts() const { return near_parts_; }
+    // What a vertex of `part` sees, posed as `posed` [P] says.
+    FarScene sceneOf(std::size_t part, const FarPart* posed) const;
     const FarTable* tables() const { return tables_.data(); }
 
 private:
@@ -43,7 +48,8 @@ private:
     };
     FarFields fields_;
     std::vector<std::vector<std::uint16_t>> far_parts_;  // [P]
-    std::vector<FarTable> tables_;                       // [P]
+    NearParts near_parts_;
+    std::vector<FarTable> tables_;  // [P]
     Product compose_;
     std::array<FarConstants, kFarQualities> constants_;
 

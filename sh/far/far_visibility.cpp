@@ -79,12 +79,62 @@ std::vector<std::vector<std::uint16_t>> farParts(std::span<const std::uint8_t> s
     return far;
 }
 
-void farVisibility(const FarFields& fields, std::span<const PosedPart> posed, std::span<const std::uint16_t> parts,
-                   const Receiver& receiver, std::span<float> out) {
-    const auto lookup = [&](std::size_t part, Vec3 point, std::span<float> blocked) {
+namespace {
+
+// Writes what one part leaves visible, as farVisibility() has it. Returns false where the part does not count.
+class PartFactors {
+public:
+    PartFactors(const PartLookup& lookup, std::span<const PosedPart> posed, const Receiver& receiver)
+        : lookup_(lookup), posed_(posed), receiver_(receiver) {}
+
+    bool factorOf(std::uint16_t p, std::span<float> visible) {
+        // 1. What the part blocks, in its rest frame.
+        const float height = heightOf(posed_[p], receiver_);
+        if (height == -1) return false;
+        std::array<float, kFieldNumbers> blocked, turned;
+        const float inside = lookup_(p, posed_[p].to_part.point(receiver_.position), blocked);
+        const float weight =
+            std::clamp((-blocked[0] / kSqrt4Pi - kMinBlocked) / (kFullBlocked - kMinBlocked), 0.0f, 1.0f);
+        if (weight == 0 && inside == 0) return false;
+        // 2. The same in the local frame, mirrored.
+        if (from_local_.order == 0) {
+            const Vec3 bitangent = cross(receiver_.normal, receiver_.tangent);
+            from_local_ =
+                makeShRotation(kFieldOrder, transposed(fromRows(receiver_.tangent, bitangent, receiver_.normal)));
+        }
+        apply(posed_[p].to_model, blocked, turned);
+        applyTransposed(from_local_, turned, blocked);
+        mirrorPart(height, blocked, visible);
+        for (float& x : visible) x *= weight;
+        visible[0] += kSqrt4Pi;
+        for (float& x : visible) x *= 1 - inside;
+        return true;
+    }
+
+private:
+    const PartLookup& lookup_;
+    std::span<const PosedPart> posed_;
+    const Receiver& receiver_;
+    ShRotation from_local_;
+};
+
+void multiplyInto(std::span<float> out, std::span<const float> factor) {
+    std::array<float, kFarNumbers> product;
+    multiplyMirrored(kFieldOrder, out, kFieldOrder, factor, kFieldOrder, product);
+    std::copy(product.begin(), product.end(), out.begin());
+}
+
+PartLookup lookupOf(const FarFields& fields) {
+    return [&fields](std::size_t part, Vec3 point, std::span<float> blocked) {
         return sampleField(fields.tables[part], point, blocked);
     };
-    farVisibility(PartLookup(lookup), posed, parts, receiver, out);
+}
+
+}  // namespace
+
+void farVisibility(const FarFields& fields, std::span<const PosedPart> posed, std::span<const std::uint16_t> parts,
+                   const Receiver& receiver, std::span<float> out) {
+    farVisibility(lookupOf(fields), posed, parts, receiver, out);
 }
 
 void farVisibility(const PartLookup& lookup, std::span<const PosedPart> posed, std::span<const std::uint16_t> parts,
@@ -92,35 +142,29 @@ void farVisibility(const PartLookup& lookup, std::span<const PosedPart> posed, s
     assert(out.size() == kFarNumbers);
     std::fill(out.begin(), out.end(), 0.0f);
     out[0] = kSqrt4Pi;
-    const Vec3 bitangent = cross(receiver.normal, receiver.tangent);
-    const Mat3 frame = transposed(fromRows(receiver.tangent, bitangent, receiver.normal));
-    ShRotation from_local;
-    std::array<float, kFieldNumbers> blocked, turned;
-    std::array<float, kFarNumbers> visible, product;
+    PartFactors factors(lookup, posed, receiver);
+    std::array<float, kFarNumbers> visible;
     bool first = true;
     for (const std::uint16_t p : parts) {
-        // 1. What the part blocks, in its rest frame.
-        const float height = heightOf(posed[p], receiver);
-        if (height == -1) continue;
-        const float inside = lookup(p, posed[p].to_part.point(receiver.position), blocked);
-        const float weight =
-            std::clamp((-blocked[0] / kSqrt4Pi - kMinBlocked) / (kFullBlocked - kMinBlocked), 0.0f, 1.0f);
-        if (weight == 0 && inside == 0) continue;
-        // 2. The same in the local frame, mirrored.
-        if (from_local.order == 0) from_local = makeShRotation(kFieldOrder, frame);
-        apply(posed[p].to_model, blocked, turned);
-        applyTransposed(from_local, turned, blocked);
-        mirrorPart(height, blocked, visible);
-        for (float& x : visible) x *= weight;
-        visible[0] += kSqrt4Pi;
-        for (float& x : visible) x *= 1 - inside;
-        // 3. The product over all parts.
-        if (std::exchange(first, false)) {
+        if (!factors.factorOf(p, visible)) continue;
+        if (std::exchange(first, false))
             std::copy(visible.begin(), visible.end(), out.begin());
-            continue;
-        }
-        multiplyMirrored(kFieldOrder, out, kFieldOrder, visible, kFieldOrder, product);
-        std::copy(product.begin(), product.end(), out.begin());
+        else
+            multiplyInto(out, visible);
+    }
+}
+
+void multiplyByNear(const FarFields& fields, std::span<const PosedPart> posed, std::span<const NearPart> near_parts,
+                    const Receiver& receiver, std::span<float> out) {
+    assert(out.size() == kFarNumbers);
+    const PartLookup lookup = lookupOf(fields);
+    PartFactors factors(lookup, posed, receiver);
+    std::array<float, kFarNumbers> visible;
+    for (const auto& [part, gain] : near_parts) {
+        if (gain == 0 || !factors.factorOf(part, visible)) continue;
+        for (float& x : visible) x *= gain;
+        visible[0] += (1 - gain) * kSqrt4Pi;
+        multiplyInto(out, visible);
     }
 }
 

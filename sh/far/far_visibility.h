@@ -53,4 +53,14 @@ struct Receiver {
 void farVisibility(const FarFields& fields, std::span<const PosedPart> posed, std::span<const std::uint16_t> parts,
                    const Receiver& receiver, std::span<float> out);
 
+// A near part of a receiver.
+struct NearPart {
+    std::uint16_t part = 0;
+    float gain = 1;
+};
+// Multiplies a far visibility by near parts, in their order. What a part leaves visible as a far one is 1 + x; with a
+// gain it is 1 + gain x. With gains of 1 this goes on with the product as farVisibility() does.
+void multiplyByNear(const FarFields& fields, std::span<const PosedPart> posed, std::span<const NearPart> near_parts,
+                    const Receiver& receiver, std::span<float> out);
+
 }  // namespace penumbra

@@ -99,7 +99,11 @@ std::vector<Sample> allSamples() {
         visibilityFile([](VisibilityHeader& header) { header = samples::localHeader(1, 2); }),
         visibilityFile(addBounces),
         modelFile(synthetic::clothModel({.features = FeatureKind::kDihedrals}), [](Model&) {}),
-        modelFile(synthetic::composedTube({.joints = 5}), [](Model& model) { synthetic::addIndirect(model); }),
+        modelFile(synthetic::composedTube({.joints = 5}),
+                  [](Model& model) {
+                      synthetic::addIndirect(model);
+                      synthetic::addNearParts(model, 2);
+                  }),
         brdfFile([](BrdfFile& brdf) {
             brdf.operators = samples::sampleOperators();
             brdf.membrane = Membrane();

@@ -1,3 +1,4 @@
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -97,10 +98,16 @@ TEST(ModelFile, RoundTripOfQuadraticAndNeural) {
     }
 }
 
+Model nearTube() {
+    Model model = synthetic::composedTube();
+    synthetic::addNearParts(model, 3);  // the parts beside a part are 2 at most
+    return model;
+}
+
 TEST(ModelFile, RoundTripOfModelsInParts) {
     for (const Model& written : {synthetic::tubeModel({.kind = ModelKind::kAdditive}), synthetic::composedTube(),
                                  synthetic::composedTube({}, {.local_steps = 2, .residual = false}),
-                                 synthetic::litTube(), synthetic::clothModel()}) {
+                                 synthetic::litTube(), synthetic::clothModel(), nearTube()}) {
         const Model read = samples::roundTrip(written, writeModel, readModel);
         EXPECT_EQ(read.kind, written.kind);
         ASSERT_EQ(read.clusters.size(), written.clusters.size());
@@ -111,10 +118,46 @@ TEST(ModelFile, RoundTripOfModelsInParts) {
         EXPECT_EQ(read.composition->local_steps, written.composition->local_steps);
         EXPECT_EQ(read.composition->steps, written.composition->steps);
         EXPECT_EQ(read.composition->fields.values, written.composition->fields.values);
+        EXPECT_EQ(read.composition->near_count, written.composition->near_count);
+        EXPECT_EQ(read.composition->near_parts, written.composition->near_parts);
+        EXPECT_EQ(read.composition->near_gains, written.composition->near_gains);
         ASSERT_EQ(read.composition->residual.size(), written.composition->residual.size());
         for (std::size_t c = 0; c < read.composition->residual.size(); ++c)
             expectSame(read.composition->residual[c], written.composition->residual[c]);
     }
+}
+
+// Returns what the reader says of the model that `change` leaves.
+std::string refusalOfNear(const std::function<void(Composition&)>& change) {
+    Model model = nearTube();
+    change(*model.composition);
+    const samples::Folder folder("near_parts");
+    const std::filesystem::path path = folder.path / "x.model.h5";
+    writeModel(path, model);
+    try {
+        (void)readModel(path);
+    } catch (const InvalidInput& error) {
+        return error.what();
+    }
+    return "accepted";
+}
+
+TEST(ModelFile, RefusesNearPartsThatCannotBe) {
+    const auto refusal = [](std::size_t entry, std::uint16_t part) {
+        return refusalOfNear([&](Composition& c) { c.near_parts[entry] = part; });
+    };
+    // Part 2 of 5 has the near parts 1, 3 and none.
+    EXPECT_EQ(refusal(8, kNoPart), "accepted");
+    EXPECT_THAT(refusal(8, 5), testing::HasSubstr("/composition/near_parts: entry 8, part 5, is not below 5"));
+    EXPECT_THAT(refusal(8, 2), testing::HasSubstr("is near itself"));
+    EXPECT_THAT(refusal(8, 4), testing::HasSubstr("is a far part of part 2"));
+    EXPECT_THAT(refusal(8, 1), testing::HasSubstr("is there twice for part 2"));
+    EXPECT_THAT(refusalOfNear([](Composition& c) {
+                    c.near_count = 5;
+                    c.near_parts.assign(25, kNoPart);
+                    c.near_gains.assign(c.part_of_vertex.size() * 5, 128);
+                }),
+                testing::HasSubstr("/composition/near_parts: has 5 columns, not 1..4"));
 }
 
 // A prop with a root of its own has no bones nearby, so its cluster has nothing to look at.
