@@ -228,7 +228,9 @@ std::optional<PictureSurface> picturesOf(const ReferenceCommand& command, const 
     const Rig rig = readRig({command.materials_of}, options);
     report.willRead(rig.files_read);
     RigSurface read = surfaceOf(rig, name);
-    if (read.surface.textures.empty()) return {};
+    if (read.surface.textures.empty() && read.surface.colors.empty() &&
+        std::ranges::none_of(read.surface.slots, &SlotSurface::blends))
+        return {};
     fitSurface(rig, mesh, name, read.surface);
     (void)setLooks(readSourceLooks(command.materials_of), mesh.slots, name, read);
     for (const std::string& note : read.notes) reportWarning("penumbra-bake", note);

@@ -231,8 +231,11 @@ void describeSuns(const LightFile& light, const FactorReport& found, Report& rep
 // Ringing below -1 times the mean is visible.
 constexpr double kWorstRinging = 1;
 
+// Suns are shaded apart from the SH, so their ringing is seen only where they are switched off.
+bool ringsVisibly(const LightFile& light, double least) { return least < -kWorstRinging && light.suns.empty(); }
+
 void warnOfRinging(const LightFile& light, double least) {
-    if (least >= -kWorstRinging) return;
+    if (!ringsVisibly(light, least)) return;
     char far[32];
     std::snprintf(far, sizeof far, "%.1f%%", 100 * least);
     reportWarning("penumbra-fit", light.name + " rings down to " + far +
@@ -240,7 +243,8 @@ void warnOfRinging(const LightFile& light, double least) {
                                       "--window always takes that away, at the price of contrast");
 }
 
-void describeWindow(const WindowReport& window, const HotPixel& hot, const char* name) {
+void describeWindow(const WindowReport& window, const HotPixel& hot, const LightFile& light) {
+    const char* name = light.name.c_str();
     if (hot.share > 0)
         std::printf("%s: pixel (%d, %d) %s %.1f%% of the light\n", name, hot.x, hot.y,
                     hot.alone ? "alone has" : "and the spot around it have", 100 * hot.share);
@@ -250,8 +254,11 @@ void describeWindow(const WindowReport& window, const HotPixel& hot, const char*
             "irradiance by %.1f%%; --window none keeps the projection\n",
             name, window.weights[1], 100 * window.least_before, 100 * window.least_after,
             100 * window.irradiance_change);
-    else if (window.least_after < -kWorstRinging)
+    else if (ringsVisibly(light, window.least_after))
         return;  // warnOfRinging() has said so
+    else if (window.least_after < -kMaxRinging && !light.suns.empty())
+        std::printf("%s: no window; with its suns as SH (--suns off) it rings down to %.1f%% of the mean\n", name,
+                    100 * window.least_after);
     else if (window.least_after < -kMaxRinging)
         std::printf("%s: no window; rings down to %.1f%% of the mean, --window always would take that away\n", name,
                     100 * window.least_after);
@@ -267,7 +274,7 @@ void addWindow(const WindowChoice& choice, const HotPixel& hot, LightFile& light
                                 {"irradiance_change", window.irradiance_change},
                                 {"hot_pixel_share", hot.share}};
     warnOfRinging(light, window.least_after);
-    if (!quiet) describeWindow(window, hot, light.name.c_str());
+    if (!quiet) describeWindow(window, hot, light);
 }
 
 void addLobes(const LightCommand& command, LightFile& light, Report& report, bool quiet) {

@@ -144,7 +144,8 @@ typedef struct penumbra_slot_surface {
     float base[3], emissive[3], f0[3];
     float f90, metallic, roughness;
     float normal_scale, occlusion_strength; /* of its textures; occlusion does not take from suns or emission */
-    float alpha, alpha_cutoff;              /* a pixel with less alpha than the cut-off is not there; 0: all are */
+    float alpha, alpha_cutoff;              /* a pixel with less alpha than the cut-off is not there; 0: all are; -1: as
+                                             * much of it is there as alpha says (alphaMode BLEND) */
     size_t diffuse;                         /* material of D */
     size_t steps;                           /* 0..PENUMBRA_MAX_ROUGHNESS_STEPS of the next three; 0: A and B are 0 */
     float step_roughness[PENUMBRA_MAX_ROUGHNESS_STEPS];

@@ -65,8 +65,24 @@ inline std::vector<BrdfFile> partsOfMaterial(std::size_t steps) {
 }
 
 // Which slots a tube has: one with pictures in all roles and two roughnesses; that one and another with holes and one
-// roughness; or one without bumps and holes and with one roughness.
-enum class TexturedSlots { kCloth, kClothAndCard, kLevel };
+// roughness; the two with colours and alpha of vertices; or one without bumps and holes and with one roughness.
+enum class TexturedSlots { kCloth, kClothAndCard, kTinted, kLevel };
+inline bool hasTwoSlots(TexturedSlots slots) {
+    return slots == TexturedSlots::kClothAndCard || slots == TexturedSlots::kTinted;
+}
+
+// Colours of corners that vary along the tube, and differ between triangles at some vertices.
+inline std::vector<VertexColor> tintsOf(const Mesh& mesh) {
+    std::vector<VertexColor> out;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+        for (const std::uint32_t v : mesh.triangles[t]) {
+            const auto part = [&](double phase) {
+                return std::uint16_t(std::lround(65535 * (0.6 + 0.4 * std::sin(5 * double(v) + phase))));
+            };
+            out.push_back({part(0), part(1), part(t % 7 == 0 ? 3 : 2), part(4)});
+        }
+    return out;
+}
 
 inline SurfaceLook texturedLook(const Model& model, TexturedSlots slots) {
     SurfaceLook look;
@@ -100,7 +116,8 @@ inline SurfaceLook texturedLook(const Model& model, TexturedSlots slots) {
     card.alpha_cutoff = 0.5f;
     card.use(TextureRole::kNormal) = {};
     look.surface.slots = {cloth, card};
-    if (slots != TexturedSlots::kClothAndCard) look.surface.slots.resize(1);
+    if (!hasTwoSlots(slots)) look.surface.slots.resize(1);
+    if (slots == TexturedSlots::kTinted) look.surface.colors = tintsOf(model.mesh);
     if (slots == TexturedSlots::kLevel) look.surface.slots[0] = card, look.surface.slots[0].alpha_cutoff = 0;
     return look;
 }
@@ -108,7 +125,7 @@ inline SurfaceLook texturedLook(const Model& model, TexturedSlots slots) {
 // Puts pictures on a tube. The second slot has the upper triangles. The only materials are those of the surface.
 inline std::vector<std::byte> textured(Model model, TexturedSlots slots, const LightFile& light,
                                        AssetPrecision precision = AssetPrecision::kF32) {
-    if (slots == TexturedSlots::kClothAndCard) {
+    if (hasTwoSlots(slots)) {
         model.mesh.slots = {"cloth", "card"};
         const std::size_t vertices = model.mesh.vertexCount();
         for (std::size_t v = 0; v < vertices; ++v)

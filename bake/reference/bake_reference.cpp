@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <atomic>
 #include <cassert>
+#include <cmath>
 #include <mutex>
+#include <numbers>
 
+#include "bake/common/random_numbers.h"
 #include "bake/reference/bounced_light.h"
 #include "formats/common/parallel_for.h"
 #include "formats/common/write_file.h"
@@ -99,15 +102,33 @@ double pixelOffset(int i, int n, bool vertical) {
     return inverse;
 }
 
+// A number in [0, 1) for a surface that a camera ray meets. The rays of a pixel have numbers that are evenly spread,
+// and other surfaces and pixels other ones.
+double chanceOf(std::size_t pixel, int ray, std::size_t triangle) {
+    std::uint64_t state = std::uint64_t(pixel) << 32 ^ std::uint64_t(triangle);
+    const double at = nextUniform(state) + ray * (std::numbers::phi - 1);
+    return at - std::floor(at);
+}
+
+// A camera ray, and its number in its pixel.
+struct CameraRay {
+    Vec3 eye;
+    Vec3d direction;
+    std::size_t pixel = 0;
+    int number = 0;
+};
+
 // Returns what a camera ray meets behind the holes of pictures.
-std::optional<SurfaceHit> seenBy(const ReferenceScene& scene, Vec3 eye, Vec3d direction) {
+std::optional<SurfaceHit> seenBy(const ReferenceScene& scene, const CameraRay& ray) {
+    const Vec3d direction = ray.direction;
+    Vec3 eye = ray.eye;
     constexpr int kMostHoles = 64;
     constexpr double kBehind = 1e-5;  // in the ray tracer's frame
     std::optional<SurfaceHit> hit = scene.scene.closestHit(eye, toFloat(direction));
     for (int holes = 0; hit && holes < kMostHoles; ++holes) {
         SurfacePlace place;
         const PictureSurface* pictures = picturesAt(scene.input, cornersOf(scene.input, *hit, direction), place);
-        if (!pictures || !pictures->isHole(place)) return hit;
+        if (!pictures || !pictures->isHole(place, chanceOf(ray.pixel, ray.number, place.triangle))) return hit;
         eye = toFloat(toDouble(eye) + direction * (double(hit->distance) + kBehind));
         hit = scene.scene.closestHit(eye, toFloat(direction));
     }
@@ -125,7 +146,7 @@ void renderPixel(const ReferenceScene& scene, const Camera& camera, const Enviro
         const Vec3d direction =
             pixelDirection(camera, x + pixelOffset(i, options.camera_rays, false),
                            y + pixelOffset(i, options.camera_rays, true), options.width, options.height);
-        const std::optional<SurfaceHit> hit = seenBy(scene, eye, direction);
+        const std::optional<SurfaceHit> hit = seenBy(scene, {eye, direction, index, i});
         if (!hit) continue;
         ++covered;
         const std::uint64_t seed = index * std::uint64_t(options.camera_rays) + std::uint64_t(i);

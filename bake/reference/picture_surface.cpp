@@ -83,10 +83,19 @@ std::array<double, 4> PictureSurface::look(const SurfacePlace& at, TextureRole r
     return bilinear(pictures_[use.texture], use, srgb, u, v);
 }
 
-bool PictureSurface::isHole(const SurfacePlace& at) const {
+std::array<double, 4> PictureSurface::colorOf(const SurfacePlace& at) const {
+    if (surface_.colors.empty()) return {1, 1, 1, 1};
+    std::array<double, 4> out{};
+    for (std::size_t k = 0; k < 3; ++k)
+        for (std::size_t c = 0; c < 4; ++c) out[c] += at.weight[k] * surface_.colors[3 * at.triangle + k][c] / 65535.0;
+    return out;
+}
+
+bool PictureSurface::isHole(const SurfacePlace& at, double chance) const {
     const SlotSurface& slot = slotAt(at);
-    if (!(slot.alpha_cutoff > 0) || !has(at.triangle)) return false;
-    return double(slot.alpha) * look(at, TextureRole::kBaseColor)[3] < double(slot.alpha_cutoff);
+    if (slot.alpha_cutoff == 0 || !has(at.triangle)) return false;
+    const double alpha = double(slot.alpha) * look(at, TextureRole::kBaseColor)[3] * colorOf(at)[3];
+    return slot.blends() ? alpha <= chance : alpha < double(slot.alpha_cutoff);
 }
 
 PointMaterial PictureSurface::materialAt(const SurfacePlace& at) const {
@@ -96,7 +105,8 @@ PointMaterial PictureSurface::materialAt(const SurfacePlace& at) const {
         return toDouble(factor) * Vec3d{texel[0], texel[1], texel[2]};
     };
     PointMaterial out;
-    const Vec3d base = color(slot.base, TextureRole::kBaseColor);
+    const std::array<double, 4> tint = colorOf(at);
+    const Vec3d base = color(slot.base, TextureRole::kBaseColor) * Vec3d{tint[0], tint[1], tint[2]};
     const std::array<double, 4> metal = look(at, TextureRole::kMetallicRoughness);
     const double metallic = double(slot.metallic) * metal[2];
     out.roughness = std::max(double(slot.roughness) * metal[1], kLeastRoughness);

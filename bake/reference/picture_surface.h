@@ -37,7 +37,9 @@ public:
     // From now on the slot has another material.
     void leaveOut(std::size_t slot) { plain_[slot] = true; }
     bool has(std::size_t triangle) const { return !plain_[slot_of_triangle_[triangle]]; }
-    bool isHole(const SurfacePlace& at) const;  // its alpha is below the cut-off
+    // Returns whether a ray passes: where alpha is below the cut-off or, of a slot that blends, not above `chance`,
+    // which is even in [0, 1).
+    bool isHole(const SurfacePlace& at, double chance) const;
     PointMaterial materialAt(const SurfacePlace& at) const;
     // Returns the normal of the picture for a triangle with these corners, whose smooth normal is `level`, unit.
     Vec3d bentNormal(const SurfacePlace& at, const std::array<Vec3d, 3>& corners, Vec3d level, Vec3d picture) const;
@@ -50,6 +52,7 @@ private:
 
     const SlotSurface& slotAt(const SurfacePlace& at) const { return surface_.slots[slot_of_triangle_[at.triangle]]; }
     std::array<double, 4> look(const SurfacePlace& at, TextureRole role) const;
+    std::array<double, 4> colorOf(const SurfacePlace& at) const;  // of vertices, with alpha
 };
 
 // Samples the BRDF of points. Lobes to sample by are fitted once, at some roughnesses.

@@ -16,6 +16,8 @@ MeshSurface meshSurfaceOf(const AssetView& asset) {
         for (const std::uint32_t corner : drawn) uv.push_back(surface.uvOf(set)[corner]);
         out.uv.push_back(std::move(uv));
     }
+    for (const std::uint32_t corner : drawn)
+        if (!surface.colors.empty()) out.colors.push_back(surface.colors[corner]);
     out.slots.assign(surface.slots.begin(), surface.slots.end());
     for (const TextureView& texture : surface.textures)
         out.textures.push_back({std::string(texture.name), std::string(texture.file),

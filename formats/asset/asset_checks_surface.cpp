@@ -58,7 +58,7 @@ void checkNumbers(const SlotSurface& slot, const Field& at) {
     inRange("normal_scale", slot.normal_scale, -kMost, kMost);
     inRange("occlusion_strength", slot.occlusion_strength, 0, 1);
     inRange("alpha", slot.alpha, 0, 1);
-    inRange("alpha_cutoff", slot.alpha_cutoff, 0, kMost);
+    if (slot.alpha_cutoff != kBlendAlpha) inRange("alpha_cutoff", slot.alpha_cutoff, 0, kMost);
 }
 
 void checkMaterials(const SurfaceMaterials& used, const Field& at, std::size_t materials) {
@@ -88,6 +88,8 @@ std::optional<SurfaceView> surfaceOfAsset(const fbs::Asset& asset, const Field& 
     const std::uint64_t drawn = view.mesh.positions.size() + surface.seam_vertices.size();
     checkCount(at / "uv", surface.uv, surface.uv_sets * drawn);
     checkFinite(at / "uv", surface.uv);
+    surface.colors = spanOf<VertexColor>(stored.colors(), at / "colors");
+    if (!surface.colors.empty()) checkCount(at / "colors", surface.colors, drawn);
     if (stored.textures())
         for (const fbs::Texture* texture : *stored.textures()) {
             const Field here = (at / "textures")[surface.textures.size()];
@@ -113,7 +115,7 @@ std::optional<SurfaceView> surfaceOfAsset(const fbs::Asset& asset, const Field& 
 
 std::size_t SurfaceView::byteCount() const {
     std::size_t bytes = seam_vertices.size_bytes() + seam_corners.size_bytes() + seam_of_corner.size_bytes() +
-                        uv.size_bytes() + slots.size_bytes();
+                        uv.size_bytes() + colors.size_bytes() + slots.size_bytes();
     for (const TextureView& texture : textures) bytes += texture.bytes.size();
     return bytes;
 }

@@ -309,8 +309,9 @@ struct SurfaceView {
     std::span<const std::uint32_t> seam_vertices;                 // [E], < V
     std::span<const std::uint32_t> seam_corners, seam_of_corner;  // [S], < 3T ascending, and < E
     std::size_t uv_sets = 0;
-    std::span<const Uv> uv;              // [uv_sets, V + E]
-    std::span<const SlotSurface> slots;  // [max(1, slots)]
+    std::span<const Uv> uv;               // [uv_sets, V + E]
+    std::span<const VertexColor> colors;  // [V + E], or empty: white
+    std::span<const SlotSurface> slots;   // [max(1, slots)]
     std::vector<TextureView> textures;
 
     // Returns the texture coordinates of a set, [V + E].

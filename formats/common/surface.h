@@ -38,6 +38,9 @@ struct TextureUse {
 };
 constexpr std::uint8_t wrapByte(TextureWrap u, TextureWrap v) { return std::uint8_t(int(u) + 3 * int(v)); }
 
+// The cut-off of a slot that lets through what alpha leaves (alphaMode BLEND).
+constexpr float kBlendAlpha = -1;
+
 // What the vertices of a part show before its pictures are seen: radiance of materials of the asset. D is of the
 // diffuse one, A and B of those that multiply f0 and f90 of Schlick's Fresnel term, at up to three roughnesses.
 struct SurfaceMaterials {
@@ -54,12 +57,13 @@ struct SlotSurface {
     float f90 = 0;
     float metallic = 0, roughness = 1;
     float normal_scale = 1, occlusion_strength = 1;
-    float alpha = 1, alpha_cutoff = 0;  // a pixel below the cut-off is not there; 0: all are
+    float alpha = 1, alpha_cutoff = 0;  // a pixel below the cut-off is not there; 0: all are; kBlendAlpha
     SurfaceMaterials materials;
     std::array<TextureUse, kTextureRoles> uses;
 
     const TextureUse& use(TextureRole role) const { return uses[std::size_t(role)]; }
     TextureUse& use(TextureRole role) { return uses[std::size_t(role)]; }
+    bool blends() const { return alpha_cutoff < 0; }
 };
 static_assert(sizeof(SlotSurface) == 4 * 16 + 4 * 3 + 2 * 8 + 4 * kTextureRoles);
 
@@ -70,10 +74,13 @@ struct SurfaceTexture {
     std::vector<std::byte> bytes;  // where `file` is empty
 };
 
-using Uv = std::array<float, 2>;  // v points down
+using Uv = std::array<float, 2>;                   // v points down
+using VertexColor = std::array<std::uint16_t, 4>;  // linear Rec.709 and alpha; 65535 is 1
+constexpr VertexColor kWhiteVertex = {65535, 65535, 65535, 65535};
 
 struct MeshSurface {
     std::vector<std::vector<Uv>> uv;  // [sets][3T] of the corners of Mesh::triangles
+    std::vector<VertexColor> colors;  // [3T] of the corners, times the base colour; empty: white
     std::vector<SlotSurface> slots;   // [slots], or one where the mesh has no slots
     std::vector<SurfaceTexture> textures;
 };

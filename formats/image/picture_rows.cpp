@@ -46,7 +46,10 @@ std::unique_ptr<PictureRows> openPicture(const RandomBytes& bytes, const std::st
         throw InvalidInput(name + ": is HDF5, as fitted lights are: a picture is needed here");
     const PictureKind* kind = findPictureKind(start);
     if (!kind || !kind->light)
-        throw InvalidInput(name + ": " + (kind ? "is " + std::string(kind->name) + ", " : "") +
+        throw InvalidInput(name + ": " +
+                           (kind                   ? "is " + std::string(kind->name) + ", "
+                            : looksLikeJpeg(start) ? "is JPEG, "
+                                                   : "") +
                            "neither an OpenEXR nor a Radiance HDR picture");
     return kind->light(bytes, name, options);
 }

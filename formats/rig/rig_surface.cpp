@@ -1,6 +1,7 @@
 #include "formats/rig/rig_surface.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
 
@@ -46,11 +47,10 @@ void addSlot(SurfaceBuilder& builder, std::size_t p) {
     if (!part.color.textures_problem.empty()) throw InvalidInput(part.color.textures_problem);
     SlotSurface& slot = builder.out.surface.slots[part.slot];
     slot.base = material.base.value_or(Vec3{1, 1, 1});
-    slot.alpha = material.alpha_mode == AlphaMode::kMask ? material.alpha : 1;
-    slot.alpha_cutoff = material.alpha_mode == AlphaMode::kMask ? std::max(material.alpha_cutoff, 0.0f) : 0;
-    if (material.alpha_mode == AlphaMode::kBlend)
-        builder.out.notes.push_back(where + ": alphaMode BLEND: it is drawn as if it was opaque");
-    if (!part.color.tints.empty()) builder.out.notes.push_back(where + ": COLOR_0: colours of vertices are not drawn");
+    slot.alpha = material.alpha_mode == AlphaMode::kOpaque ? 1 : material.alpha;
+    slot.alpha_cutoff = material.alpha_mode == AlphaMode::kMask    ? std::max(material.alpha_cutoff, 0.0f)
+                        : material.alpha_mode == AlphaMode::kBlend ? kBlendAlpha
+                                                                   : 0;
     if (material.texture)
         slot.use(TextureRole::kBaseColor) = builder.use(material.texture, wrapByte(material.wrap_u, material.wrap_v),
                                                         builder.setOf(p, part.color.uv, where));
@@ -70,17 +70,29 @@ std::vector<std::uint32_t> partOfVertex(const Rig& rig) {
     return part;
 }
 
-// Lays the coordinates of source vertices on the corners of the mesh's triangles, and of their backs.
+VertexColor colorOf(const PartColor& part, std::size_t vertex) {
+    const auto stored = [](float x) { return std::uint16_t(std::lround(65535 * std::clamp(x, 0.0f, 1.0f))); };
+    VertexColor out = kWhiteVertex;
+    for (int c = 0; c < 3 && !part.tints.empty(); ++c) out[std::size_t(c)] = stored(part.tints[vertex][c]);
+    if (!part.alphas.empty()) out[3] = stored(part.alphas[vertex]);
+    return out;
+}
+
+// Lays the coordinates and colours of source vertices on the corners of the mesh's triangles, and of their backs.
 void setCorners(SurfaceBuilder& builder) {
     const Rig& rig = builder.rig;
     std::size_t sets = 0;
     for (const auto& of_part : builder.sets_of_part) sets = std::max(sets, of_part.size());
     const std::vector<std::uint32_t> part_of_vertex = partOfVertex(rig);
+    const bool colored =
+        std::ranges::any_of(rig.part_colors, [](const ColoredPart& part) { return !part.color.tints.empty(); });
+    if (colored) builder.out.surface.colors.assign(3 * rig.mesh.triangles.size(), kWhiteVertex);
     builder.out.surface.uv.assign(sets, std::vector<Uv>(3 * rig.mesh.triangles.size(), Uv{0, 0}));
     for (std::size_t t = 0; t < rig.source_corners.size(); ++t)
         for (std::size_t k = 0; k < 3; ++k) {
             const std::uint32_t vertex = rig.source_corners[t][k], part = part_of_vertex[vertex];
             const std::size_t in_part = vertex - rig.part_colors[part].first_vertex;
+            if (colored) builder.out.surface.colors[3 * t + k] = colorOf(rig.part_colors[part].color, in_part);
             for (std::size_t s = 0; s < builder.sets_of_part[part].size(); ++s) {
                 const std::array<double, 2>& uv = (*builder.sets_of_part[part][s])[in_part];
                 builder.out.surface.uv[s][3 * t + k] = {float(uv[0]), float(uv[1])};
@@ -113,9 +125,15 @@ void fitSurface(const Rig& rig, const Mesh& mesh, const std::string& file, MeshS
                            ": its mesh is not that of the model (was the bake made of other files, or with "
                            "--nodes, --without or --crease?)");
     if (!mesh.two_sided) return;
-    for (std::vector<Uv>& uv : surface.uv)
+    const auto addBacks = [&](auto& corners) {
         for (std::size_t t = 0; t < rig.mesh.triangles.size(); ++t)
-            for (const std::size_t k : {0, 2, 1}) uv.push_back(Uv(uv[3 * t + k]));
+            for (const std::size_t k : {0, 2, 1}) {
+                const auto front = corners[3 * t + k];
+                corners.push_back(front);
+            }
+    };
+    for (std::vector<Uv>& uv : surface.uv) addBacks(uv);
+    if (!surface.colors.empty()) addBacks(surface.colors);
 }
 
 }  // namespace penumbra

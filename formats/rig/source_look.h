@@ -12,7 +12,8 @@ namespace penumbra {
 struct SourceLook {
     std::string material = {};  // its name in the file; "" where it has none
     Principled principled = {};
-    // What it has pictures for, in words: "base color", "normal", .. Factors are in `principled`, pictures are not.
+    // What it has pictures for, in words: "base color", "normal", .. Factors are in `principled`, pictures are not. So
+    // are colours of vertices ("vertex colors").
     std::vector<std::string> textures = {};
     // What it says beyond that, and what was done about it: "KHR_materials_clearcoat is not read".
     std::vector<std::string> notes = {};

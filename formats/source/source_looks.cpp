@@ -1,11 +1,18 @@
 #include "formats/source/source_looks.h"
 
 #include <algorithm>
+#include <set>
 
 #include "formats/common/errors.h"
 #include "formats/source/source_readers.h"
 
 namespace penumbra {
+
+namespace {
+
+constexpr const char* kVertexColors = "vertex colors";  // among SourceLook::textures
+
+}  // namespace
 
 SourceLooks readSourceLooks(const std::filesystem::path& path) {
     const SourceReader* reader = findReader(path);
@@ -15,13 +22,16 @@ SourceLooks readSourceLooks(const std::filesystem::path& path) {
     SourceLooks looks;
     looks.files_read = source.files_read;
     std::vector<std::string> slots;
+    std::set<std::size_t> colored;
     for (const SourcePart& part : source.parts) {
         const std::size_t slot = slotOf(source, part, slots);
+        if (!part.color.tints.empty()) colored.insert(slot);
         if (slot == looks.slots.size())
             looks.slots.push_back({slots.back(), part.look});
         else if (looks.slots[slot].look != part.look)
             looks.notes.push_back("slot '" + slots[slot] + "' has several materials of this name: the first is read");
     }
+    for (const std::size_t slot : colored) looks.slots[slot].look.textures.push_back(kVertexColors);
     return looks;
 }
 
@@ -50,7 +60,8 @@ void setLook(const Principled& look, SlotSurface& slot) {
 
 // Words of SourceLook::textures whose pictures a surface has.
 bool isDrawn(const std::string& texture) {
-    constexpr const char* kDrawn[] = {"base color", "diffuse", "metallic-roughness", "normal", "emissive", "occlusion"};
+    constexpr const char* kDrawn[] = {"base color", "diffuse",   "metallic-roughness", "normal",
+                                      "emissive",   "occlusion", kVertexColors};
     return std::ranges::find(kDrawn, texture) != std::end(kDrawn);
 }
 

@@ -12,14 +12,21 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The vertices that are drawn: the mesh's own, which take the coordinates of their first corner, and copies.
+// Where a corner lies in the pictures, and its colour.
+struct Place {
+    std::array<Uv, kMaxUvSets> uv{};
+    VertexColor color = kWhiteVertex;
+    auto operator<=>(const Place&) const = default;
+};
+
+// The vertices that are drawn: the mesh's own, which take the place of their first corner, and copies.
 struct DrawnVertices {
     std::vector<std::uint32_t> seam_vertices, seam_corners, seam_of_corner;
-    std::vector<Uv> uv;  // [sets, V + E]
+    std::vector<Uv> uv;               // [sets, V + E]
+    std::vector<VertexColor> colors;  // [V + E], or empty
 };
 
 DrawnVertices numberVertices(const MeshSurface& surface, std::span<const Triangle> triangles, std::size_t vertices) {
-    using Place = std::array<Uv, kMaxUvSets>;
     const std::size_t sets = surface.uv.size();
     DrawnVertices out;
     std::vector<Place> places(vertices, Place{});
@@ -28,8 +35,9 @@ DrawnVertices numberVertices(const MeshSurface& surface, std::span<const Triangl
     for (std::size_t t = 0; t < triangles.size(); ++t)
         for (std::size_t k = 0; k < 3; ++k) {
             const std::uint32_t vertex = triangles[t][k];
-            Place place{};
-            for (std::size_t s = 0; s < sets; ++s) place[s] = surface.uv[s][3 * t + k];
+            Place place;
+            for (std::size_t s = 0; s < sets; ++s) place.uv[s] = surface.uv[s][3 * t + k];
+            if (!surface.colors.empty()) place.color = surface.colors[3 * t + k];
             if (!known[vertex]) places[vertex] = place, known[vertex] = true;
             if (places[vertex] == place) continue;
             const auto [at, is_new] = copies.try_emplace({vertex, place}, std::uint32_t(out.seam_vertices.size()));
@@ -38,7 +46,9 @@ DrawnVertices numberVertices(const MeshSurface& surface, std::span<const Triangl
             out.seam_of_corner.push_back(at->second);
         }
     for (std::size_t s = 0; s < sets; ++s)
-        for (const Place& place : places) out.uv.push_back(place[s]);
+        for (const Place& place : places) out.uv.push_back(place.uv[s]);
+    for (const Place& place : places)
+        if (!surface.colors.empty()) out.colors.push_back(place.color);
     return out;
 }
 
@@ -93,6 +103,8 @@ Offset<fbs::Surface> writeSurface(FlatBufferBuilder& builder, const SurfaceLook&
     const auto seam_corners = writeVector<std::uint32_t>(builder, drawn.seam_corners);
     const auto seam_of_corner = writeVector<std::uint32_t>(builder, drawn.seam_of_corner);
     const auto uv = writeVector<float>(builder, drawn.uv);
+    Offset<flatbuffers::Vector<std::uint16_t>> colors;
+    if (!drawn.colors.empty()) colors = writeVector<std::uint16_t>(builder, drawn.colors);
     std::vector<fbs::SlotSurface> stored;
     for (const SlotSurface& slot : surface.slots) stored.push_back(storedSlot(slot, first_material));
     builder.ForceVectorAlignment(stored.size(), sizeof(fbs::SlotSurface), 16);
@@ -101,7 +113,7 @@ Offset<fbs::Surface> writeSurface(FlatBufferBuilder& builder, const SurfaceLook&
     for (const SurfaceTexture& texture : surface.textures) textures.push_back(writeTexture(builder, texture));
     const auto texture_vector = builder.CreateVector(textures);
     return fbs::CreateSurface(builder, seam_vertices, seam_corners, seam_of_corner, std::uint8_t(surface.uv.size()), uv,
-                              slots, texture_vector);
+                              slots, texture_vector, colors);
 }
 
 }  // namespace penumbra

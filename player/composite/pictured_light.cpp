@@ -46,6 +46,11 @@ public:
             picture.rgb.data() + 3 * (std::size_t(row) * std::size_t(picture.width) + std::size_t(column));
         return Vec3{float(rgb[0]), float(rgb[1]), float(rgb[2])} / 255;
     }
+    Vec3 tint(std::size_t vertex) const {
+        if (surface_.colors.empty()) return {1, 1, 1};
+        const VertexColor& color = surface_.colors[vertex];
+        return Vec3{float(color[0]), float(color[1]), float(color[2])} / 65535;
+    }
 
 private:
     static constexpr std::array kRoles = {TextureRole::kBaseColor, TextureRole::kMetallicRoughness,
@@ -72,7 +77,7 @@ PicturedLight::PicturedLight(const ShadingSet& shading) : looks_(shading.asset()
         const std::size_t s = asset.mesh.slot_of_vertex.empty() ? 0 : asset.mesh.slot_of_vertex[v];
         if (!shading.showsSurface(s)) continue;
         const SlotSurface& slot = asset.surface->slots[s];
-        const Vec3 base = slot.base * linear(pictures.at(slot, TextureRole::kBaseColor, v));
+        const Vec3 base = slot.base * linear(pictures.at(slot, TextureRole::kBaseColor, v)) * pictures.tint(v);
         const Vec3 metal = pictures.at(slot, TextureRole::kMetallicRoughness, v);
         const float metallic = slot.metallic * metal.z;
         Look& look = looks_[v];

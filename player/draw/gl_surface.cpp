@@ -1,5 +1,6 @@
 #include "player/draw/gl_surface.h"
 
+#include <algorithm>
 #include <numeric>
 
 #include "formats/common/errors.h"
@@ -54,7 +55,9 @@ TexturePicture onePixel(std::uint8_t r, std::uint8_t g, std::uint8_t b) { return
 
 SurfaceShader surfaceShaderOf(const ShadingSet* shading) {
     if (!shading || !shading->showsSurface()) return {};
-    return {true, shading->surfaceTerms().slopes, shading->surfaceTerms().steps};
+    const SurfaceView& surface = *shading->asset().surface;
+    const bool blends = std::ranges::any_of(surface.slots, &SlotSurface::blends);
+    return {true, !surface.colors.empty(), blends, shading->surfaceTerms().slopes, shading->surfaceTerms().steps};
 }
 
 SurfaceUniforms surfaceUniforms(const GlObject& program) {
@@ -68,6 +71,7 @@ SurfaceUniforms surfaceUniforms(const GlObject& program) {
             at("surface_steps"),
             at("surface_step_roughness"),
             at("surface_uv_set"),
+            at("surface_colors"),
             {at("base_picture"), at("metal_picture"), at("normal_picture"), at("emissive_picture"),
              at("occlusion_picture")}};
 }
@@ -114,7 +118,8 @@ void GlSurface::uploadPlaces() {
     std::iota(sources.begin(), sources.end(), 0u);
     sources.insert(sources.end(), surface.seam_vertices.begin(), surface.seam_vertices.end());
     sources_ = makeBuffer(GL_ARRAY_BUFFER, std::span<const std::uint32_t>(sources));
-    bytes_ += drawn_ * (sizeof places[0] + sizeof sources[0]);
+    colors_ = makeTextureBuffer(GL_RGBA16, surface.colors);
+    bytes_ += drawn_ * (sizeof places[0] + sizeof sources[0]) + surface.colors.size_bytes();
 }
 
 void GlSurface::uploadPictures() {
@@ -154,7 +159,7 @@ void GlSurface::bind(const SurfaceUniforms& at, std::size_t slot) const {
     const bool bumpy = look.use(TextureRole::kNormal).any();
     const float numbers[4] = {look.metallic, look.roughness, bumpy ? look.normal_scale : 0, look.occlusion_strength};
     gl::Uniform4fv(at.numbers, 1, numbers);
-    const float alpha[4] = {look.alpha, look.alpha_cutoff, 0, 0};
+    const float alpha[4] = {look.alpha, look.alpha_cutoff, float(slot), 0};
     gl::Uniform4fv(at.alpha, 1, alpha);
     gl::Uniform1i(at.steps, GLint(materials.steps));
     gl::Uniform3fv(at.step_roughness, 1, materials.roughness.data());
@@ -163,6 +168,12 @@ void GlSurface::bind(const SurfaceUniforms& at, std::size_t slot) const {
         gl::BindTexture(GL_TEXTURE_2D, pictureOf(look.uses[role], TextureRole(role)));
         gl::Uniform1i(at.textures[role], GLint(kFirstUnit + role));
         gl::Uniform1i(at.uv_set + GLint(role), look.uses[role].uv_set);
+    }
+    if (at.colors >= 0) {
+        constexpr GLuint kUnit = kFirstUnit + GLuint(kTextureRoles);
+        gl::ActiveTexture(GL_TEXTURE0 + kUnit);
+        gl::BindTexture(GL_TEXTURE_BUFFER, colors_.texture.id());
+        gl::Uniform1i(at.colors, GLint(kUnit));
     }
     gl::ActiveTexture(GL_TEXTURE0);
 }

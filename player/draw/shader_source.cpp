@@ -85,8 +85,10 @@ std::string evaluatedQuads(bool sunlit, const SurfaceShader& surface = {}) {
 
 std::string surfaceDefines(const SurfaceShader& surface) {
     if (!surface.on) return "";
-    return "#define TEXTURED\n" + define("SLOPES", surface.slopes) + define("STEPS", surface.steps) +
-           define("TERMS", surface.terms()) + "#define LEAST_ROUGHNESS " + glslFloat(kLeastRoughness) + "\n";
+    return std::string("#define TEXTURED\n") + (surface.colors ? "#define COLORED\n" : "") +
+           (surface.blends ? "#define BLENDED\n" : "") + define("SLOPES", surface.slopes) +
+           define("STEPS", surface.steps) + define("TERMS", surface.terms()) + "#define LEAST_ROUGHNESS " +
+           glslFloat(kLeastRoughness) + "\n";
 }
 
 }  // namespace

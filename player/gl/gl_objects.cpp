@@ -63,6 +63,7 @@ std::size_t texelBytes(GLenum format) {
             return 4;
         case GL_RG32F:
         case GL_RGBA16F:
+        case GL_RGBA16:
             return 8;
         case GL_RGBA32F:
         case GL_RGBA32UI:

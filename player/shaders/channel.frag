@@ -40,6 +40,9 @@ void main() {
 #else
     vec3 rgb = value;
 #ifdef TEXTURED
+#ifdef BLENDED
+    gl_SampleMask[0] = ~0;
+#endif
     if (surface_plain == 0) {
         Surface s = surfaceHere();
         rgb = surfaceRadiance(s, value);

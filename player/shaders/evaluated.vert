@@ -21,6 +21,10 @@ layout(location = 0) in uint drawn_vertex;  // that of the mesh: at seams severa
 layout(location = 6) in vec4 vertex_places;
 out vec4 surface_places;
 flat out int surface_plain;
+#ifdef COLORED
+uniform samplerBuffer surface_colors;  // a texel a vertex that is drawn
+out vec4 surface_color;
+#endif
 #if SLOPES > 0
 out vec3 shape_position;
 INTERPOLATION out vec3 shape_normal;
@@ -42,6 +46,9 @@ void main() {
 #ifdef TEXTURED
     surface_places = vertex_places;
     surface_plain = place.w > 0.0 ? 0 : 1;
+#ifdef COLORED
+    surface_color = texelFetch(surface_colors, gl_VertexID);
+#endif
 #if SLOPES > 0
     shape_position = position;
     shape_normal = texelFetch(evaluated, at + 2).xyz;

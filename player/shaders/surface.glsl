@@ -2,6 +2,9 @@
 // D: SLOPES vectors along the surface, one a colour, then A and B at each of STEPS roughnesses.
 in vec4 surface_places;    // texture coordinates of two sets
 flat in int surface_plain; // 1: the material has been replaced by one without pictures
+#ifdef COLORED
+in vec4 surface_color;     // of the vertices
+#endif
 #if TERMS > 0
 INTERPOLATION in vec3 term[TERMS];
 #endif
@@ -13,7 +16,7 @@ INTERPOLATION in vec3 shape_normal;     // not unit
 uniform vec3 surface_base, surface_emissive;
 uniform vec4 surface_f0;        // of the dielectric: f0 and f90
 uniform vec4 surface_numbers;   // metallic, roughness, scale of normals (0: level), strength of occlusion
-uniform vec4 surface_alpha;     // alpha, cut-off
+uniform vec4 surface_alpha;     // alpha, cut-off (below 0: alphaMode BLEND), number of the slot
 uniform int surface_steps;
 uniform vec3 surface_step_roughness;
 uniform int surface_uv_set[5];
@@ -43,10 +46,39 @@ vec3 bentNormal(vec3 level, vec2 place, vec3 picture) {
 
 vec2 placeIn(int role) { return surface_uv_set[role] == 0 ? surface_places.xy : surface_places.zw; }
 
+#ifdef BLENDED
+// The finalizer of MurmurHash3 (public domain, A. Appleby).
+uint hashOf(uint x) {
+    x = (x ^ x >> 16) * 0x85ebca6bu;
+    x = (x ^ x >> 13) * 0xc2b2ae35u;
+    return x ^ x >> 16;
+}
+
+// Covers as many of the pixel's samples as alpha says, and ends fragments that cover none. So triangles may come in any
+// order. A hash of pixel and triangle decides which samples they are, and whether what is left of alpha takes one more
+// (Enderton et al. 2010, "Stochastic transparency").
+void coverSamples(float alpha) {
+    uint pixel = uint(gl_FragCoord.x) + (uint(gl_FragCoord.y) << 16);
+    uint chance = hashOf(pixel ^ hashOf(uint(gl_PrimitiveID) ^ uint(surface_alpha.z) << 24));
+    int samples = max(gl_NumSamples, 1);
+    int covered = int(clamp(alpha, 0.0, 1.0) * float(samples) + float(chance >> 8) / 16777216.0);
+    if (covered == 0) discard;
+    uint all = (1u << samples) - 1u, bits = (1u << min(covered, samples)) - 1u;
+    int turn = int((chance & 0xffu) % uint(samples));
+    gl_SampleMask[0] = int((bits << turn | bits >> (samples - turn)) & all);
+}
+#endif
+
 // Ends fragments that are not there.
 Surface surfaceHere() {
     Surface s;
     vec4 base = vec4(surface_base, surface_alpha.x) * texture(base_picture, placeIn(0));
+#ifdef COLORED
+    base *= surface_color;
+#endif
+#ifdef BLENDED
+    if (surface_alpha.y < 0.0) coverSamples(base.a);
+#endif
     if (base.a < surface_alpha.y) discard;
     vec2 metal = surface_numbers.xy * texture(metal_picture, placeIn(1)).bg;
     s.roughness = metal.y;

@@ -28,6 +28,10 @@ layout(location = 6) in vec4 vertex_places;
 uniform bool surface_replaced;
 out vec4 surface_places;
 flat out int surface_plain;
+#ifdef COLORED
+uniform samplerBuffer surface_colors;  // a texel a vertex that is drawn
+out vec4 surface_color;
+#endif
 #if SLOPES > 0
 out vec3 shape_position;
 INTERPOLATION out vec3 shape_normal;
@@ -43,6 +47,9 @@ void main() {
 #ifdef TEXTURED
     surface_places = vertex_places;
     surface_plain = surface_replaced ? 1 : 0;
+#ifdef COLORED
+    surface_color = texelFetch(surface_colors, gl_VertexID);
+#endif
 #if SLOPES > 0
     shape_position = position;
     shape_normal = normal;

@@ -125,6 +125,13 @@ TEST(TextureFile, SizesThatTheBytesCannotHoldTakeNoMemory) {
 TEST(TextureFile, OtherKindsAreUnsupported) {
     const std::string dds = "DDS |  not a picture that we read";
     EXPECT_THROW(decodeTexture(std::as_bytes(std::span(dds)), "t"), Unsupported);
+    const std::string webp("RIFF\0\0\0\0WEBPVP8 ", 16);
+    try {
+        decodeTexture(std::as_bytes(std::span(webp)), "t");
+        ADD_FAILURE() << "WebP is read";
+    } catch (const Unsupported& error) {
+        EXPECT_THAT(error.what(), testing::HasSubstr("t: is WebP, neither"));
+    }
     EXPECT_THROW(decodeTexture({}, "t"), Unsupported);
 }
 

@@ -22,13 +22,16 @@ const Model& tube() {
     return model;
 }
 
-// Every triangle has coordinates of its own, so that corners that share a vertex lie apart.
+// Every two triangles have coordinates of their own and each has its colours, so that corners that share a vertex lie
+// apart.
 SurfaceLook someLook() {
     SurfaceLook look;
     look.materials = {diffuseMaterial({1, 1, 1})};
     std::vector<Uv>& uv = look.surface.uv.emplace_back();
     for (std::size_t corner = 0; corner < 3 * tube().mesh.triangles.size(); ++corner)
-        uv.push_back({float(corner / 3) / 8, float(corner % 3)});
+        uv.push_back({float(corner / 6) / 8, float(corner % 3)});
+    for (std::size_t corner = 0; corner < uv.size(); ++corner)
+        look.surface.colors.push_back({std::uint16_t(corner / 3), 2, 3, std::uint16_t(corner)});
     look.surface.slots.resize(std::max<std::size_t>(1, tube().mesh.slots.size()));
     for (SlotSurface& slot : look.surface.slots) {
         slot.base = {0.5f, 0.25f, 1};
@@ -58,6 +61,7 @@ TEST(SurfaceAsset, HoldsTheCoordinatesOfEveryCorner) {
     const std::span<const Uv> uv = asset.surface->uvOf(0);
     for (std::size_t corner = 0; corner < drawn.size(); ++corner) {
         EXPECT_EQ(uv[drawn[corner]], look.surface.uv[0][corner]);
+        EXPECT_EQ(asset.surface->colors[drawn[corner]], look.surface.colors[corner]);
         const std::size_t copy = drawn[corner] - asset.mesh.positions.size();
         const std::uint32_t vertex =
             drawn[corner] < asset.mesh.positions.size() ? drawn[corner] : asset.surface->seam_vertices[copy];
@@ -68,6 +72,14 @@ TEST(SurfaceAsset, HoldsTheCoordinatesOfEveryCorner) {
     EXPECT_EQ(asset.surface->slots[0].materials.diffuse, 1) << "the surface's materials follow the others";
     EXPECT_EQ(asset.surface->textures[0].bytes.size(), 2u);
     EXPECT_EQ(asset.surface->textures[1].file, "a/b.png");
+}
+
+TEST(SurfaceAsset, AssetsWithoutColoursOfVerticesHaveNone) {
+    SurfaceLook look = someLook();
+    look.surface.colors.clear();
+    const std::vector<std::byte> bytes = packed(std::move(look));
+    EXPECT_EQ(fbs::GetAsset(bytes.data())->surface()->colors(), nullptr);
+    EXPECT_TRUE(openAsset(bytes).surface->colors.empty());
 }
 
 TEST(SurfaceAsset, AssetsWithoutPicturesHaveNoField) {
