@@ -105,7 +105,7 @@ nlohmann::ordered_json rowJson(const Row& row) {
 void printRow(const Row& row) {
     std::printf("%-24s %-8s %6zu %6zu", row.name.substr(0, 24).c_str(), row.held_out ? "held out" : "training",
                 row.run.frames, row.run.with_truth);
-    constexpr std::array<int, std::size(kFigureWords)> kDigits = {4, 4, 4, 4, 2, 4, 4, 4};  // by Figure
+    constexpr std::array<int, std::size(kFigureWords)> kDigits = {4, 4, 4, 4, 4, 2, 4, 4, 4};  // by Figure
     for (const auto& [word, figure] : kFigureWords) {
         const double value = figureOf(row.run, figure);
         if (std::isfinite(value))
@@ -135,8 +135,8 @@ std::vector<Row> rowsOf(const BatchPlan& plan, const BatchResult& result) {
 
 void reportRows(const std::vector<Row>& rows, const CommonOptions& common, Report& report) {
     if (!common.quiet)
-        std::printf("%-24s %-8s %6s %6s %9s %9s %9s %9s %9s %9s %9s %9s\n", "clip", "", "frames", "truth", "E mean",
-                    "E max", "rms V", "relative", "rmse/255", "FLIP", "out of r.", "E_transf.");
+        std::printf("%-24s %-8s %6s %6s %9s %9s %9s %9s %9s %9s %9s %9s %9s\n", "clip", "", "frames", "truth", "E mean",
+                    "E 99.9%", "E max", "rms V", "relative", "rmse/255", "FLIP", "out of r.", "E_transf.");
     for (const Row& row : rows) {
         if (!common.quiet) printRow(row);
         const bool set = row.name == "all training" || row.name == "all held out";

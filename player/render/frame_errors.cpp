@@ -61,6 +61,7 @@ void ErrorSums::add(const ErrorSums& other) {
     squares += other.squares;
     variation += other.variation;
     transfer += other.transfer;
+    tail.add(other.tail);
 }
 
 double ErrorSums::rmsV() const { return std::sqrt(squares / double(vertices) / (4 * std::numbers::pi)); }
@@ -77,6 +78,7 @@ ErrorSums errorsOf(PosedFrame& frame, const TruthMean* mean) {
         const double difference = std::abs(double(e[v]) - e_truth[v]);
         sums.ambient += difference;
         sums.ambient_max = largerOrNan(sums.ambient_max, difference);
+        sums.tail.add(difference);
     }
     sums.transfer = std::numeric_limits<double>::quiet_NaN();
     if (hasTransferOf(*frame.shot().asset, *frame.shot().truth)) {

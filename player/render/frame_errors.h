@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "player/frame/posed_frame.h"
+#include "sh/error_tail.h"
 
 namespace penumbra {
 
@@ -25,6 +26,7 @@ struct ErrorSums {
     double squares = 0;      // sum |y' - y|^2
     double variation = 0;    // sum |y - mean y|^2; NaN without a mean
     double transfer = 0;     // sum E_transfer (player/frame/transfer_error.h); NaN where the truth has one band alone
+    ErrorTail tail{};        // of |E(y') - E(y)|
 
     void add(const ErrorSums& other);
     double ambientMean() const { return ambient / double(vertices); }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "formats/common/csv_field.h"
 #include "formats/common/errors.h"
 
 namespace penumbra {
@@ -14,9 +15,9 @@ namespace {
 constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
 
 // By Figure.
-constexpr std::string_view kKeys[std::size(kFigureWords)] = {"ambient_error_mean", "ambient_error_max", "rms_v",
-                                                             "relative_error",     "image_rmse",        "flip",
-                                                             "out_of_range",       "transfer_error"};
+constexpr std::string_view kKeys[std::size(kFigureWords)] = {
+    "ambient_error_mean", "ambient_error_p999", "ambient_error_max", "rms_v", "relative_error", "image_rmse", "flip",
+    "out_of_range",       "transfer_error"};
 
 }  // namespace
 
@@ -28,6 +29,8 @@ double figureOf(const ErrorSums& errors, const ImageError& image, double out_of_
     switch (figure) {
         case Figure::kAmbientMean:
             return errors.ambientMean();
+        case Figure::kAmbientTail:
+            return errors.tail.quantile(kTailShare);
         case Figure::kAmbientMax:
             return errors.vertices > 0 ? errors.ambient_max : kNotMeasured;
         case Figure::kRmsV:
@@ -75,13 +78,6 @@ std::string number(double value) {
     std::array<char, 32> text;
     const auto end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, 9).ptr;
     return {text.data(), end};
-}
-
-std::string csvField(std::string_view text) {
-    if (text.find_first_of(",\"\r\n") == std::string_view::npos) return std::string(text);
-    std::string out = "\"";
-    for (const char c : text) out += c == '"' ? "\"\"" : std::string(1, c);
-    return out + "\"";
 }
 
 }  // namespace

@@ -18,11 +18,26 @@ struct FrameRecord {
     std::filesystem::path file{};       // of the picture, or empty
 };
 
-enum class Figure { kAmbientMean, kAmbientMax, kRmsV, kRelative, kImageRmse, kFlip, kOutOfRange, kTransfer };
-inline constexpr Word<Figure> kFigureWords[] = {
-    {"ambient-mean", Figure::kAmbientMean}, {"ambient-max", Figure::kAmbientMax}, {"rms-v", Figure::kRmsV},
-    {"relative", Figure::kRelative},        {"image-rmse", Figure::kImageRmse},   {"flip", Figure::kFlip},
-    {"out-of-range", Figure::kOutOfRange},  {"transfer", Figure::kTransfer}};
+enum class Figure {
+    kAmbientMean,
+    kAmbientTail,
+    kAmbientMax,
+    kRmsV,
+    kRelative,
+    kImageRmse,
+    kFlip,
+    kOutOfRange,
+    kTransfer
+};
+inline constexpr Word<Figure> kFigureWords[] = {{"ambient-mean", Figure::kAmbientMean},
+                                                {"ambient-p999", Figure::kAmbientTail},
+                                                {"ambient-max", Figure::kAmbientMax},
+                                                {"rms-v", Figure::kRmsV},
+                                                {"relative", Figure::kRelative},
+                                                {"image-rmse", Figure::kImageRmse},
+                                                {"flip", Figure::kFlip},
+                                                {"out-of-range", Figure::kOutOfRange},
+                                                {"transfer", Figure::kTransfer}};
 constexpr std::string_view nameOf(Figure figure) { return wordOf(kFigureWords, figure); }
 // Returns the name of a column or key: "ambient_error_mean", ..., "out_of_range".
 std::string_view keyOf(Figure figure);

@@ -147,7 +147,10 @@ std::vector<FrameRecord> records(const std::vector<double>& errors) {
     for (std::size_t i = 0; i < errors.size(); ++i) {
         FrameRecord record{{std::size_t(i >= 3), i >= 3 ? i - 3 : i, i, i}};
         record.out_of_range = 0.1 * double(i);
-        if (errors[i] >= 0) record.errors = ErrorSums{1, 10, 10 * errors[i], 2 * errors[i], 0, std::nan("")};
+        if (errors[i] >= 0) {
+            record.errors = ErrorSums{1, 10, 10 * errors[i], 2 * errors[i], 0, std::nan("")};
+            record.errors->tail.add(2 * errors[i]);
+        }
         list.push_back(record);
     }
     return list;
@@ -156,14 +159,14 @@ std::vector<FrameRecord> records(const std::vector<double>& errors) {
 TEST(FigureCsv, HasARowAFrameAndEmptyFieldsForWhatIsNotMeasured) {
     std::vector<FrameRecord> list = records({0.25, -1, 0.125, 1.0 / 3});
     list[0].file = "a,b.png";
-    EXPECT_EQ(
-        figuresCsv(list, animation()),
-        "clip,frame,time,held_out,truth,ambient_error_mean,ambient_error_max,rms_v,relative_error,image_rmse,flip,"
-        "out_of_range,transfer_error,file\n"
-        "walk,0,0,0,1,0.25,0.5,0,,,,0,0,\"a,b.png\"\n"
-        "walk,1,0.5,0,0,,,,,,,0.1,,\n"
-        "walk,2,1,0,1,0.125,0.25,0,,,,0.2,0,\n"
-        "\"say \"\"hi\"\", twice\",0,0,1,1,0.333333333,0.666666667,0,,,,0.3,0,\n");
+    EXPECT_EQ(figuresCsv(list, animation()),
+              "clip,frame,time,held_out,truth,ambient_error_mean,ambient_error_p999,ambient_error_max,rms_v,relative_"
+              "error,image_rmse,flip,"
+              "out_of_range,transfer_error,file\n"
+              "walk,0,0,0,1,0.25,0.5,0.5,0,,,,0,0,\"a,b.png\"\n"
+              "walk,1,0.5,0,0,,,,,,,,0.1,,\n"
+              "walk,2,1,0,1,0.125,0.25,0.25,0,,,,0.2,0,\n"
+              "\"say \"\"hi\"\", twice\",0,0,1,1,0.333333333,0.666666667,0.666666667,0,,,,0.3,0,\n");
 }
 
 std::string messageOf(const ErrorGate& gate, const std::vector<double>& errors) {
@@ -193,6 +196,8 @@ TEST(ErrorGate, OneFigureOverTheRun) {
                 HasSubstr("ambient-mean is 0.2, above 0.19, over 2 frames; worst: walk 1 (0.3)"));
     EXPECT_THAT(messageOf({.figure = Figure::kAmbientMax, .above = 0.5, .over_run = true}, {0.1, 0.3}),
                 HasSubstr("ambient-max is 0.6, above 0.5, over 2 frames"));
+    EXPECT_THAT(messageOf({.figure = Figure::kAmbientTail, .above = 0.5, .over_run = true}, {0.1, 0.3}),
+                HasSubstr("ambient-p999 is 0.6, above 0.5, over 2 frames"));
 }
 
 TEST(ErrorGate, WhatWasNotMeasuredNeverPasses) {
