@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "pack/check/check_asset.h"
+#include "sh/error_tail.h"
 
 namespace penumbra {
 
@@ -41,6 +42,7 @@ struct ClipSums {
     std::size_t frames = 0, second_frames = 0;  // frames of the truth, and how many of these the second bake has
     std::vector<CheckSums> of_cluster;
     std::vector<double> truth_sum;  // [V * stride], asset order
+    ErrorTail tail{};               // of the errors of E
 };
 
 // What was measured beside the error itself. Figures of anything else are NaN.
