@@ -7,6 +7,7 @@
 #include "pack/check/check_indirect.h"
 #include "pack/check/check_transfer.h"
 #include "pack/check/error_budget.h"
+#include "pack/check/worst_places.h"
 #include "pack/named_input.h"
 #include "pack/pack_asset.h"
 #include "pack/pack_verbs.h"
@@ -20,7 +21,8 @@ namespace fs = std::filesystem;
 constexpr Word<FarQuality> kQualityWords[] = {{"full", FarQuality::kFull}, {"fast", FarQuality::kFast}};
 
 struct CheckCommand {
-    fs::path asset, truth, predictions, second_bake, model, bounces;
+    fs::path asset, truth, predictions, second_bake, model, bounces, output;
+    PlaceSpread spread;
     FarQuality quality = FarQuality::kFull;
 
     std::vector<fs::path> inputs() const {
@@ -36,9 +38,10 @@ std::string orDash(double figure) {
 }
 
 void printRow(const ErrorFigures& f, bool predictions) {
-    std::printf("%-24s %-8s %6zu %9s %10s %10s %8.4f %8.4f", f.name.substr(0, 24).c_str(),
+    std::printf("%-24s %-8s %6zu %9s %10s %10s %8.4f %8.4f %8.4f %8.4f", f.name.substr(0, 24).c_str(),
                 f.held_out ? "held out" : "training", f.frames, orDash(f.relative_error).c_str(),
-                orDash(f.truncation).c_str(), orDash(f.regression).c_str(), f.rms_v, f.ambient_error);
+                orDash(f.truncation).c_str(), orDash(f.regression).c_str(), f.rms_v, f.ambient_error, f.ambient_p999,
+                f.ambient_max);
     if (predictions) std::printf(" %11.2e", f.prediction_difference);
     std::printf("\n");
 }
@@ -53,6 +56,8 @@ nlohmann::ordered_json toJson(const ErrorFigures& f, bool predictions) {
     json["regression_error"] = f.regression;
     json["rms_v"] = f.rms_v;
     json["ambient_error"] = f.ambient_error;
+    json["ambient_error_p999"] = f.ambient_p999;
+    json["ambient_error_max"] = f.ambient_max;
     if (predictions) json["prediction_difference"] = f.prediction_difference;
     return json;
 }
@@ -125,8 +130,8 @@ void reportFrames(const CheckResult& result, Report& report) {
 }
 
 void reportCheck(const CheckResult& result, const AssetView& asset, bool predictions, Report& report) {
-    std::printf("%-24s %-8s %6s %9s %10s %10s %8s %8s%s\n", "clip", "", "frames", "relative", "truncation",
-                "regression", "rms V", "ambient", predictions ? " predictions" : "");
+    std::printf("%-24s %-8s %6s %9s %10s %10s %8s %8s %8s %8s%s\n", "clip", "", "frames", "relative", "truncation",
+                "regression", "rms V", "ambient", "99.9%", "largest", predictions ? " predictions" : "");
     for (const ErrorFigures& clip : result.clips) {
         printRow(clip, predictions);
         report.figures["clips"].push_back(toJson(clip, predictions));
@@ -148,6 +153,31 @@ void reportCheck(const CheckResult& result, const AssetView& asset, bool predict
         std::printf("no training clip in the truth: relative numbers are against the model's stored mean\n");
     reportFrames(result, report);
     reportBudget(result, report);
+}
+
+// Prints in how many of the places each cause makes the model too dark or too light, and their share of the sum of
+// |error|.
+void reportCauses(std::span<const WorstPlace> places, Report& report) {
+    double all = 0;
+    struct Sums {
+        std::size_t dark = 0, light = 0;
+        double error = 0;
+    };
+    std::map<PlaceCause, Sums> of_cause;
+    for (const WorstPlace& place : places) {
+        const double error = std::abs(place.e_model - place.e_truth);
+        Sums& sums = of_cause[causeOf(place)];
+        ++(place.e_model < place.e_truth ? sums.dark : sums.light);
+        sums.error += error;
+        all += error;
+    }
+    std::printf("\n%-20s %8s %9s %8s\n", "worst places", "too dark", "too light", "|error|");
+    for (const auto& [cause, sums] : of_cause) {
+        const std::string name(wordOf(kPlaceCauseWords, cause));
+        std::printf("%-20s %8zu %9zu %7.1f%%\n", name.c_str(), sums.dark, sums.light, 100 * sums.error / all);
+        report.figures["worst_places"][name] = {
+            {"too_dark", sums.dark}, {"too_light", sums.light}, {"error_sum", sums.error}};
+    }
 }
 
 void reportIndirect(const IndirectChecks& checks, const AssetView& asset, Report& report) {
@@ -196,19 +226,22 @@ void runTransferCheck(const CheckCommand& command, const AssetView& asset, const
     Progress progress(common.progress, "checking", "frames", double(std::max<std::size_t>(1, frames)));
     const TransferCheck check =
         checkTransfer(asset, truth, common.threads, [&](std::size_t done) { progress.update(double(done)); });
-    std::printf("%-24s %-8s %6s %9s %11s %11s %8s\n", "clip", "", "frames", "relative", "E_transfer", "relative E",
-                "ambient");
+    std::printf("%-24s %-8s %6s %9s %11s %11s %8s %8s %8s\n", "clip", "", "frames", "relative", "E_transfer",
+                "relative E", "ambient", "99.9%", "largest");
     const auto print = [&](const TransferCheckRow& row) {
-        std::printf("%-24s %-8s %6zu %9s %11.6f %11.4f %8.4f\n", row.name.substr(0, 24).c_str(),
+        std::printf("%-24s %-8s %6zu %9s %11.6f %11.4f %8.4f %8.4f %8.4f\n", row.name.substr(0, 24).c_str(),
                     row.held_out ? "held out" : "training", row.frames, orDash(row.errors.relative_error).c_str(),
-                    row.errors.transfer_error, row.errors.relative_transfer_error, row.ambient_error);
+                    row.errors.transfer_error, row.errors.relative_transfer_error, row.ambient_error, row.ambient_p999,
+                    row.ambient_max);
         nlohmann::ordered_json json{{"name", row.name},
                                     {"held_out", row.held_out},
                                     {"frames", row.frames},
                                     {"relative_error", nullptr},
                                     {"transfer_error", row.errors.transfer_error},
                                     {"relative_transfer_error", row.errors.relative_transfer_error},
-                                    {"ambient_error", row.ambient_error}};
+                                    {"ambient_error", row.ambient_error},
+                                    {"ambient_error_p999", row.ambient_p999},
+                                    {"ambient_error_max", row.ambient_max}};
         if (!std::isnan(row.errors.relative_error)) json["relative_error"] = row.errors.relative_error;
         return json;
     };
@@ -246,8 +279,10 @@ void runCheck(const CheckCommand& command, const CommonOptions& common, Report& 
         bounces.emplace(command.bounces);
         checkIndirectFits(asset, bounces->header(), command.bounces.string());
     }
-    const CheckReferences references{predictions ? &*predictions : nullptr, second_bake ? &*second_bake : nullptr,
-                                     model ? &model->asset : nullptr, command.quality};
+    CheckReferences references{predictions ? &*predictions : nullptr, second_bake ? &*second_bake : nullptr,
+                               model ? &model->asset : nullptr, command.quality};
+    std::optional<WorstPairs> worst;
+    if (!command.output.empty()) references.worst = &worst.emplace(asset, truth.header().frames, command.spread);
     const std::size_t frames = truth.header().frames.frameCount();
     if (common.dry_run) {
         std::printf("%zu frames of %zu vertices\n", frames, asset.mesh.positions.size());
@@ -261,6 +296,13 @@ void runCheck(const CheckCommand& command, const CommonOptions& common, Report& 
                             [&](std::size_t done) { progress.update(double(done)); });
     }
     reportCheck(result, asset, predictions.has_value(), report);
+    if (worst) {
+        report.phase("worst places");
+        const std::vector<WorstPlace> places =
+            describePlaces(asset, truth, references, worst->chosen(), common.threads);
+        writeWholeFile(command.output, placesCsv(places));
+        reportCauses(places, report);
+    }
     if (bounces)
         reportIndirect(checkIndirect(asset, *bounces, command.bounces.string(), common.threads), asset, report);
 }
@@ -277,6 +319,13 @@ void defineCheck(CLI::App& app, CheckCommand& command) {
     app.add_option("--bounces", command.bounces,
                    "TRANSFER.vis.h5 of penumbra-bake --quantity transfer --bounces N, some of the asset's "
                    "frames: checks the light that bounces");
+    CLI::Option* worst =
+        app.add_option("--worst", command.output, "write where E is most wrong, and why, a row for each place")
+            ->type_name("OUT.csv")
+            ->check(endsIn({".csv"}));
+    app.add_option("--worst-count", command.spread.count, "places that --worst lists")
+        ->check(within<std::size_t>(1, 100000))
+        ->needs(worst);
     addChoice(app, "--quality", command.quality, kQualityWords,
               "of the far parts of a composed asset: full, or fast as for characters in the distance");
 }

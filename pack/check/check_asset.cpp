@@ -20,8 +20,8 @@
 #include "pack/check/baked_frames.h"
 #include "pack/check/check_far.h"
 #include "pack/check/check_sums.h"
+#include "pack/check/component_spans.h"
 #include "pack/check/rank_correlation.h"
-#include "pack/compress/span_projector.h"
 #include "runtime/evaluate/evaluator.h"
 #include "runtime/shade/shading.h"
 #include "sh/sh_rotation.h"
@@ -42,18 +42,6 @@ struct FrameBuffers {
     FrameBuffers(const Evaluator& evaluator, std::size_t stride);
 };
 
-// The span of every cluster's components around its mean.
-struct Spans {
-    std::vector<SpanProjector> projectors;  // [cluster]
-    std::vector<float> mean;                // [V * stride]
-
-    explicit Spans(const AssetView& asset);
-    double squaredDistance(const ClusterView& cluster, std::size_t index, std::span<const float> numbers) const;
-    // Writes the point of the cluster's span that is nearest to `numbers`; both have all vertices.
-    void project(const ClusterView& cluster, std::size_t index, std::span<const float> numbers,
-                 std::span<float> out) const;
-};
-
 class Checker {
 public:
     Checker(const AssetView& asset, const VisibilityReader& truth, const CheckReferences& references);
@@ -65,9 +53,9 @@ private:
     const VisibilityReader& truth_;
     const CheckReferences references_;
     Evaluator evaluator_;
-    Spans spans_;
+    ComponentSpans spans_;
     std::optional<Evaluator> unpacked_;
-    std::optional<Spans> unpacked_spans_;
+    std::optional<ComponentSpans> unpacked_spans_;
     std::vector<ClipSums> clips_;
     std::vector<FrameCheck> frames_;
     FrameFinder predictions_, second_bake_;
@@ -96,32 +84,6 @@ FrameBuffers::FrameBuffers(const Evaluator& evaluator, std::size_t stride) {
     }
     for (std::vector<Vec3>* vectors : {&positions, &normals, &tangents}) vectors->resize(count);
     for (std::vector<float>* e : {&e_evaluated, &e_truth}) e->resize(count);
-}
-
-Spans::Spans(const AssetView& asset) {
-    mean.resize(asset.mesh.positions.size() * std::size_t(asset.model.stride));
-    std::size_t first = 0;
-    for (const ClusterView& cluster : asset.model.clusters) {
-        decode(cluster.mean, std::span(mean).subspan(first, cluster.mean.count));
-        first += cluster.mean.count;
-        std::vector<float> basis(cluster.basis.count);
-        decode(cluster.basis, basis);
-        projectors.emplace_back(basis, cluster.mean.count);
-    }
-}
-
-double Spans::squaredDistance(const ClusterView& cluster, std::size_t index, std::span<const float> numbers) const {
-    const std::size_t count = cluster.mean.count;
-    const std::size_t first = count / std::max<std::size_t>(1, cluster.vertex_count) * cluster.first_vertex;
-    return projectors[index].squaredDistance(numbers.subspan(first, count), std::span(mean).subspan(first, count));
-}
-
-void Spans::project(const ClusterView& cluster, std::size_t index, std::span<const float> numbers,
-                    std::span<float> out) const {
-    const std::size_t count = cluster.mean.count;
-    const std::size_t first = count / std::max<std::size_t>(1, cluster.vertex_count) * cluster.first_vertex;
-    projectors[index].project(numbers.subspan(first, count), std::span(mean).subspan(first, count),
-                              out.subspan(first, count));
 }
 
 Checker::Checker(const AssetView& asset, const VisibilityReader& truth, const CheckReferences& references)
@@ -367,6 +329,11 @@ void Checker::addFrame(std::size_t frame, int threads) {
         clip.far.add(far_->compare(evaluator_, {b.positions, b.normals, b.tangents, b.truth, b.true_local}, threads));
         ++clip.far_frames;
     }
+    for (std::size_t v = 0; v < rows_.size(); ++v)
+        clip.tail.add(std::abs(double(buffers_.e_evaluated[v]) - buffers_.e_truth[v]));
+    if (references_.worst)
+        references_.worst->addFrame(frame, std::span(buffers_.e_evaluated).first(rows_.size()),
+                                    std::span(buffers_.e_truth).first(rows_.size()));
     ++clip.frames;
     double error = 0;
     for (double squares : frame_error_) error += squares;

@@ -8,6 +8,7 @@
 
 #include "formats/asset/asset_file.h"
 #include "formats/stage/visibility_file.h"
+#include "pack/check/worst_pairs.h"
 #include "runtime/evaluate/evaluator.h"
 
 namespace penumbra {
@@ -20,6 +21,8 @@ struct ErrorFigures {
     bool held_out = false;
     std::size_t frames = 0;
     double relative_error = 0, rms_v = 0, ambient_error = 0;
+    // What 99.9% of the errors of E over (vertex, frame) pairs do not exceed, to 1 / ErrorTail::kBins, and the largest.
+    double ambient_p999 = 0, ambient_max = 0;
     double truncation = 0;  // the part of the truth outside the span of the stored mean and components; NaN if composed
     double regression = 0;  // the rest: scores that are not the best ones; NaN if composed
     // difference of the evaluator and the predictions, relative; 0 without predictions
@@ -69,6 +72,7 @@ struct CheckReferences {
     const VisibilityReader* second_bake = nullptr;  // the same frames or some of them, with another seed or other rays
     const AssetView* unpacked = nullptr;            // the model that the asset was made of, as F32 with all components
     FarQuality quality = FarQuality::kFull;         // of composed assets
+    WorstPairs* worst = nullptr;                    // gets E of every frame
 };
 
 // Returns the row of the bake for each vertex of the asset. A bake of chosen points has none for the vertices that

@@ -16,12 +16,14 @@ ErrorFigures errorFigures(std::span<const ClipSums* const> clips, std::span<cons
     ErrorFigures figures;
     CheckSums total;
     FarSums far;
+    ErrorTail tail;
     double variation = 0, second_frames = 0;
     for (const ClipSums* clip : clips) {
         far.add(clip->far);
         figures.far_frames += clip->far_frames;
         second_frames += double(clip->second_frames);
         figures.frames += clip->frames;
+        tail.add(clip->tail);
         for (const CheckSums& sums : clip->of_cluster) total.add(sums);
         for (std::size_t i = 0; i < mean.size(); ++i)
             variation += mean[i] * (double(clip->frames) * mean[i] - 2 * clip->truth_sum[i]);
@@ -54,6 +56,8 @@ ErrorFigures errorFigures(std::span<const ClipSums* const> clips, std::span<cons
     figures.unpacked_truncation = relative(total.unpacked_outside, measured.unpacked && spanned);
     figures.packing = relative(total.packing, measured.unpacked);
     figures.ambient_error = total.ambient / vertices;
+    figures.ambient_p999 = tail.quantile(kTailShare);
+    figures.ambient_max = tail.largest();
     return figures;
 }
 

@@ -7,6 +7,7 @@
 
 #include "pack/check/check_asset.h"
 #include "pack/check/check_far.h"
+#include "sh/error_tail.h"
 
 namespace penumbra {
 
@@ -44,6 +45,7 @@ struct ClipSums {
     std::vector<double> truth_sum;  // [V * stride], asset order
     FarSums far = {};
     std::size_t far_frames = 0;  // that `far` was measured in
+    ErrorTail tail{};            // of the errors of E
 };
 
 // What was measured beside the error itself. Figures of anything else are NaN.

@@ -11,6 +11,7 @@
 #include "pack/check/baked_frames.h"
 #include "pack/check/check_asset.h"
 #include "sh/cosine_product.h"
+#include "sh/error_tail.h"
 #include "sh/hemisphere_norm.h"
 
 namespace penumbra {
@@ -24,12 +25,14 @@ struct ClipTransfer {
     std::size_t frames = 0;
     TransferSums sums;
     double ambient = 0;
+    ErrorTail tail;
     std::vector<double> truth;  // [V, n] summed over frames
 
     void add(const ClipTransfer& other) {
         frames += other.frames;
         sums.add(other.sums);
         ambient += other.ambient;
+        tail.add(other.tail);
         truth.resize(other.truth.size());
         for (std::size_t i = 0; i < truth.size(); ++i) truth[i] += other.truth[i];
     }
@@ -98,8 +101,11 @@ void TransferChecker::addFrame(std::size_t number) {
     findTransfer(frame);
     clip.sums.add(compareTransfer(norm_, predicted_, transfer_, zeros_, frame.normals, threads_));
     const double weight = 2 / std::sqrt(std::numbers::pi);
-    for (std::size_t v = 0; v < frame.normals.size(); ++v)
-        clip.ambient += weight * std::abs(double(predicted_[v * coefficients_]) - transfer_[v * coefficients_]);
+    for (std::size_t v = 0; v < frame.normals.size(); ++v) {
+        const double error = weight * std::abs(double(predicted_[v * coefficients_]) - transfer_[v * coefficients_]);
+        clip.ambient += error;
+        clip.tail.add(error);
+    }
     for (std::size_t i = 0; i < transfer_.size(); ++i) clip.truth[i] += double(transfer_[i]);
     ++clip.frames;
 }
@@ -109,8 +115,13 @@ TransferCheckRow TransferChecker::rowOf(const ClipTransfer& clip, const std::vec
     TransferSums sums = clip.sums;
     for (std::size_t i = 0; i < mean.size(); ++i)
         sums.variance += mean[i] * (double(clip.frames) * mean[i] - 2 * clip.truth[i]);
-    TransferCheckRow row{clip.name, clip.held_out, clip.frames, errorsOf(sums),
-                         clip.ambient / double(std::max<std::size_t>(sums.count, 1))};
+    TransferCheckRow row{clip.name,
+                         clip.held_out,
+                         clip.frames,
+                         errorsOf(sums),
+                         clip.ambient / double(std::max<std::size_t>(sums.count, 1)),
+                         clip.tail.quantile(kTailShare),
+                         clip.tail.largest()};
     if (mean.empty()) row.errors.relative_error = std::numeric_limits<double>::quiet_NaN();
     return row;
 }

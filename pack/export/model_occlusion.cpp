@@ -183,11 +183,12 @@ OcclusionFrame ModelOcclusion::read(std::size_t frame, FrameParts parts, int thr
                                  asset_.mesh.normals[v], normals[v]};
         out.bent.push_back(directionAtRest(motion, visible));
     }
-    constexpr double kBand0 = 2 * std::numbers::inv_sqrtpi;  // sqrt(4 pi) / pi
+    constexpr double kAmbientOfBand0 = 2 * std::numbers::inv_sqrtpi;  // sqrt(4 pi) / pi
     for (std::size_t v = 0; v < vertices && !indirect.empty(); ++v) {
         const float e = out.ambient[v];
         const std::span<const float> row = std::span(indirect).subspan(v * kIndirectStride, kIndirectStride);
-        out.bounced.push_back(Vec3{e, e, e} + float(kBand0) * indirectCoefficient(asset_.model.indirect->axes, row, 0));
+        out.bounced.push_back(Vec3{e, e, e} +
+                              float(kAmbientOfBand0) * indirectCoefficient(asset_.model.indirect->axes, row, 0));
     }
     return out;
 }

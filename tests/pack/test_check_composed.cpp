@@ -4,6 +4,7 @@
 
 #include "pack/check/check_asset.h"
 #include "pack/check/error_budget.h"
+#include "pack/check/worst_places.h"
 #include "pack/compress/compress_model.h"
 #include "pack/pack_asset.h"
 #include "runtime/evaluate/evaluator.h"
@@ -77,6 +78,18 @@ struct ComposedBake {
             if (with_local) store(local, out.local_coefficients);
         }
         return out;
+    }
+
+    // The places where a changed model is most wrong.
+    std::vector<WorstPlace> worst(const Model& changed, const CheckReferences& references = {}) const {
+        const Packed bytes = packAsset(changed, {}, {}, {.precision = AssetPrecision::kF32}, "{}", 1);
+        const AssetView checked = openAsset(bytes.bytes);
+        const VisibilityReader truth(path);
+        WorstPairs pairs(checked, truth.header().frames, {.count = 10});
+        CheckReferences all = references;
+        all.worst = &pairs;
+        checkAsset(checked, truth, all, 2, [](std::size_t) {});
+        return describePlaces(checked, truth, all, pairs.chosen(), 2);
     }
 
     ErrorFigures check(const AssetView& checked, const CheckReferences& references = {}) const {
@@ -155,6 +168,66 @@ TEST(CheckComposed, MissingComponentsAreLocalPca) {
     EXPECT_GT(figures.local, 0.01);
     EXPECT_EQ(figures.local_regression, 0);
     EXPECT_EQ(figures.local_truncation, figures.local);
+}
+
+// Returns by how much the steps do not add up to the error.
+double leftOver(const WorstPlace& p) {
+    return p.e_truth + p.darkening + p.far_rest + p.components + p.regression + p.residual +
+           (std::isnan(p.packing) ? 0 : p.packing) - p.e_model;
+}
+
+// Lets the fine box of a part reach everywhere, with every point far below the part's surface.
+void sinkEverythingInto(std::size_t part, Model& model) {
+    PartFields& fields = model.composition->fields;
+    for (std::int8_t& x : fields.distances[part]) x = -127;
+    fields.parts[part].boxes[0].low = Vec3{-9, -9, -9};
+    fields.parts[part].boxes[0].high = Vec3{9, 9, 9};
+}
+
+TEST(WorstPlaces, ASunkenVertexNamesThePartThatDarkensIt) {
+    const ComposedBake bake(1);
+    Model inside = bake.model;
+    sinkEverythingInto(5, inside);
+    const WorstPlace place = bake.worst(inside).at(0);
+    EXPECT_EQ(place.deepest_part, inside.skin.joint_names[5]);
+    EXPECT_GT(place.darkened, 0.5);
+    EXPECT_GT(place.depth, 0);
+    EXPECT_LT(place.darkening, -0.3);
+    EXPECT_LT(place.e_model, place.e_truth);
+}
+
+TEST(WorstPlaces, WithoutTrueLocalMomentsTheCauseIsUnknown) {
+    const ComposedBake bake(0);
+    Model scores = bake.model;
+    for (ClusterModel& cluster : scores.clusters)
+        for (float& x : cluster.bias) x += 0.5f;
+    const WorstPlace place = bake.worst(scores).at(0);
+    EXPECT_EQ(causeOf(place), PlaceCause::kUnknown);
+    EXPECT_TRUE(std::isnan(place.components));
+    EXPECT_FALSE(std::isnan(place.residual));
+}
+
+TEST(WorstPlaces, PackingIsWhatBytesChange) {
+    const ComposedBake bake(1);
+    const CheckReferences references{.unpacked = &bake.asset};
+    Model coarse = bake.model;
+    for (ClusterModel& cluster : coarse.clusters) keepComponents(cluster, 0);
+    for (const WorstPlace& place : bake.worst(coarse, references)) {
+        EXPECT_LT(std::abs(leftOver(place)), 1e-5);
+        EXPECT_EQ(causeOf(place), PlaceCause::kPacking) << "the unpacked model is the truth";
+    }
+}
+
+TEST(WorstPlaces, CsvHasARowAPlaceAndEmptyFieldsForWhatIsNotMeasured) {
+    WorstPlace place;
+    place.clip = "a,b";
+    place.part = "hip";
+    place.e_truth = 0.75;
+    const std::string csv = placesCsv(std::array{place, place});
+    EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 3);
+    EXPECT_NE(csv.find("\n2,\"a,b\",0,0,0,0,hip,0,0,0,0,0,0,unknown,0.75,0,-0.75,,,,,,,,,,,,,,,,0,0,0\n"),
+              std::string::npos)
+        << csv;
 }
 
 }  // namespace
