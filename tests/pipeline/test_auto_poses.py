@@ -60,24 +60,23 @@ def check_budget(folder):
     """No list takes longer than the minutes. Where the clips alone do, they stay alone, and nothing is tried."""
     out = os.path.join(folder, "budget.poses.h5")
     words = ["--fps", "3", "--holdout", "squat", "--rays", "16", "--sample", "8", "--minutes"]
-    figures, _ = auto(out, *words, "1000", "--mix", "1", "--cover", "1")
-    per_pose = figures["auto"]["clip_minutes"] / figures["candidates"]
-    minutes = per_pose * (figures["candidates"] + 5)  # probes of one machine differ
-    figures, _ = auto(out, *words, minutes, "--mix", "1", "--cover", "1")
-    assert all(row["minutes"] <= minutes for row in figures["auto"]["tried"]), (minutes, figures["auto"])
-    figures, said = auto(out, *words, per_pose)
+    figures, said = auto(out, *words, "1e-9")
     assert figures["auto"]["tried"] == [] and figures["auto"]["chosen"] == "--choose all", figures["auto"]
     assert "the clips alone take" in said and figures["sampled"] == 0, said
     with h5py.File(out) as f:
         assert len(f["frames/time"]) == figures["candidates"]
+    # Time for some five poses beside the clips; probes of one machine differ.
+    minutes = figures["auto"]["clip_minutes"] * (1 + 5 / figures["candidates"])
+    figures, _ = auto(out, *words, minutes, "--mix", "1", "--cover", "1")
+    rows = figures["auto"]["tried"]
+    assert all(row["minutes"] <= minutes for row in rows[1:]), (minutes, rows)
 
 
 def check_one_clip(folder):
-    """With one clip the folds are blocks of it. A rig without limbs has no mixed poses, and a single part no fields."""
-    figures, _ = auto(os.path.join(folder, "one.poses.h5"), "--clips", "walk", "--fps", "8", "--rays", "16", "--sample",
-                      "3", "--mix", "1", "--cover", "1")
-    assert figures["auto"]["pilot"]["folds"] == 4 and list(figures["frames_by_clip"])[0] == "walk", figures
-    figures, said = auto(os.path.join(folder, "bend.poses.h5"), "--fps", "5", "--rays", "16", "--sample", "3", rig=BEND)
+    """With one clip the folds are blocks of it. A rig without limbs has no mixed poses."""
+    figures, said = auto(os.path.join(folder, "bend.poses.h5"), "--clips", "bend", "--fps", "8", "--rays", "16", "--sample",
+                         "3", rig=BEND)
+    assert figures["auto"]["pilot"]["folds"] == 4 and list(figures["frames_by_clip"])[0] == "bend", figures
     assert not figures["auto"]["can_mix"] and "no limbs" in said, said
     assert [row["options"] for row in figures["auto"]["tried"]][:2] == ["--choose all", "--choose all --sample 3"]
 
