@@ -19,6 +19,7 @@
 #include "bake/fields/occluder_motion.h"
 #include "bake/fields/part_tracer.h"
 #include "bake/fields/signed_distance.h"
+#include "bake/fields/standing_parts.h"
 #include "bake/source/bake_source.h"
 #include "formats/common/errors.h"
 #include "formats/common/parallel_for.h"
@@ -108,6 +109,10 @@ void addParts(const BakeSource& source, const PartTable& table, const FieldOptio
         source.rig ? twinTriangles(source.mesh(), source.rig->skin) : std::vector<std::uint32_t>{};
     for (std::size_t part = 0; part < table.partCount(); ++part)
         meshes.push_back(partMesh(mesh, twins, table.part_of_triangle, part));
+    if (source.rig) {
+        const std::vector<bool> stands = standingParts(source, table);
+        for (std::size_t part = 0; part < stands.size(); ++part) meshes[part].stands = stands[part];
+    }
     const std::vector<PartField> fields =
         placeFields(meshes, options.cells, std::size_t(options.megabytes * kMegabyte));
     for (std::size_t part = range.begin; part < range.end; ++part) {

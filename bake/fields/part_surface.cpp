@@ -79,6 +79,28 @@ constexpr float kFineBorder = 0.12f, kCoarseBorder = 0.9f;  // in radii
 // that cover little, equal cells (1) leave too few for a hand. Chosen on training frames of mh_male and the knight,
 // whose errors of true local x far go from .264 and .322 to .245 and .272 at equal size.
 constexpr double kPointsOfVolume = 0.75;
+// A part that stands has so many times the points. Parts are seen from afar, but the ground lies against soles.
+constexpr double kPointsOfStanding = 8;
+
+// Lays planes of points onto the faces of a part's box, where it has an extent worth a cell. A sole is flat. What the
+// ground below it looks up then lies between the plane of the sole and the next one outside, and no point inside of the
+// part, which holds what its top or a side of it sees, has a share in that.
+void layPlanesOnFaces(const BoundingBox& bounds, float radius, FieldBox& box) {
+    constexpr float kAbove = 0.004f;  // in radii; points of the faces are outside
+    constexpr float kThin = 0.5f;     // in cells
+    constexpr float kShort = 0.2f;    // what the border may lack, in cells
+    for (int axis = 0; axis < 3; ++axis) {
+        std::int32_t& points = box.size[std::size_t(axis)];
+        const float low = bounds.low[axis] - kAbove * radius, high = bounds.high[axis] + kAbove * radius;
+        const float cell = (box.high[axis] - box.low[axis]) / float(points - 1);
+        if (high - low < kThin * cell) continue;
+        const float across = std::max(std::round((high - low) / cell), 1.0f), side = (high - low) / across;
+        const float beyond = std::max(std::ceil(kFineBorder * radius / side - kShort), 1.0f);
+        box.low[axis] = low - beyond * side;
+        box.high[axis] = high + beyond * side;
+        points = std::int32_t(across + 2 * beyond) + 1;
+    }
+}
 
 PartField placeField(const PartMesh& mesh, double cells) {
     const BoundingSphere sphere = boundingSphere(mesh.positions);
@@ -96,6 +118,7 @@ PartField placeField(const PartMesh& mesh, double cells) {
         high[axis] = std::max(high[axis] + kCoarseBorder * part.radius, part.center[axis] + sphere_radius);
     }
     part.boxes = {boxOf(bounds.low - fine_border, bounds.high + fine_border, cells), boxOf(low, high, cells)};
+    if (mesh.stands) layPlanesOnFaces(bounds, part.radius, part.boxes[0]);
     return part;
 }
 
@@ -111,7 +134,8 @@ std::vector<PartField> placeFields(std::span<const PartMesh> meshes, double cell
     std::vector<double> share;
     double sum = 0;
     for (const PartMesh& mesh : meshes) {
-        share.push_back(std::pow(volumeOf(placeField(mesh, cells).boxes[0]), kPointsOfVolume));
+        const double volume = volumeOf(placeField(mesh, cells).boxes[0]);
+        share.push_back((mesh.stands ? kPointsOfStanding : 1) * std::pow(volume, kPointsOfVolume));
         sum += share.back();
     }
     // 2. As many as fit.

@@ -14,6 +14,7 @@ struct PartMesh {
     std::vector<Triangle> triangles;
     Opacity opacity = {};
     std::vector<std::uint32_t> twins = {};  // twinTriangles() among these; empty: none has one
+    bool stands = false;                    // on the ground, in many poses (standingParts())
 };
 // Takes the triangles [T] for which part_of_triangle is `part` out of a mesh. `twins` are twinTriangles() of the mesh.
 PartMesh partMesh(const Mesh& mesh, std::span<const std::uint32_t> twins,
