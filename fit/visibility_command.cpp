@@ -23,6 +23,8 @@ constexpr const char* kAuto = "auto";
 // The word for a model whose local part has one of kModelKinds, and whose far part are fields.
 constexpr const char* kComposed = "composed";
 
+constexpr Word<NearUse> kNearUses[] = {{kAuto, NearUse::kAuto}, {"off", NearUse::kOff}, {"on", NearUse::kOn}};
+
 struct VisibilityCommand {
     std::string input, output, train_frames;
     std::vector<std::string> fields;
@@ -77,6 +79,9 @@ void define(CLI::App& app, VisibilityCommand& command) {
                    "X.fields.h5 of `penumbra-bake fields`, for --model composed: of the character and of occluders");
     addKind(app, "--local-model", command.local_model, kModelKinds,
             "how a composed model predicts what nearby parts hide, and what the composition leaves");
+    addChoice(app, "--near", options.near, kNearUses,
+              "whether a composed model takes near parts as geometry, too, with gains; auto: where cross-validation "
+              "over training clips prefers that");
     addKind(app, "--features", options.features, kFeatureKinds,
             "what the numbers are predicted from; zh-lobes know joint-angles alone");
     addOrAuto(app, "--clusters", options.clusters, within(1, 1000000), "number of clusters, or auto");
@@ -112,6 +117,7 @@ FitOptions resolveOptions(const VisibilityCommand& command, FitOptions options) 
     if (command.app->count("--lobes") > 0) throw UsageError("--lobes: only --model zh-lobes has them");
     if (!composed && command.app->count("--local-model") > 0)
         throw UsageError("--local-model: only --model composed has one");
+    if (!composed && command.app->count("--near") > 0) throw UsageError("--near: only --model composed has near parts");
     options.model = composed ? command.local_model : kindNamed(kModelKinds, model).value();
     for (const std::string& file : command.fields) options.fields.push_back(readFields(file));
     return options;
@@ -120,7 +126,10 @@ FitOptions resolveOptions(const VisibilityCommand& command, FitOptions options) 
 std::string optionsJson(const VisibilityCommand& command, const FitOptions& options, const Provenance& bake) {
     nlohmann::ordered_json json;
     json["model"] = modelOf(command);
-    if (!options.fields.empty()) json["local_model"] = nameOf(command.local_model);
+    if (!options.fields.empty()) {
+        json["local_model"] = nameOf(command.local_model);
+        json["near"] = wordOf(kNearUses, options.near);
+    }
     json["features"] = nameOf(options.features);
     json["clusters"] = options.clusters > 0 ? std::to_string(options.clusters) : kAuto;
     if (options.parts > 0) json["parts"] = options.parts;
@@ -156,6 +165,11 @@ nlohmann::ordered_json composedFigures(const FitReport& fit) {
     add("local", composed.local_train, composed.local_held_out);
     add("without_residual", composed.without_train, composed.without_held_out);
     add("true_local", composed.split_train, composed.split_held_out);
+    json["near_parts"] = composed.near_kept;
+    if (composed.near) {
+        json["near_cross_validated_relative_error"] = {{"local_alone", composed.near->local_alone},
+                                                       {"with_near_parts", composed.near->with_near}};
+    }
     json["residual_cross_validated_relative_error"] = composed.residual_cross_validated;
     json["residual"] = composed.residual_kept;
     json["residual_mean"] = composed.mean_kept;
@@ -194,6 +208,11 @@ void printComposed(const FitReport& fit) {
     row("local model, of the local visibility", composed.local_train, composed.local_held_out);
     row("local x far parts", composed.without_train, composed.without_held_out);
     row("true local x far parts", composed.split_train, composed.split_held_out);
+    std::printf("near parts: %s", composed.near_kept ? "kept" : "none");
+    if (composed.near)
+        std::printf("; blocked cross-validation leaves %.4f with them, %.4f without", composed.near->with_near,
+                    composed.near->local_alone);
+    std::printf("\n");
     std::printf("residual model: %s; it leaves %.4f of the residual in blocked cross-validation\n",
                 composed.residual_kept ? "kept"
                 : composed.mean_kept   ? "dropped but for its mean"

@@ -4,6 +4,7 @@
 #include <array>
 #include <cassert>
 #include <numeric>
+#include <optional>
 #include <utility>
 
 #include "fit/clusters/tangent_frames.h"
@@ -62,6 +63,11 @@ struct FarBatch {
     std::array<std::uint32_t, kMaxReceivers> vertex;
     std::array<std::uint8_t, kMaxReceivers * kMaxNear> gains;
     std::size_t count = 0;
+    std::uint16_t part = 0;
+
+    FarReceivers receivers(const std::uint8_t* gains_of_call) const {
+        return {positions.data(), normals.data(), tangents.data(), count, gains_of_call};
+    }
 };
 
 }  // namespace
@@ -84,44 +90,75 @@ PosedVertices deformed(const VertexSet& set, std::span<const Vec3> positions, st
     return vertices;
 }
 
-void farFactors(const FarTables& tables, const VertexSet& set, const PosedVertices& vertices,
-                std::span<const Affine> bones, std::span<const PosedPart> posed, std::span<float> out) {
+SetPose poseOfSet(const VertexSet& set, const PoseTable& poses, std::size_t frame, std::span<const PosedPart> parts) {
+    const std::span<const Affine> bones = poses.bonesOf(frame);
+    if (!poses.deforming) return {skinned(set, bones), bones, parts};
+    const std::size_t fronts = poses.positions.size() / poses.frameCount();
+    return {deformed(set, std::span(poses.positions).subspan(frame * fronts, fronts),
+                     std::span(poses.normals).subspan(frame * fronts, fronts)),
+            bones, parts};
+}
+
+namespace {
+
+// Takes the vertices that follow `next` in the set and are of one part.
+FarBatch nextBatch(const VertexSet& set, const SetPose& pose, std::vector<std::optional<Mat3>>& rotations,
+                   std::size_t& next) {
+    const std::uint16_t part = set.part[set.order[next]];
+    const std::size_t nears = set.gains.size() / set.part.size();
+    FarBatch batch;
+    batch.part = part;
+    for (; next < set.order.size() && batch.count < kMaxReceivers && set.part[set.order[next]] == part; ++next) {
+        const std::uint32_t v = set.order[next];
+        const std::size_t joint = set.joint[v], i = batch.count++;
+        if (!rotations[joint]) rotations[joint] = nearestRotation(pose.bones[joint].linear());
+        batch.vertex[i] = v;
+        batch.positions[i] = pose.vertices.positions[v];
+        batch.normals[i] = pose.vertices.normals[v];
+        batch.tangents[i] = carriedTangent(pose.vertices.normals[v], *rotations[joint], set.rest_tangents[v]);
+        std::copy_n(set.gains.begin() + std::ptrdiff_t(v * nears), nears,
+                    batch.gains.begin() + std::ptrdiff_t(i * nears));
+    }
+    return batch;
+}
+
+// Calls see(parts, batch, far) for all vertices, batch by batch; it writes what they see, [count, kFarNumbers].
+template <class See>
+void seeParts(const VertexSet& set, const SetPose& pose, std::span<float> out, const See& see) {
     assert(out.size() == set.part.size() * kFarNumbers);
     std::vector<FarPart> parts;
-    for (const PosedPart& part : posed) parts.push_back(farPart(part));
-    const std::size_t nears = tables.nearParts().count;
-    std::vector<Mat3> rotations(bones.size());
-    std::vector<bool> known(bones.size());
+    for (const PosedPart& part : pose.parts) parts.push_back(farPart(part));
+    std::vector<std::optional<Mat3>> rotations(pose.bones.size());
     std::array<float, kMaxReceivers * kFarNumbers> far;
     for (std::size_t next = 0; next < set.order.size();) {
-        // 1. The next vertices of one part.
-        const std::uint16_t part = set.part[set.order[next]];
-        FarBatch batch;
-        for (; next < set.order.size() && batch.count < kMaxReceivers && set.part[set.order[next]] == part; ++next) {
-            const std::uint32_t v = set.order[next];
-            const std::size_t joint = set.joint[v], i = batch.count++;
-            if (!known[joint]) rotations[joint] = nearestRotation(bones[joint].linear());
-            known[joint] = true;
-            batch.vertex[i] = v;
-            batch.positions[i] = vertices.positions[v];
-            batch.normals[i] = vertices.normals[v];
-            batch.tangents[i] = carriedTangent(vertices.normals[v], rotations[joint], set.rest_tangents[v]);
-            std::copy_n(set.gains.begin() + std::ptrdiff_t(v * nears), nears,
-                        batch.gains.begin() + std::ptrdiff_t(i * nears));
-        }
-        // 2. What the far parts leave visible there.
-        fastestFarPath().far(
-            tables.constants(), tables.sceneOf(part, parts.data()), {},
-            {batch.positions.data(), batch.normals.data(), batch.tangents.data(), batch.count, batch.gains.data()},
-            far.data());
-        if (tables.fields().floor)
-            multiplyByFloor(fastestFarPath(), std::span(batch.normals).first(batch.count),
-                            std::span(batch.tangents).first(batch.count),
-                            std::span(far).first(batch.count * kFarNumbers));
+        const FarBatch batch = nextBatch(set, pose, rotations, next);
+        see(parts.data(), batch, far);
         for (std::size_t i = 0; i < batch.count; ++i)
             std::copy_n(far.begin() + std::ptrdiff_t(i * kFarNumbers), kFarNumbers,
                         out.begin() + std::ptrdiff_t(batch.vertex[i] * kFarNumbers));
     }
+}
+
+}  // namespace
+
+void farFactors(const FarTables& tables, const VertexSet& set, const SetPose& pose, std::span<float> out) {
+    seeParts(set, pose, out, [&](const FarPart* parts, const FarBatch& batch, std::span<float> far) {
+        fastestFarPath().far(tables.constants(), tables.sceneOf(batch.part, parts), {},
+                             batch.receivers(batch.gains.data()), far.data());
+        if (tables.fields().floor)
+            multiplyByFloor(fastestFarPath(), std::span(batch.normals).first(batch.count),
+                            std::span(batch.tangents).first(batch.count), far.first(batch.count * kFarNumbers));
+    });
+}
+
+void nearFactor(const FarTables& tables, const VertexSet& set, const SetPose& pose,
+                std::span<const std::uint16_t> near_part, std::span<float> out) {
+    std::array<std::uint8_t, kMaxReceivers> ones;
+    ones.fill(std::uint8_t(1 / kPerGain));
+    seeParts(set, pose, out, [&](const FarPart* parts, const FarBatch& batch, std::span<float> far) {
+        const FarScene scene{tables.tables(), parts, nullptr, 0, 0, &near_part[batch.part], 1};
+        fastestFarPath().far(tables.constants(), scene, {}, batch.receivers(ones.data()), far.data());
+    });
 }
 
 void multiplyByFar(const FarTables& tables, std::span<const float> far, std::span<float> numbers) {

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "fit/clusters/pose_table.h"
 #include "formats/stage/model_file.h"
 #include "sh/far/far_tables.h"
 
@@ -35,11 +36,20 @@ PosedVertices skinned(const VertexSet& set, std::span<const Affine> bones);
 // The same for a deforming mesh whose fronts are given, [Vs] each. A back has the opposite normal of its front.
 PosedVertices deformed(const VertexSet& set, std::span<const Vec3> positions, std::span<const Vec3> normals);
 
+// A set of vertices and the parts in one pose.
+struct SetPose {
+    PosedVertices vertices;
+    std::span<const Affine> bones;
+    std::span<const PosedPart> parts;
+};
+SetPose poseOfSet(const VertexSet& set, const PoseTable& poses, std::size_t frame, std::span<const PosedPart> parts);
+
 // Writes the far visibility of every vertex of the set in one pose, [V of the set, kFarNumbers] in the local frames,
 // times that of its near parts.
-// `posed` are the parts in this pose.
-void farFactors(const FarTables& tables, const VertexSet& set, const PosedVertices& vertices,
-                std::span<const Affine> bones, std::span<const PosedPart> posed, std::span<float> out);
+void farFactors(const FarTables& tables, const VertexSet& set, const SetPose& pose, std::span<float> out);
+// Writes the visibility of one other part alone. It is near_part[p] for vertices of part p; kNoPart hides nothing.
+void nearFactor(const FarTables& tables, const VertexSet& set, const SetPose& pose,
+                std::span<const std::uint16_t> near_part, std::span<float> out);
 
 // Multiplies local numbers [V, n] in convention D by far factors [V, kFarNumbers].
 void multiplyByFar(const FarTables& tables, std::span<const float> far, std::span<float> numbers);

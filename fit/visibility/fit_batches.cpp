@@ -46,6 +46,21 @@ using ReadNumbers = std::function<std::vector<MatrixF>(std::size_t begin, std::s
 // Fits the cluster c, which is number i of its batch.
 using FitBatch = std::function<void(std::size_t begin, std::size_t end, const ReadNumbers& read)>;
 
+std::vector<MatrixF> readNumbers(const FitJob& job, const Model& model,
+                                 std::span<const std::vector<std::uint32_t>> vertices_of_cluster, Occluders occluders,
+                                 std::function<void(std::size_t)> vertices_done) {
+    ClusterNumbersRequest request;
+    request.convention = model.convention;
+    request.frames = {&model.rest_tangents, &model.cluster_of_vertex, job.clusters.joint};
+    request.vertices_of_cluster = vertices_of_cluster;
+    request.form = job.options.form;
+    request.indirect = job.indirect;
+    request.occluders = occluders;
+    request.threads = job.options.threads;
+    request.vertices_done = std::move(vertices_done);
+    return readClusterNumbers(job.reader, job.poses, request);
+}
+
 // Calls `fit` for one batch of clusters after the other. Each takes about `copies` times its numbers in memory.
 void forBatches(const FitJob& job, const Model& model, std::size_t copies, const FitBatch& fit) {
     const std::size_t numbers = job.indirect ? kIndirectNumbers : std::size_t(model.convention.size()),
@@ -57,16 +72,8 @@ void forBatches(const FitJob& job, const Model& model, std::size_t copies, const
     // Reading and rotating a vertex' numbers takes about as long as fitting them, so each counts half.
     SharedProgress progress(job.observer, 2.0 * double(copies) * double(model.mesh.vertexCount()));
     const ReadNumbers read = [&](std::size_t begin, std::size_t end, Occluders occluders) {
-        ClusterNumbersRequest request;
-        request.convention = model.convention;
-        request.frames = {&model.rest_tangents, &model.cluster_of_vertex, job.clusters.joint};
-        request.vertices_of_cluster = std::span(job.clusters.vertices).subspan(begin, end - begin);
-        request.form = job.options.form;
-        request.indirect = job.indirect;
-        request.occluders = occluders;
-        request.threads = job.options.threads;
-        request.vertices_done = [&](std::size_t n) { progress.add(double(n)); };
-        return readClusterNumbers(job.reader, job.poses, request);
+        return readNumbers(job, model, std::span(job.clusters.vertices).subspan(begin, end - begin), occluders,
+                           [&](std::size_t n) { progress.add(double(n)); });
     };
     for (auto [begin, end] : makeBatches(job.clusters.vertices, bytes_per_vertex, batch_bytes)) {
         fit(begin, end, read);
@@ -172,28 +179,49 @@ FeatureRecipe localRecipe(const Model& model, const PartTable& table, const Feat
 
 }  // namespace
 
+ComposedClusters::ComposedClusters(const FitJob& job, const Model& composed)
+    : model(composed),
+      recipe(recipeOf(composed)),
+      table(composed.deforming ? PartTable{} : partsOf(composed.mesh, composed.skin, composed.drawn)),
+      far(makeFarTables(*composed.composition, composed.convention)),
+      posed(posedParts(job, far.fields())) {}
+
+std::vector<ClusterNumbers> readComposedNumbers(const FitJob& job, const Model& model,
+                                                std::span<const std::size_t> clusters) {
+    std::vector<std::vector<std::uint32_t>> vertices;
+    for (const std::size_t c : clusters) vertices.push_back(job.clusters.vertices[c]);
+    std::vector<MatrixF> local = readNumbers(job, model, vertices, Occluders::kLocalParts, {}),
+                         whole = readNumbers(job, model, vertices, Occluders::kAll, {});
+    std::vector<ClusterNumbers> numbers;
+    for (std::size_t i = 0; i < clusters.size(); ++i) numbers.push_back({std::move(local[i]), std::move(whole[i])});
+    return numbers;
+}
+
+ComposedFit fitComposedCluster(const FitJob& job, const ComposedClusters& shared, std::size_t c,
+                               ClusterNumbers numbers) {
+    throwIfInterrupted();
+    const FeatureRecipe near = localRecipe(shared.model, shared.table, shared.recipe, job.clusters.joint[c]);
+    const VertexSet vertices = vertexSet(shared.model, job.clusters.vertices[c], job.clusters.joint);
+    ComposedProblem problem{problemOf(job, shared.model, near, c), problemOf(job, shared.model, shared.recipe, c),
+                            &shared.far, &vertices, shared.posed};
+    problem.residual.clamp = false;
+    problem.residual.ambient_weights.clear();
+    const NearProblem near_problem{&shared.far,  &shared.model,      &job.poses,
+                                   shared.posed, job.clusters.joint, job.split.train};
+    if (shared.model.composition->near_count > 0) problem.near = &near_problem;
+    ComposedFit fit = fitComposed(problem, numbers.local, numbers.whole);
+    for (ClusterFit* part : {&fit.local, &fit.residual}) part->model.vertices = job.clusters.vertices[c];
+    return fit;
+}
+
 std::vector<ComposedFit> fitComposedClusters(const FitJob& job, const Model& model) {
-    const FeatureRecipe recipe = recipeOf(model);
-    const PartTable table = model.deforming ? PartTable{} : partsOf(model.mesh, model.skin, model.drawn);
-    const FarTables far = makeFarTables(*model.composition, model.convention);
-    const std::vector<PosedPart> posed = posedParts(job, far.fields());
+    const ComposedClusters shared(job, model);
     std::vector<ComposedFit> fits(job.clusters.vertices.size());
     forBatches(job, model, 2, [&](std::size_t begin, std::size_t end, const ReadNumbers& read) {
         std::vector<MatrixF> local = read(begin, end, Occluders::kLocalParts),
                              whole = read(begin, end, Occluders::kAll);
         parallelFor(whole.size(), job.options.threads, [&](std::size_t i) {
-            throwIfInterrupted();
-            const std::size_t c = begin + i;
-            const FeatureRecipe near = localRecipe(model, table, recipe, job.clusters.joint[c]);
-            const VertexSet vertices = vertexSet(model, job.clusters.vertices[c], job.clusters.joint);
-            ComposedProblem problem{problemOf(job, model, near, c), problemOf(job, model, recipe, c), &far, &vertices,
-                                    posed};
-            problem.residual.clamp = false;
-            problem.residual.ambient_weights.clear();
-            fits[c] = fitComposed(problem, local[i], whole[i]);
-            for (ClusterFit* part : {&fits[c].local, &fits[c].residual})
-                part->model.vertices = job.clusters.vertices[c];
-            local[i] = whole[i] = {};
+            fits[begin + i] = fitComposedCluster(job, shared, begin + i, {std::move(local[i]), std::move(whole[i])});
         });
     });
     return fits;

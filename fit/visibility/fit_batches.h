@@ -6,6 +6,7 @@
 #include "fit/visibility/fit_composed.h"
 #include "fit/visibility/fit_visibility.h"
 #include "fit/visibility/split_frames.h"
+#include "formats/common/part_table.h"
 
 namespace penumbra {
 
@@ -31,7 +32,28 @@ Vec3 centerOf(const Mesh& mesh, const std::vector<std::uint32_t>& vertices);
 
 // Fits every cluster of `model`, whose mesh, tangents and cluster_of_vertex are set.
 std::vector<ClusterFit> fitClusters(const FitJob& job, const Model& model);
-// Does the same for a composed model. model.composition is set but for its residual.
+
+// What the fits of all clusters of a composed model share. The model's composition is set but for its residual.
+struct ComposedClusters {
+    const Model& model;
+    FeatureRecipe recipe;
+    PartTable table;
+    FarTables far;
+    std::vector<PosedPart> posed;  // [F, P]
+
+    ComposedClusters(const FitJob& job, const Model& composed);
+};
+// The numbers of a cluster, [F, Vc n] each.
+struct ClusterNumbers {
+    MatrixF local, whole;
+};
+// Reads the numbers of some clusters, which must fit into memory.
+std::vector<ClusterNumbers> readComposedNumbers(const FitJob& job, const Model& model,
+                                                std::span<const std::size_t> clusters);
+// Fits cluster c of the job to its numbers.
+ComposedFit fitComposedCluster(const FitJob& job, const ComposedClusters& shared, std::size_t c,
+                               ClusterNumbers numbers);
+// Fits every cluster of a composed model.
 std::vector<ComposedFit> fitComposedClusters(const FitJob& job, const Model& model);
 
 }  // namespace penumbra

@@ -56,14 +56,6 @@ void clampAll(std::span<const float> ambient, std::span<float> numbers) {
         clampAmbient(ambient, norm2, numbers.subspan(c, ambient.size()));
 }
 
-PosedVertices verticesIn(const ComposedProblem& problem, std::size_t frame) {
-    const PoseTable& poses = *problem.local.poses;
-    if (!poses.deforming) return skinned(*problem.vertices, poses.bonesOf(frame));
-    const std::size_t fronts = poses.positions.size() / poses.frameCount();
-    return deformed(*problem.vertices, std::span(poses.positions).subspan(frame * fronts, fronts),
-                    std::span(poses.normals).subspan(frame * fronts, fronts));
-}
-
 // Fills in the energies of what is left.
 void measureLeft(const ComposedProblem& problem, const MatrixF& whole, ComposedFit& fit) {
     const std::span<const std::size_t> train = problem.local.train;
@@ -86,48 +78,65 @@ void measureLeft(const ComposedProblem& problem, const MatrixF& whole, ComposedF
 
 }  // namespace
 
+namespace {
+
+// Multiplies the predicted and the true local numbers, [F, Vc n] each, by the far parts, and the predicted ones by the
+// near parts as well.
+void multiplyParts(const ComposedProblem& problem, const VertexSet& vertices, MatrixF& predicted, MatrixF& exact) {
+    const std::size_t parts = problem.far->partCount();
+    VertexSet without_near = vertices;
+    std::fill(without_near.gains.begin(), without_near.gains.end(), std::uint8_t(0));
+    std::vector<float> far(vertices.part.size() * kFarNumbers);
+    for (std::size_t f = 0; f < predicted.rows; ++f) {
+        const SetPose pose = poseOfSet(vertices, *problem.local.poses, f, problem.posed.subspan(f * parts, parts));
+        farFactors(*problem.far, vertices, pose, far);
+        multiplyByFar(*problem.far, far, predicted.row(f));
+        if (!vertices.gains.empty()) farFactors(*problem.far, without_near, pose, far);
+        multiplyByFar(*problem.far, far, exact.row(f));
+    }
+}
+
+}  // namespace
+
 ComposedFit fitComposed(const ComposedProblem& problem, MatrixF& local, MatrixF& whole) {
     const std::vector<float>& ambient = problem.local.ambient_weights;
-    const std::size_t frames = whole.rows, parts = problem.far->partCount();
+    const std::size_t frames = whole.rows;
     ComposedFit fit;
-    // 1. Learn the local numbers. The fit turns them into truth - prediction.
-    const MatrixF true_local = local;
+    // 1. Learn the local numbers, without the near parts. The fit turns them into truth - prediction.
+    MatrixF exact = local;
+    VertexSet vertices = *problem.vertices;
+    if (problem.near) vertices.gains = fit.near_gains = takeOutNearParts(*problem.near, vertices.id, local);
+    MatrixF product = local;
     fit.local = fitCluster(problem.local, local);
+    for (std::size_t i = 0; i < product.values.size(); ++i) product.values[i] -= local.values[i];
+    // 2. Multiply predictions and truth by the far parts. `whole` becomes what the product leaves.
+    multiplyParts(problem, vertices, product, exact);
     const std::vector<double> variance = varianceOf(whole, problem.local.train);
     fit.errors = fit.without_residual = fit.split = noErrors(variance);
-    // 2. Multiply predictions and truth by the far parts. `local` becomes the product, `whole` what it leaves.
     MatrixF truth = whole;
-    std::vector<float> far(problem.vertices->part.size() * kFarNumbers), exact(whole.columns);
     for (std::size_t f = 0; f < frames; ++f) {
-        const std::span<const Affine> bones = problem.local.poses->bonesOf(f);
-        farFactors(*problem.far, *problem.vertices, verticesIn(problem, f), bones,
-                   problem.posed.subspan(f * parts, parts), far);
-        std::copy_n(true_local.row(f).data(), exact.size(), exact.begin());
-        for (std::size_t c = 0; c < exact.size(); ++c) local(f, c) = exact[c] - local(f, c);
-        multiplyByFar(*problem.far, far, exact);
-        multiplyByFar(*problem.far, far, local.row(f));
-        for (std::size_t c = 0; c < exact.size(); ++c) whole(f, c) -= local(f, c);
-        clampAll(ambient, exact);
-        addFrame(ambient, truth.row(f), exact, f, fit.split);
-        std::copy_n(local.row(f).data(), exact.size(), exact.begin());
-        clampAll(ambient, exact);
-        addFrame(ambient, truth.row(f), exact, f, fit.without_residual);
+        for (std::size_t c = 0; c < whole.columns; ++c) whole(f, c) -= product(f, c);
+        clampAll(ambient, exact.row(f));
+        addFrame(ambient, truth.row(f), exact.row(f), f, fit.split);
+        clampAll(ambient, product.row(f));
+        addFrame(ambient, truth.row(f), product.row(f), f, fit.without_residual);
     }
     // 3. Learn what is left.
     measureLeft(problem, whole, fit);
     fit.with_mean = noErrors(variance);
     const std::vector<double> mean = meanOfRows(whole, problem.local.train);
+    std::vector<float> sum(whole.columns);
     for (std::size_t f = 0; f < frames; ++f) {
-        for (std::size_t c = 0; c < exact.size(); ++c) exact[c] = truth(f, c) - whole(f, c) + float(mean[c]);
-        clampAll(ambient, exact);
-        addFrame(ambient, truth.row(f), exact, f, fit.with_mean);
+        for (std::size_t c = 0; c < sum.size(); ++c) sum[c] = truth(f, c) - whole(f, c) + float(mean[c]);
+        clampAll(ambient, sum);
+        addFrame(ambient, truth.row(f), sum, f, fit.with_mean);
     }
     fit.residual = fitCluster(problem.residual, whole);
     // 4. Measure the whole prediction. `whole` now holds what it leaves before the clamp.
     for (std::size_t f = 0; f < frames; ++f) {
-        for (std::size_t c = 0; c < exact.size(); ++c) exact[c] = truth(f, c) - whole(f, c);
-        clampAll(ambient, exact);
-        addFrame(ambient, truth.row(f), exact, f, fit.errors);
+        for (std::size_t c = 0; c < sum.size(); ++c) sum[c] = truth(f, c) - whole(f, c);
+        clampAll(ambient, sum);
+        addFrame(ambient, truth.row(f), sum, f, fit.errors);
     }
     return fit;
 }

@@ -12,6 +12,9 @@
 
 namespace penumbra {
 
+// Whether a composed model has near parts (docs/formulas.md, section 7). kAuto: where cross-validation prefers them.
+enum class NearUse : std::uint8_t { kAuto, kOff, kOn };
+
 struct FitOptions {
     ModelKind model = ModelKind::kAdditive;
     FeatureKind features = FeatureKind::kRelativeBones;
@@ -28,6 +31,7 @@ struct FitOptions {
     // one file is that of the character, the others are those of occluders. The visibility file must have local
     // moments.
     std::vector<FieldFile> fields;
+    NearUse near = NearUse::kAuto;  // only composed models read it
     // The training frames, as clip names and times. Without a list, all frames that are not held out.
     std::optional<FrameList> train_frames;
     Convention convention;  // D5

@@ -20,6 +20,7 @@
 #include "fit/clusters/tangent_frames.h"
 #include "fit/clusters/vertex_clusters.h"
 #include "fit/numerics/cross_validation.h"
+#include "fit/visibility/choose_near.h"
 #include "fit/visibility/compose_fields.h"
 #include "fit/visibility/fit_batches.h"
 #include "formats/common/errors.h"
@@ -198,6 +199,7 @@ void finishComposed(std::vector<ComposedFit> fits, const Split& split, FitResult
     const FrameErrors split_errors = sumOverClusters(fits, frames, &ComposedFit::split),
                       without = sumOverClusters(fits, frames, &ComposedFit::without_residual),
                       errors = sumOverClusters(fits, frames, kept);
+    const std::size_t nears = model.composition->near_count;
     std::vector<ClusterFit> parts;
     for (ComposedFit& fit : fits) {
         // Both parts of a cluster state the errors of the whole prediction.
@@ -217,8 +219,13 @@ void finishComposed(std::vector<ComposedFit> fits, const Split& split, FitResult
                                             figuresOf(split_errors, split.held_out, vertices),
                                             left > 0 ? std::sqrt(validated / left) : 0,
                                             keep,
+                                            nears > 0,
+                                            {},
                                             keep_mean};
     for (std::size_t c = 0; c < fits.size(); ++c) {
+        for (std::size_t i = 0; i < fits[c].near_gains.size(); ++i)
+            model.composition->near_gains[parts[c].model.vertices[i / nears] * nears + i % nears] =
+                fits[c].near_gains[i];
         model.clusters.push_back(std::move(parts[c].model));
         if (!keep) dropComponents(fits[c].residual.model);
         if (keep_mean) model.composition->residual.push_back(std::move(fits[c].residual.model));
@@ -270,13 +277,17 @@ FitResult fitVisibility(const VisibilityReader& reader, const PoseTable& poses, 
     model.cluster_of_vertex = clusters.cluster_of_vertex;
     model.rest_tangents = restTangents(model.mesh, model.rest_normals, clusters, options.threads);
     // 3. Fit every cluster.
-    phase("fit");
     const FitJob job{reader, options, observer, poses, clusters, split, makeFolds(header.frames, split.train)};
     if (!options.fields.empty()) {
         model.composition = compositionOf(model, options.fields, header);
+        phase("near parts");
+        const std::optional<NearReport> near = chooseNearParts(job, model);
+        phase("fit");
         finishComposed(fitComposedClusters(job, model), split, result);
+        result.report.composed->near = near;
         return result;
     }
+    phase("fit");
     std::vector<ClusterFit> fits = fitClusters(job, model);
     // 4. Sum the errors and report them by clip and over all.
     const FrameErrors errors = sumOverClusters(fits, poses.frameCount(), &ClusterFit::errors);

@@ -10,6 +10,11 @@
 
 namespace penumbra {
 
+// Relative errors of whole predictions, of some clusters, in cross-validation over blocks of training frames.
+struct NearReport {
+    double local_alone = 0, with_near = 0;
+};
+
 // What the parts of a composed model do, each over training and held-out frames.
 struct ComposedReport {
     ErrorFigures local_train, local_held_out;      // of the local model, against local moments
@@ -17,7 +22,9 @@ struct ComposedReport {
     ErrorFigures split_train, split_held_out;      // of the true local moments x far: the limit of any local model
     double residual_cross_validated = 0;           // relative error of the residual model; 1 is as good as none
     bool residual_kept = false;
-    bool mean_kept = false;  // its mean alone counts too, even where its components do not pay
+    bool near_kept = false;
+    std::optional<NearReport> near;  // where cross-validation chose between near parts and none
+    bool mean_kept = false;          // its mean alone counts too, even where its components do not pay
 };
 
 struct FitReport {

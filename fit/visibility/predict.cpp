@@ -111,7 +111,7 @@ void Predictor::compose(const PosedVertices& vertices, std::span<const Affine> b
     std::vector<PosedPart> posed(far_->partCount());
     poseParts(far_->fields(), bones, posed);
     std::vector<float> far(model_.mesh.vertexCount() * kFarNumbers);
-    farFactors(*far_, vertices_, vertices, bones, posed, far);
+    farFactors(*far_, vertices_, {vertices, bones, posed}, far);
     multiplyByFar(*far_, far, numbers);
     // 2. The residual.
     const std::size_t n = ambient_.size();

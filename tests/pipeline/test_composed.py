@@ -76,6 +76,22 @@ def check_fit(vis, fields, folder):
         assert predicted_e.min() > -1e-3 and predicted_e.max() < 1 + 1e-3
 
 
+def check_near(vis, fields, folder):
+    """Near parts are in the file where cross-validation or the user wants them, and its prediction has the errors that
+    the fit reported."""
+    found = {}
+    for near in ("off", "on", "auto"):
+        out = os.path.join(folder, f"near_{near}.model.h5")
+        found[near] = fit(vis, out, "--fields", fields, "--near", near)
+        with h5py.File(out) as f:
+            assert ("near_gains" in f["composition"]) == found[near]["composed"]["near_parts"], near
+    assert (found["off"]["composed"]["near_parts"], found["on"]["composed"]["near_parts"]) == (False, True)
+    two = found["auto"]["composed"]["near_cross_validated_relative_error"]
+    chosen = "on" if two["with_near_parts"] < two["local_alone"] else "off"
+    assert found["auto"]["held_out"] == found[chosen]["held_out"], (found, two)
+    refused(1, "--near", FIT, "visibility", vis, "-o", os.path.join(folder, "no.model.h5"), "--near", "on")
+
+
 def check_threads(vis, fields, folder):
     outputs = set()
     for threads in (1, 2, 8):
@@ -237,6 +253,7 @@ with tempfile.TemporaryDirectory() as folder:
     check_table(vis, folder)
     check_seams(vis, folder)
     check_compare(vis, fields, folder)
+    check_near(vis, fields, folder)
     check_threads(vis, fields, folder)
     check_refusals(vis, fields, folder)
     check_floor(fields, folder)

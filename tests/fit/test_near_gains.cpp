@@ -1,0 +1,108 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numeric>
+
+#include "fit/visibility/near_gains.h"
+#include "tests/difference.h"
+#include "tests/synthetic_composition.h"
+
+namespace penumbra::test_near_gains {
+
+using namespace synthetic;
+
+namespace {
+
+constexpr TubeOptions kTube{.joints = 5, .frames = 240};
+
+// A composed tube without far parts, whose near parts count with gains at random.
+struct Scene {
+    Model model = composedTube(kTube, {.local_steps = kTube.joints});
+    PoseTable poses;
+    std::vector<PosedPart> posed;
+    std::vector<std::size_t> train;
+    std::vector<std::uint32_t> vertices;  // all of them
+    std::vector<int> joints;              // of the clusters
+
+    Scene() : vertices(model.mesh.vertexCount()) {
+        std::iota(vertices.begin(), vertices.end(), 0u);
+        for (const ClusterModel& cluster : model.clusters) joints.push_back(cluster.joint);
+        turnJointsApart(model);
+        addNearParts(model, 2);
+        // Gains are found up to 1.5.
+        for (std::uint8_t& gain : model.composition->near_gains) gain = std::min(gain, std::uint8_t(180));
+        poses.joints = model.skin.jointCount();
+        poses.bones = model.bones;
+        for (std::size_t f = 0; f < poses.frameCount(); ++f)
+            if (f % 4 != 3) train.push_back(f);
+    }
+    NearProblem problem(const FarTables& far) {
+        posed.resize(poses.frameCount() * far.partCount());
+        for (std::size_t f = 0; f < poses.frameCount(); ++f)
+            poseParts(far.fields(), poses.bonesOf(f), std::span(posed).subspan(f * far.partCount(), far.partCount()));
+        return {&far, &model, &poses, posed, joints, train};
+    }
+    VertexSet allVertices() const { return vertexSet(model, vertices, joints); }
+};
+
+// Multiplies numbers [F, V n] by the near parts.
+void multiplyByNear(const NearProblem& problem, const VertexSet& vertices, MatrixF& numbers) {
+    std::vector<float> factors(vertices.part.size() * kFarNumbers);
+    const std::size_t parts = problem.far->partCount();
+    for (std::size_t f = 0; f < numbers.rows; ++f) {
+        farFactors(*problem.far, vertices,
+                   poseOfSet(vertices, *problem.poses, f, problem.posed.subspan(f * parts, parts)), factors);
+        multiplyByFar(*problem.far, factors, numbers.row(f));
+    }
+}
+
+// Numbers of an open sky with some noise, the same in all frames.
+MatrixF steadyNumbers(std::size_t frames, std::size_t vertices, std::size_t size) {
+    MatrixF numbers(frames, vertices * size);
+    Noise noise(41);
+    for (std::size_t c = 0; c < numbers.columns; ++c) {
+        const float x = (c % size == 0 ? 2.5f : 0.0f) + 0.2f * noise();
+        for (std::size_t f = 0; f < frames; ++f) numbers(f, c) = x;
+    }
+    return numbers;
+}
+
+// Sum over all frames of squared distances from the mean of the frames.
+double variationOf(const MatrixF& numbers) {
+    const std::vector<double> mean = meanOfRows(numbers, indices(numbers.rows));
+    double sum = 0;
+    for (std::size_t f = 0; f < numbers.rows; ++f)
+        for (std::size_t c = 0; c < numbers.columns; ++c) sum += std::pow(numbers(f, c) - mean[c], 2);
+    return sum;
+}
+
+double rmsDistance(std::span<const std::uint8_t> gains, std::span<const std::uint8_t> from) {
+    RelativeRms rms;
+    for (std::size_t i = 0; i < gains.size(); ++i) rms.add(gains[i], from[i]);
+    return std::sqrt(rms.error / double(gains.size()));
+}
+
+}  // namespace
+
+// Geometry is exact here: every vertex has the same numbers in all poses, and rigid parts hide it by known gains.
+TEST(NearGains, ComeBackFromWhatVerticesSee) {
+    Scene scene;
+    const FarTables far = makeFarTables(*scene.model.composition, scene.model.convention);
+    const NearProblem problem = scene.problem(far);
+    VertexSet vertices = scene.allVertices();
+    MatrixF local =
+        steadyNumbers(scene.poses.frameCount(), scene.vertices.size(), std::size_t(scene.model.convention.size()));
+    multiplyByNear(problem, vertices, local);
+
+    MatrixF numbers = local;
+    const std::vector<std::uint8_t> found = takeOutNearParts(problem, scene.vertices, numbers);
+    ASSERT_EQ(found.size(), vertices.gains.size());
+    const std::vector<std::uint8_t> ones(found.size(), std::uint8_t(1 / kPerGain));
+    EXPECT_LT(rmsDistance(found, vertices.gains), 0.5 * rmsDistance(ones, vertices.gains));
+    EXPECT_LT(variationOf(numbers), 0.1 * variationOf(local));
+    vertices.gains = found;
+    multiplyByNear(problem, vertices, numbers);
+    EXPECT_LT(largestDifference(numbers.values, local.values), 0.1);
+}
+
+}  // namespace penumbra::test_near_gains
