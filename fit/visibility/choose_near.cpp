@@ -13,7 +13,7 @@ namespace {
 // Vertices of a part, and training frames, that the choice looks at.
 constexpr std::size_t kSampledVertices = 64, kSampledFrames = 32;
 // Clusters that cross-validation fits, and groups of training frames that it holds out in turn.
-constexpr std::size_t kSampledClusters = 6;
+constexpr std::size_t kSampledClusters = 4;
 constexpr int kGroups = 3;
 
 template <class T>

@@ -1,5 +1,7 @@
 #pragma once
 // Chooses the near parts of a composed model (docs/formulas.md, section 7, "The fit of near parts").
+#include <optional>
+
 #include "fit/visibility/fit_batches.h"
 
 namespace penumbra {

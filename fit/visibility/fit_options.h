@@ -2,6 +2,7 @@
 // Everything that the visibility fit needs to know. The defaults here are the documented ones, and no other place holds
 // a default.
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>

@@ -7,9 +7,8 @@
 // vertex' own surface.
 //
 // Here: a part counts as much as training frames say, by a gain a for each vertex, and a vertex has numbers of its own
-// that replace what the joint deforms: L = own x product of (1 - a_p (1 - f_p)). Both are least squares given the
-// other, so they are solved in turns. Then every frame gets the numbers X with X x product = L that a model of the pose
-// learns.
+// that replace what the joint deforms: L = own x product of (1 - a_p (1 - f_p)), solved by Gauss-Newton. Then every
+// frame gets the numbers X with X x product = L that a model of the pose learns.
 #include "fit/visibility/near_gains.h"
 
 #include <Eigen/Cholesky>
@@ -32,7 +31,7 @@ constexpr float kGainRidge = 1, kOwnRidge = 3;
 // The same for the numbers of one frame, towards the vertex' own.
 constexpr float kFrameRidge = 0.1f;
 constexpr float kMaxGain = 1.5f;
-constexpr int kRounds = 3;
+constexpr int kRounds = 3;  // of Gauss-Newton
 // Gains are found from so many training frames at most, spread evenly.
 constexpr std::size_t kMaxGainFrames = 192;
 // Vertices whose factors are in memory at a time.
