@@ -17,8 +17,9 @@ constexpr double kInsideShare = 0.3;
 // A point is inside, too, where less than this share of all directions meets nothing.
 constexpr double kEscapeShare = 0.05;
 // A triangle is a sheet where backs stop less than this share of the rays that start just behind it. Those of its own
-// plane stop half, those of a closed surface nearly all, and at the rim of an open end three quarters.
-constexpr double kSheetShare = 0.65;
+// plane stop half, those of a closed surface nearly all, and at the rim of an open end three quarters. At least the
+// other share escapes there: what is shut in between other surfaces stays dark.
+constexpr double kSheetShare = 0.65, kSheetEscape = 0.1;
 // A triangle is exposed where at least this share escapes, and rays from it that tell. Of a convex part half do.
 constexpr double kExposedShare = 0.3;
 constexpr int kExposureRays = 64;
@@ -63,7 +64,7 @@ PartTracer::PartTracer(const PartMesh& mesh, const PartField& field, const ConeD
       center_((toDouble(field.center) - scale_.center) / scale_.diagonal),
       radius_(double(field.radius) / scale_.diagonal),
       scene_(scaled(scale_, mesh.positions), mesh.triangles, Queries::kPlain, {&mesh.opacity, mesh.twins}),
-      sheets_(findSheets(scaled(scale_, mesh.positions), mesh.triangles)),
+      sheets_(findSheets(mesh)),
       surface_(scaled(scale_, mesh.positions), exposed(scaled(scale_, mesh.positions), mesh.triangles)) {}
 
 namespace {
@@ -132,14 +133,17 @@ Vec3 besideTriangle(std::span<const Vec3> positions, const Triangle& triangle, d
 
 }  // namespace
 
-// Marks the triangles [T] that are sheets. Each is judged by what backs stop just behind it, as if there were no
-// sheets.
-std::vector<std::uint8_t> PartTracer::findSheets(std::span<const Vec3> positions,
-                                                 std::span<const Triangle> triangles) const {
+// Marks the triangles [T] that are sheets. Each is judged by what is seen just behind it, as if there were no sheets.
+// Of triangles with a twin both sides are fronts already.
+std::vector<std::uint8_t> PartTracer::findSheets(const PartMesh& mesh) const {
     const ConeDirections directions = makeConeDirections(kExposureRays, 1);
-    std::vector<std::uint8_t> sheets;
-    for (const Triangle& triangle : triangles)
-        sheets.push_back(see(besideTriangle(positions, triangle, -kSurfaceOffset), directions, {}).backs < kSheetShare);
+    const std::vector<Vec3> positions = scaled(scale_, mesh.positions);
+    std::vector<std::uint8_t> sheets(mesh.triangles.size());
+    for (std::size_t t = 0; t < sheets.size(); ++t) {
+        if (!mesh.twins.empty() && mesh.twins[t] != t) continue;
+        const Seen seen = see(besideTriangle(positions, mesh.triangles[t], -kSurfaceOffset), directions, {});
+        sheets[t] = seen.backs < kSheetShare && seen.escaped >= kSheetEscape;
+    }
     return sheets;
 }
 

@@ -53,8 +53,7 @@ private:
         double escaped = 0;  // share of all directions of the sphere that meets nothing
     };
     Seen see(Vec3 scaled_point, const ConeDirections& directions, std::span<const std::uint8_t> sheets) const;
-    std::vector<std::uint8_t> findSheets(std::span<const Vec3> scaled_positions,
-                                         std::span<const Triangle> triangles) const;
+    std::vector<std::uint8_t> findSheets(const PartMesh& mesh) const;
     std::vector<Triangle> exposed(std::span<const Vec3> scaled_positions, std::span<const Triangle> triangles) const;
 
     const ConeDirections& directions_;

