@@ -79,8 +79,9 @@ constexpr float kFineBorder = 0.12f, kCoarseBorder = 0.9f;  // in radii
 // that cover little, equal cells (1) leave too few for a hand. Chosen on training frames of mh_male and the knight,
 // whose errors of true local x far go from .264 and .322 to .245 and .272 at equal size.
 constexpr double kPointsOfVolume = 0.75;
-// A part that stands has so many times the points. Parts are seen from afar, but the ground lies against soles.
-constexpr double kPointsOfStanding = 8;
+// The fine box of a part that stands has so many times the points. Parts are seen from afar, but the ground lies
+// against soles. More would cost others too much at equal size (tests/bench/results/NOTES.md).
+constexpr double kPointsOfStanding = 4;
 
 // Lays planes of points onto the faces of a part's box, where it has an extent worth a cell. A sole is flat. What the
 // ground below it looks up then lies between the plane of the sole and the next one outside, and no point inside of the
@@ -117,7 +118,8 @@ PartField placeField(const PartMesh& mesh, double cells) {
         low[axis] = std::min(low[axis] - kCoarseBorder * part.radius, part.center[axis] - sphere_radius);
         high[axis] = std::max(high[axis] + kCoarseBorder * part.radius, part.center[axis] + sphere_radius);
     }
-    part.boxes = {boxOf(bounds.low - fine_border, bounds.high + fine_border, cells), boxOf(low, high, cells)};
+    const double fine_cells = mesh.stands ? cells * std::cbrt(kPointsOfStanding) : cells;
+    part.boxes = {boxOf(bounds.low - fine_border, bounds.high + fine_border, fine_cells), boxOf(low, high, cells)};
     if (mesh.stands) layPlanesOnFaces(bounds, part.radius, part.boxes[0]);
     return part;
 }
@@ -134,8 +136,7 @@ std::vector<PartField> placeFields(std::span<const PartMesh> meshes, double cell
     std::vector<double> share;
     double sum = 0;
     for (const PartMesh& mesh : meshes) {
-        const double volume = volumeOf(placeField(mesh, cells).boxes[0]);
-        share.push_back((mesh.stands ? kPointsOfStanding : 1) * std::pow(volume, kPointsOfVolume));
+        share.push_back(std::pow(volumeOf(placeField(mesh, cells).boxes[0]), kPointsOfVolume));
         sum += share.back();
     }
     // 2. As many as fit.

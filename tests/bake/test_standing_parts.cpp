@@ -67,7 +67,7 @@ TEST(PlaceFields, WhatStandsHasMorePoints) {
     std::vector<PartMesh> meshes = {foot(), foot()};
     meshes[1].stands = false;
     const std::vector<PartField> parts = placeFields(meshes, 12, 1 << 30);
-    EXPECT_GT(parts[0].boxes[0].pointCount(), 5 * parts[1].boxes[0].pointCount());
+    EXPECT_GT(parts[0].boxes[0].pointCount(), 3 * parts[1].boxes[0].pointCount());
 }
 
 // Whether a ray meets the box: it does where its stretches between the three pairs of planes overlap.
@@ -96,7 +96,7 @@ protected:
         FieldPlan plan;
         plan.file.fields.fade = 0.0075f;
         plan.meshes = {foot()};
-        plan.file.fields.parts = placeFields(plan.meshes, 12, 1 << 30);
+        plan.file.fields.parts = placeFields(plan.meshes, 8, 1 << 30);  // as the feet of a man have
         const FieldFile file = bakeFields(plan, {}, 2, ProgressStyle::kNone);
         fields_.tables = {makeFieldTable(file.fields.parts[0], file.fields.bytesOf(0), file.fields.fade)};
         fields_.joints = {0};
@@ -127,7 +127,7 @@ std::vector<Vec3> groundPoints(float gap) {
     return points;
 }
 
-// Right below the sole E jumps at its rim, which a cell of 13 mm cannot follow. At points 1 cm apart the rms was .060
+// Right below the sole E jumps at its rim, which cells of 14 mm cannot follow. At points 1 cm apart the rms was .060
 // there, the largest difference .59.
 TEST_F(GroundUnderAFoot, AgreesWithCountedRays) {
     struct Case {
