@@ -131,9 +131,8 @@ TEST_F(TexturedGpu, ColoursOfVerticesAreFactorsOfTheBaseColour) {
     }
 }
 
-// Of a tube whose alpha is a half, every pixel has a half as alpha in the mean, with the colours of an opaque one, and
-// two walls behind one another leave a quarter. Samples decide by a hash: over some 1000 pixels of 4 samples the mean
-// is within 0.01. Both paths cover the same samples.
+// Two walls whose alpha is a half cover three quarters in the mean. Most pixels of the tube see two; those that look in
+// at its open end see one. With one sample a pixel, both paths cover the same ones.
 TEST_F(TexturedGpu, BlendingCoversAsMuchAsAlphaSays) {
     const Model model = synthetic::tubeModel(tube_);
     const auto drawn = [&](float alpha, int samples, EvaluationPath path) {
@@ -153,7 +152,7 @@ TEST_F(TexturedGpu, BlendingCoversAsMuchAsAlphaSays) {
     };
     for (const int samples : {1, 4}) {
         const Image whole = drawn(1, samples, EvaluationPath::kCpu), half = drawn(0.5f, samples, EvaluationPath::kCpu);
-        EXPECT_LT(compare(drawn(0.5f, samples, EvaluationPath::kGlsl), half).steps, 0.5);
+        if (samples == 1) EXPECT_LT(compare(drawn(0.5f, samples, EvaluationPath::kGlsl), half).steps, 0.5);
         double alpha = 0;
         std::size_t pixels = 0;
         for (std::size_t p = 0; p < whole.alpha.size(); ++p)
