@@ -44,8 +44,8 @@ ErrorFigures errorFigures(std::span<const ClipSums* const> clips, std::span<cons
     figures.without_residual = relative(total.without_residual, measured.spanned && composed);
     figures.split = relative(total.split, measured.true_local);
     figures.local = relative(total.local, measured.true_local);
-    figures.local_truncation = relative(total.local_outside, measured.true_local);
-    figures.local_regression = relative(total.local_regression, measured.true_local);
+    figures.local_truncation = relative(total.local_outside, measured.true_local && measured.local_spanned);
+    figures.local_regression = relative(total.local_regression, measured.true_local && measured.local_spanned);
     // The sample's mean square stands for that of all vertices and frames.
     const double of_sample = vertices / double(far.receivers);
     figures.far_by_fields = relative(far.by_fields * of_sample, far.receivers > 0);

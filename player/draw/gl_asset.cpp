@@ -187,6 +187,9 @@ void GlAsset::uploadArrays(const Evaluator* evaluator, const ShadingSet* shading
         recipe_.far = placeTables(words, arrays);
         recipe_.far->part_count = std::uint32_t(model.composition->parts.size());
         recipe_.far->numbers = model.convention.size();
+        recipe_.far->near_count = std::uint32_t(model.composition->near_count);
+        recipe_.far->near_parts = arrays.place(model.composition->near_parts);
+        recipe_.far->near_gains = arrays.place(model.composition->near_gains);
         recipe_.far_functions = farGlsl(evaluator->farTables().constants());
         recipe_.residual = !model.composition->residual.empty();
     }
