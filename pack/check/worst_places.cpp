@@ -61,6 +61,7 @@ private:
     Evaluator evaluator_;
     ComponentSpans spans_;
     std::optional<Evaluator> unpacked_;
+    std::optional<Evaluator> far_alone_;  // without near parts, which the truth's local numbers have already
     std::optional<ComponentSpans> unpacked_spans_;
     const AssetView* local_asset_;  // the one whose components are looked at
     std::vector<std::uint32_t> rows_;
@@ -70,7 +71,7 @@ private:
     double diagonal_;
     std::size_t frame_ = 0, stride_, size_;
     VisibilityFrame baked_;
-    std::vector<float> numbers_, unpacked_numbers_, local_, true_local_, spanned_, far_;
+    std::vector<float> numbers_, unpacked_numbers_, local_, true_local_, spanned_, far_, far_alone_factors_;
     std::vector<Vec3> positions_, normals_, tangents_;
 
     std::size_t clusterOf(std::uint32_t vertex) const;
@@ -81,6 +82,7 @@ private:
     double trueAmbient(std::uint32_t vertex) const;
     double productWith(std::span<const float> local, std::span<const float> far) const;
     bool hasTrueLocal() const;
+    std::vector<float> nearFactor(std::uint32_t vertex) const;
     FarLook lookAtParts(std::uint32_t vertex);
     void describeBorder(const PlaceError& pair, WorstPlace& place) const;
     void describeSteps(const PlaceError& pair, WorstPlace& place);
@@ -113,6 +115,11 @@ PlaceDescriber::PlaceDescriber(const AssetView& asset, const VisibilityReader& t
     for (std::vector<Vec3>* vectors : {&positions_, &normals_, &tangents_}) vectors->resize(count);
     if (!evaluator_.composed()) return;
     lit_ = evaluator_.farTables().fields();
+    if (evaluator_.farTables().nearParts().count > 0) {
+        far_alone_.emplace(evaluator_);
+        far_alone_->setNearFactors(NearFactors::kWithout);
+        far_alone_factors_.resize(far_.size());
+    }
     for (std::size_t p = 0; p < lit_.tables.size(); ++p) {
         lit_.tables[p].fade = std::numeric_limits<float>::infinity();
         ranges_.push_back(127 * asset.model.composition->parts[p].field.distance_scale);
@@ -161,6 +168,7 @@ void PlaceDescriber::setFrame(std::size_t frame, int threads) {
     baked_ = truth_.readFrame(frame);
     poseAs(evaluator_, baked_);
     if (unpacked_) poseAs(*unpacked_, baked_);
+    if (far_alone_) poseAs(*far_alone_, baked_);
     const Evaluator& local = unpacked_ ? *unpacked_ : evaluator_;
     parallelFor(asset_.model.clusters.size(), threads, [&](std::size_t c) {
         const ClusterView& view = asset_.model.clusters[c];
@@ -172,6 +180,7 @@ void PlaceDescriber::setFrame(std::size_t frame, int threads) {
             return;
         }
         evaluator_.evaluateFar(c, far_);
+        if (far_alone_) far_alone_->evaluateFar(c, far_alone_factors_);
         evaluator_.composeCluster(c, far_, numbers_);
         if (unpacked_) unpacked_->composeCluster(c, far_, unpacked_numbers_);
         local.evaluateLocal(c, local_);
@@ -187,6 +196,21 @@ void PlaceDescriber::setFrame(std::size_t frame, int threads) {
     if (first == all) return;
     evaluator_.skin(first, all, positions_, normals_, tangents_);
     evaluator_.follow(first, all, {normals_, tangents_}, numbers_);
+}
+
+// What the near parts of a vertex leave visible, [kFarNumbers]; all of it where the model has none.
+std::vector<float> PlaceDescriber::nearFactor(std::uint32_t v) const {
+    std::vector<float> factor = freeSight({BelowHorizon::kMirrored, kFieldOrder});
+    const CompositionView& composition = *asset_.model.composition;
+    const FarTables& tables = evaluator_.farTables();
+    const std::span<const std::uint16_t> parts = tables.nearParts().of(composition.part_of_vertex[v]);
+    std::vector<NearPart> near_parts;
+    for (std::size_t i = 0; i < parts.size(); ++i)
+        if (parts[i] != kNoPart)
+            near_parts.push_back({parts[i], kPerGain * float(composition.near_gains[v * parts.size() + i])});
+    multiplyByNear(tables.fields(), evaluator_.posedParts(), near_parts, {positions_[v], normals_[v], tangents_[v]},
+                   factor);
+    return factor;
 }
 
 FarLook PlaceDescriber::lookAtParts(std::uint32_t v) {
@@ -235,22 +259,26 @@ void PlaceDescriber::describeSteps(const PlaceError& pair, WorstPlace& place) {
         const std::uint32_t joint = lit_.joints[part];
         return joint == kStillJoint ? std::string("still") : std::string(asset_.animation.joint_names[joint]);
     };
-    const std::span<const float> far = std::span(far_).subspan(v * kFarNumbers, kFarNumbers);
+    const std::span<const float> all = std::span(far_).subspan(v * kFarNumbers, kFarNumbers);
+    const std::span<const float> far =
+        far_alone_ ? std::span(far_alone_factors_).subspan(v * kFarNumbers, kFarNumbers) : all;
     const std::vector<float> free = freeSight(asset_.model.convention);
     place.e_far = productWith(free, far);
-    place.e_local_model = ambientOf(at(local_, v));
+    place.e_local_model = far_alone_ ? productWith(at(local_, v), nearFactor(v)) : ambientOf(at(local_, v));
     if (look.hidden > 0) place.largest_part = name(look.largest), place.hidden = look.hidden;
     if (std::isfinite(look.distance)) {
         place.deepest_part = name(look.deepest);
         place.depth = -look.distance / diagonal_;
         place.darkened = look.inside;
     }
-    const double product = productWith(at(local_, v), far);
+    const double product = productWith(at(local_, v), all);
     place.residual = unpacked - product;
     if (!hasTrueLocal()) return;
     place.e_local_truth = ambientOf(at(true_local_, v));
-    place.e_local_spanned = ambientOf(at(spanned_, v));
-    const double exact = productWith(at(true_local_, v), far), spanned = productWith(at(spanned_, v), far);
+    const double exact = productWith(at(true_local_, v), far);
+    // Where a model has near parts, its components are not of the true local numbers, which hold them.
+    const double spanned = far_alone_ ? exact : productWith(at(spanned_, v), far);
+    if (!far_alone_) place.e_local_spanned = ambientOf(at(spanned_, v));
     place.darkening = (look.light - 1) * productWith(at(true_local_, v), look.numbers);
     place.far_rest = exact - place.e_truth - place.darkening;
     place.components = spanned - exact;

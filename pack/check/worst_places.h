@@ -56,6 +56,8 @@ struct WorstPlace {
     double e_far;                                          // of what far parts leave visible
     double darkening;                                      // being inside of far parts
     double far_rest;                                       // all else that true local x far has wrong
+    // Where the model has near parts, `regression` is all that the local model has wrong, `components` is 0, and
+    // `e_local_spanned` is not measured.
     double components, regression, residual, packing;
     std::string deepest_part, largest_part;  // the far part that the vertex lies deepest in or nearest to; the far part
                                              // that hides most
