@@ -213,8 +213,8 @@ UnpackedModel unpackedModel(const fs::path& path, int threads) {
 void runTransferCheck(const CheckCommand& command, const AssetView& asset, const VisibilityReader& truth,
                       const CommonOptions& common, Report& report) {
     if (!command.predictions.empty() || !command.second_bake.empty() || !command.model.empty() ||
-        !command.bounces.empty())
-        throw UsageError("--predictions, --second-bake, --model and --bounces are of no use: " +
+        !command.bounces.empty() || !command.output.empty())
+        throw UsageError("--predictions, --second-bake, --model, --bounces and --worst are of no use: " +
                          command.asset.string() + " has linear transfer");
     const std::size_t frames = truth.header().frames.frameCount();
     naming(command.truth, [&] { checkTransferFits(asset, truth.header()); });

@@ -10,6 +10,7 @@
 #include "runtime/evaluate/evaluator.h"
 #include "runtime/shade/shading.h"
 #include "sh/sh_rotation.h"
+#include "tests/difference.h"
 #include "tests/synthetic_composition.h"
 
 namespace penumbra::test_check_composed {
@@ -210,6 +211,46 @@ void sinkEverythingInto(std::size_t part, Model& model) {
     for (std::int8_t& x : fields.distances[part]) x = -127;
     fields.parts[part].boxes[0].low = Vec3{-9, -9, -9};
     fields.parts[part].boxes[0].high = Vec3{9, 9, 9};
+}
+
+// Measured: 2e-7.
+TEST(WorstPlaces, StepsAddUpToTheErrorAndNameTheStepThatIsWrong) {
+    const ComposedBake bake(1);
+    Model scores = bake.model, components = bake.model, residual = bake.model, inside = bake.model;
+    for (ClusterModel& cluster : scores.clusters)
+        for (float& x : cluster.bias) x += 0.5f;
+    for (ClusterModel& cluster : components.clusters) keepComponents(cluster, 0);
+    for (ClusterModel& cluster : residual.composition->residual)
+        for (float& x : cluster.mean) x += 0.2f;
+    for (std::size_t part = 0; part < 6; ++part) sinkEverythingInto(part, inside);
+    for (const auto& [model, cause] : {std::pair(&scores, PlaceCause::kRegression),
+                                       {&components, PlaceCause::kComponents},
+                                       {&residual, PlaceCause::kResidual},
+                                       {&inside, PlaceCause::kSunkenDark}}) {
+        const std::vector<WorstPlace> places = bake.worst(*model);
+        ASSERT_FALSE(places.empty());
+        std::size_t named = 0;
+        Largest left_over;
+        for (WorstPlace place : places) {
+            left_over.add(std::abs(leftOver(place)));
+            place.out_of_range = 0;  // the model's ranges are not those of its frames
+            named += causeOf(place) == cause || causeOf(place) == PlaceCause::kBorder;
+        }
+        EXPECT_LT(left_over.value(), 1e-5);
+        EXPECT_GT(2 * named, places.size()) << wordOf(kPlaceCauseWords, cause) << "\n" << placesCsv(places);
+    }
+}
+
+TEST(WorstPlaces, WrongScoresInAPoseOutOfRangeAreOutOfRange) {
+    WorstPlace place;
+    place.e_truth = 0.5;
+    place.e_model = place.regression = 0.9;
+    place.darkening = place.far_rest = place.components = place.residual = 0;
+    EXPECT_EQ(causeOf(place), PlaceCause::kRegression);
+    place.out_of_range = 2 * kFarOutOfRange;
+    EXPECT_EQ(causeOf(place), PlaceCause::kOutOfRange);
+    place.border_jump = 0.3;
+    EXPECT_EQ(causeOf(place), PlaceCause::kBorder);
 }
 
 TEST(WorstPlaces, ASunkenVertexNamesThePartThatDarkensIt) {
