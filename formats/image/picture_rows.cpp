@@ -6,6 +6,7 @@
 
 #include "formats/common/errors.h"
 #include "formats/image/color_space.h"
+#include "formats/image/image_codecs.h"
 #include "formats/image/picture_kinds.h"
 
 namespace penumbra {
