@@ -66,7 +66,7 @@ void finishOptions(ExportCommand& command) {
         (options.kind != ExportKind::kNumpy || !command.rig.empty() || options.rate > 0 || !options.clips.empty()))
         throw UsageError("--positions goes with --as npy of all frames of a bake");
     if (given(command.max_error) && !given(command.components)) options.components = 0;
-    if (command.no_color) options.color = VertexColor::kNone;
+    if (command.no_color) options.color = ColorAttribute::kNone;
     if (command.level) options.mesh = ExportMesh::kLevel;
     if (command.bent) options.value = TableValue::kBent;
     if (command.bounced) options.value = TableValue::kBounced;

@@ -18,7 +18,7 @@ enum class ExportKind : std::uint8_t {
 enum class TableValue : std::uint8_t { kOcclusion, kBounced, kBent };
 
 // Whether COLOR_0 is written, which is what most programs show, or _OCCLUSION alone.
-enum class VertexColor : std::uint8_t { kWritten, kNone };
+enum class ColorAttribute : std::uint8_t { kWritten, kNone };
 // Which mesh the .glb has: the one of the bake, or a level of detail, which takes values from the nearest surface.
 enum class ExportMesh : std::uint8_t { kSame, kLevel };
 
@@ -28,7 +28,7 @@ struct ExportOptions {
     double rate = 0;                 // frames a second; 0: those of the bake, or kModelRate of a model
     std::size_t components = 16;     // of kPlay; 0: as many as max_error asks, or all where that is 0
     double max_error = 0;            // of kPlay: rms of ambient visibility, above 0 where `components` is 0
-    VertexColor color = VertexColor::kWritten;
+    ColorAttribute color = ColorAttribute::kWritten;
     TableValue value = TableValue::kOcclusion;  // of kTable; kBounced also of COLOR_0 of kStatic
     ExportMesh mesh = ExportMesh::kSame;
 };

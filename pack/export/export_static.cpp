@@ -116,9 +116,9 @@ void StaticWriter::writeDirections(const GlbTarget& target, const std::vector<fl
 
 void StaticWriter::write(const GlbTarget& target) {
     const std::vector<float> e = valuesOf(out_.rig, target, values_.ambient);
-    if (options_.color == VertexColor::kWritten) writeColor(target, e);
+    if (options_.color == ColorAttribute::kWritten) writeColor(target, e);
     add(target, "_OCCLUSION", e, 1);
-    if (options_.color == VertexColor::kWritten) writeDirections(target, e);
+    if (options_.color == ColorAttribute::kWritten) writeDirections(target, e);
 }
 
 }  // namespace
@@ -159,7 +159,7 @@ double exportStatic(const FrameReader& frames, const ExportOptions& options, Exp
     if (!mean.bounced.empty()) values.bounced = valuesOfRows(out.rows, mean.bounced);
     StaticWriter writer(options, std::move(values), out);
     nlohmann::ordered_json mark{{"version", 1}, {"as", "static"}};
-    if (options.color == VertexColor::kWritten) mark["texcoord"] = writer.uvSet();
+    if (options.color == ColorAttribute::kWritten) mark["texcoord"] = writer.uvSet();
     markExport(out.glb, std::move(mark));
     for (const GlbTarget& target : out.targets) writer.write(target);
     return rms;
