@@ -30,7 +30,8 @@ BoundingSphere boundingSphere(std::span<const Vec3> points);
 // Places the grids of all parts of a character: for each a fine box 0.12 radii around its own, a coarse one 0.9 radii
 // around it that holds the smallest sphere, and the spheres. Cells of a box are nearly cubes. A box has cells^3 points
 // on average, with more in large parts than in small ones, and fewer in all where the points would take more than
-// `most_bytes`, but never fewer than 4 along a side. Scales and joints stay 0.
+// `most_bytes`, but never fewer than 4 along a side. The fine box of a part that stands has planes on the faces of the
+// part's box, at least a cell around it, and four times the points. Scales and joints stay 0.
 std::vector<PartField> placeFields(std::span<const PartMesh> meshes, double cells, std::size_t most_bytes);
 
 struct NearestPoint {
