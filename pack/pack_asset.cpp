@@ -128,7 +128,7 @@ Offset<fbs::Indirect> writeIndirect(FlatBufferBuilder& builder, const Model& mod
 struct ModelExtras {
     double quantization_error;
     const PackedIndirect& indirect;
-    std::vector<std::uint16_t> part_of_vertex;  // of the vertices of the mesh section
+    VertexParts vertices;  // of the mesh section
 };
 
 Offset<fbs::Model> writeModelSection(FlatBufferBuilder& builder, const Model& model, Precisions precisions,
@@ -153,7 +153,7 @@ Offset<fbs::Model> writeModelSection(FlatBufferBuilder& builder, const Model& mo
     Offset<fbs::Composition> composition;
     if (model.composition)
         composition = writeComposition(
-            builder, *model.composition, extras.part_of_vertex,
+            builder, *model.composition, extras.vertices,
             writeClusters(builder, model, model.composition->residual, size, "model.composition.residual", precisions));
     Offset<fbs::Indirect> bounced;
     if (model.indirect)

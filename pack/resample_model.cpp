@@ -1,7 +1,9 @@
 #include "pack/resample_model.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
+#include <optional>
 
 #include "formats/common/errors.h"
 #include "formats/common/parallel_for.h"
@@ -114,6 +116,31 @@ void fillClusters(const Sources& sources, std::size_t list, const std::vector<st
     std::erase_if(clusters, [](const ClusterModel& cluster) { return cluster.vertices.empty(); });
 }
 
+// Returns the gain of a vertex of the fitted mesh for a part, whatever its own part is: a far part counts in full. A
+// vertex to which the part is neither near nor far cannot say.
+std::optional<float> gainFor(const Composition& fitted, std::uint32_t vertex, std::uint16_t part) {
+    const std::size_t columns = fitted.near_count, own = fitted.part_of_vertex[vertex];
+    for (std::size_t n = 0; n < columns; ++n)
+        if (fitted.near_parts[own * columns + n] == part) return float(fitted.near_gains[vertex * columns + n]);
+    if (int(fitted.steps[own * fitted.fields.parts.size() + part]) > fitted.local_steps) return 1 / kPerGain;
+    return std::nullopt;
+}
+
+// Interpolates the gains of a vertex of `own_part` between the points that can say, and adds them to `out`.
+void addGains(const Composition& fitted, const PointTable& points, std::size_t v, std::uint16_t own_part,
+              std::vector<std::uint8_t>& out) {
+    for (std::size_t n = 0; n < fitted.near_count; ++n) {
+        const std::uint16_t part = fitted.near_parts[own_part * fitted.near_count + n];
+        float sum = 0, weights = 0;
+        for (std::size_t i = 0; i < 3 && part != kNoPart; ++i)
+            if (const std::optional<float> gain = gainFor(fitted, points.corners[v][i], part)) {
+                sum += points.weights[v][i] * *gain;
+                weights += points.weights[v][i];
+            }
+        out.push_back(weights > 0 ? std::uint8_t(std::lround(sum / weights)) : std::uint8_t(0));
+    }
+}
+
 void replaceMesh(const DrawnMesh& drawn, const std::vector<Vec3>& tangents, Model& model) {
     model.mesh = drawn.mesh;
     model.drawn.reset();
@@ -123,13 +150,15 @@ void replaceMesh(const DrawnMesh& drawn, const std::vector<Vec3>& tangents, Mode
     model.rest_normals = drawn.rest_normals;
     model.rest_tangents = tangents;
     if (!model.composition) return;
-    const std::vector<std::uint16_t> parts = model.composition->part_of_vertex;
-    std::vector<std::uint16_t>& part_of_vertex = model.composition->part_of_vertex;
-    part_of_vertex.clear();
+    const Composition fitted = *model.composition;
+    Composition& composition = *model.composition;
+    composition.part_of_vertex.clear();
+    composition.near_gains.clear();
     for (std::size_t v = 0; v < drawn.mesh.vertexCount(); ++v) {
         const auto& weights = drawn.points.weights[v];
         const auto most = std::size_t(std::max_element(weights.begin(), weights.end()) - weights.begin());
-        part_of_vertex.push_back(parts[drawn.points.corners[v][most]]);
+        composition.part_of_vertex.push_back(fitted.part_of_vertex[drawn.points.corners[v][most]]);
+        addGains(fitted, drawn.points, v, composition.part_of_vertex.back(), composition.near_gains);
     }
 }
 

@@ -49,6 +49,9 @@ std::vector<SizeOf> sectionSizes(const AssetView& asset, std::size_t file_size) 
             std::find_if(sizes.begin(), sizes.end(), [](const SizeOf& s) { return s.section == "local"; });
         sizes.insert(local + 1,
                      {{"residual", outputBytes(composition->residual)}, {"fields", composition->byteCount()}});
+        if (composition->near_count > 0)
+            sizes.push_back(
+                {"near parts", composition->near_parts.size_bytes() + composition->near_gains.size_bytes()});
     }
     if (const std::optional<IndirectView>& indirect = asset.model.indirect)
         sizes.push_back({kBouncedSection, outputBytes(indirect->clusters) + regressionBytes(indirect->clusters)});
@@ -74,7 +77,8 @@ std::vector<SizeOf> sectionSizes(const AssetView& asset, std::size_t file_size) 
 std::size_t modelBytes(const AssetView& asset, std::size_t file_size) {
     std::size_t bytes = 0;
     for (const SizeOf& size : sectionSizes(asset, file_size))
-        for (const char* section : {"visibility", "local", "residual", "regression", "transfer", "names and layout"})
+        for (const char* section :
+             {"visibility", "local", "residual", "near parts", "regression", "transfer", "names and layout"})
             if (size.section == section) bytes += size.bytes;
     return bytes;
 }

@@ -42,6 +42,13 @@ Json describeComposition(int local_steps, std::size_t parts, std::size_t field_b
     return json;
 }
 
+// Adds what there is of near parts: how many a vertex has at most, and the bytes of their gains.
+template <class Composed>
+void addNearParts(const Composed& composed, Json& json) {
+    if (composed.near_count > 0)
+        json.update({{"near_parts", composed.near_count}, {"near_gain_bytes", composed.near_gains.size()}});
+}
+
 // Returns the name of a part's joint, "(still)" for an occluder that stands still.
 template <class Names>
 std::string partName(const PartField& part, const Names& joint_names) {

@@ -20,6 +20,7 @@ void describeAssetModel(const AssetView& asset, Json& json) {
             describeComposition(composed->local_steps, composed->parts.size(), composed->byteCount(),
                                 composed->residual, [](const ClusterView& cluster) { return cluster.components(); });
         if (composed->floor) json["composition"]["floor"] = true;
+        addNearParts(*composed, json["composition"]);
         for (const PartFieldView& part : composed->parts)
             json["part_joints"].push_back(partName(part.field, asset.animation.joint_names));
     }

@@ -42,6 +42,7 @@ Json describeModel(const std::filesystem::path& path) {
             describeComposition(composed->local_steps, composed->fields.parts.size(), composed->fields.byteCount(),
                                 composed->residual, [](const ClusterModel& cluster) { return cluster.components(); });
         if (composed->floor) json["composition"]["floor"] = true;
+        addNearParts(*composed, json["composition"]);
         for (const PartField& part : composed->fields.parts)
             json["part_joints"].push_back(partName(part, model.skin.joint_names));
     }

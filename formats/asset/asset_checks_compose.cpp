@@ -5,6 +5,7 @@
 #include "formats/asset/asset_checks.h"
 #include "formats/asset/asset_field.h"
 #include "formats/common/sphere_blockers.h"
+#include "sh/far/near_parts.h"
 
 namespace penumbra {
 
@@ -63,6 +64,20 @@ PartFieldView partOf(const fbs::PartField& stored, const Field& at, std::size_t 
     return part;
 }
 
+// `composition` has its parts and steps.
+void setNearParts(const fbs::Composition& stored, const Field& at, const MeshView& mesh, CompositionView& composition) {
+    checkRange(at / "near_count", stored.near_count(), 0, kMaxNear);
+    composition.near_count = stored.near_count();
+    const std::uint64_t columns = composition.near_count;
+    composition.near_parts = spanOf<std::uint16_t>(stored.near_parts(), at / "near_parts");
+    checkCount(at / "near_parts", composition.near_parts, composition.parts.size() * columns);
+    const std::string problem =
+        findNearProblem(composition.near_parts, {composition.steps, composition.parts.size(), composition.local_steps});
+    (at / "near_parts").require(problem.empty(), problem.c_str());
+    composition.near_gains = spanOf<std::uint8_t>(stored.near_gains(), at / "near_gains");
+    checkCount(at / "near_gains", composition.near_gains, mesh.firstFollower() * columns);
+}
+
 }  // namespace
 
 std::vector<ClusterView> sameClustersOf(const StoredClusters* stored, const Field& at, const ModelView& model,
@@ -103,6 +118,7 @@ void setComposition(const fbs::Model& stored, const Field& model_at, const Asset
     composition.part_of_vertex = spanOf<std::uint16_t>(composed.part_of_vertex(), at / "part_of_vertex");
     checkCount(at / "part_of_vertex", composition.part_of_vertex, asset.mesh.positions.size());
     checkIndices(at / "part_of_vertex", composition.part_of_vertex, parts);
+    setNearParts(composed, at, asset.mesh, composition);
     composition.residual = sameClustersOf(composed.residual(), at / "residual", model, read_cluster);
     model.composition = std::move(composition);
 }

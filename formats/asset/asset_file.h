@@ -185,7 +185,11 @@ struct CompositionView {
     std::vector<PartFieldView> parts;               // [P], at least one; joints < J
     float fade = 0;
     std::vector<ClusterView> residual;  // joints and vertices of the model's clusters, one for one; or empty
-    std::size_t byteCount() const;      // of the fields
+    // Near parts (sh/far/near_parts.h).
+    std::size_t near_count = 0;                 // N <= kMaxNear; 0: none
+    std::span<const std::uint16_t> near_parts;  // [P,N]
+    std::span<const std::uint8_t> near_gains;   // [MeshView::firstFollower(),N]
+    std::size_t byteCount() const;              // of the fields
 };
 
 // Light that bounces; see asset.fbs.

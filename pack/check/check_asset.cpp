@@ -34,7 +34,7 @@ struct FrameBuffers {
     std::vector<float> evaluated, truth, predicted, second, unpacked;  // [V * stride]
     // Only for a composed asset: local visibility of the model, of the truth, and of the truth in the model's span.
     std::vector<float> local, true_local, spanned_local;  // [V * stride]
-    std::vector<float> far;                               // [V * kFarNumbers]
+    std::vector<float> far, far_alone;                    // [V * kFarNumbers], the latter without near parts
     std::vector<Vec3> positions, normals, tangents;
     std::vector<float> e_evaluated, e_truth;
 
@@ -66,6 +66,7 @@ private:
     Evaluator evaluator_;
     Spans spans_;
     std::optional<Evaluator> unpacked_;
+    std::optional<Evaluator> far_alone_;  // without near parts, which the truth's local numbers have already
     std::optional<Spans> unpacked_spans_;
     std::vector<ClipSums> clips_;
     std::vector<FrameCheck> frames_;
@@ -91,6 +92,7 @@ FrameBuffers::FrameBuffers(const Evaluator& evaluator, std::size_t stride) {
     if (evaluator.composed()) {
         for (std::vector<float>* numbers : {&local, &true_local, &spanned_local}) numbers->resize(count * stride);
         far.resize(count * kFarNumbers);
+        if (evaluator.farTables().nearParts().count > 0) far_alone.resize(count * kFarNumbers);
     }
     for (std::vector<Vec3>* vectors : {&positions, &normals, &tangents}) vectors->resize(count);
     for (std::vector<float>* e : {&e_evaluated, &e_truth}) e->resize(count);
@@ -140,6 +142,10 @@ Checker::Checker(const AssetView& asset, const VisibilityReader& truth, const Ch
     if (references.unpacked) {
         unpacked_.emplace(*references.unpacked);
         unpacked_spans_.emplace(*references.unpacked);
+    }
+    if (!buffers_.far_alone.empty() && trueLocal()) {
+        far_alone_.emplace(evaluator_);
+        far_alone_->setNearFactors(NearFactors::kWithout);
     }
     const std::size_t numbers = evaluator_.vertexCount() * std::size_t(asset.model.stride);
     for (const std::string& name : truth.header().frames.clip_names) {
@@ -218,6 +224,7 @@ void Checker::findLocal(std::size_t cluster, const BakedFrames& baked) {
     const std::size_t stride = std::size_t(asset_.model.stride), size = std::size_t(asset_.model.convention.size());
     FrameBuffers& b = buffers_;
     (unpacked_ ? *unpacked_ : evaluator_).evaluateLocal(cluster, b.local);
+    if (far_alone_) far_alone_->evaluateFar(cluster, b.far_alone);
     const LocalMoments* moments = trueLocal();
     if (!moments) return;
     const std::size_t n = moments->coefficientCount();
@@ -232,7 +239,9 @@ void Checker::findLocal(std::size_t cluster, const BakedFrames& baked) {
 }
 
 // Adds the errors of local visibility x far parts without the residual, by the model and by the truth. Their numbers
-// are moved to where E lies in [0, 1], as those of the model are.
+// are moved to where E lies in [0, 1], as those of the model are. The local numbers of the truth have what near parts
+// hide, those of the model have not: the former are multiplied by far parts alone. So the model's components do not
+// span the truth's local numbers then, and what they leave means nothing.
 void Checker::compareComposition(std::size_t cluster, CheckSums& sums) {
     const ClusterView& view = asset_.model.clusters[cluster];
     const Convention& convention = asset_.model.convention;
@@ -244,9 +253,10 @@ void Checker::compareComposition(std::size_t cluster, CheckSums& sums) {
     ambientWeights(convention, weights);
     float norm2 = 0;
     for (float w : weights) norm2 += w * w;
+    const std::vector<float>& far_alone = far_alone_ ? b.far_alone : b.far;
     for (std::size_t v = view.first_vertex; v < view.first_vertex + std::size_t(view.vertex_count); ++v) {
-        const std::span<const float> far = std::span(b.far).subspan(v * kFarNumbers, kFarNumbers);
-        const auto composed = [&](const std::vector<float>& local, Numbers& buffer) {
+        const auto composed = [&](const std::vector<float>& local, const std::vector<float>& of_all, Numbers& buffer) {
+            const std::span<const float> far = std::span(of_all).subspan(v * kFarNumbers, kFarNumbers);
             const std::span<float> to = std::span(buffer).first(size);
             multiplyMirrored(convention.order, std::span(local).subspan(v * stride, size), convention.order, far,
                              kFieldOrder, to);
@@ -255,13 +265,14 @@ void Checker::compareComposition(std::size_t cluster, CheckSums& sums) {
         };
         const std::span<const float> y = std::span(b.truth).subspan(v * stride, size);
         Numbers of_model, of_truth, of_span;
-        const std::span<const float> model = composed(b.local, of_model);
+        const std::span<const float> model = composed(b.local, b.far, of_model);
         sums.without_residual += squaredDifference(model, y);
         if (!trueLocal()) continue;
-        const std::span<const float> truth = composed(b.true_local, of_truth);
-        const std::span<const float> spanned = composed(b.spanned_local, of_span);
+        const std::span<const float> truth = composed(b.true_local, far_alone, of_truth);
         sums.split += squaredDifference(truth, y);
         sums.local += squaredDifference(truth, model);
+        if (far_alone_) continue;
+        const std::span<const float> spanned = composed(b.spanned_local, b.far, of_span);
         sums.local_outside += squaredDifference(spanned, truth);
         sums.local_regression += squaredDifference(model, spanned);
     }
@@ -353,6 +364,7 @@ void Checker::addFrame(std::size_t frame, int threads) {
     }
     poseAs(evaluator_, baked.truth);
     if (unpacked_) poseAs(*unpacked_, baked.truth);
+    if (far_alone_) poseAs(*far_alone_, baked.truth);
     parallelFor(asset_.model.clusters.size(), threads, [&](std::size_t c) { compareCluster(c, baked, clip); });
     if (comparesFollowers()) compareFollowers(baked, clip);
     ++clip.frames;
@@ -364,8 +376,12 @@ void Checker::addFrame(std::size_t frame, int threads) {
 
 CheckResult Checker::result() const {
     const bool spanned = !comparesFollowers();
-    const CheckMeasured measured{evaluator_.composed(), spanned && trueLocal(), spanned && references_.unpacked,
-                                 rows_.size(), spanned};
+    const CheckMeasured measured{evaluator_.composed(),
+                                 spanned && trueLocal(),
+                                 spanned && references_.unpacked,
+                                 rows_.size(),
+                                 spanned,
+                                 !far_alone_};
     CheckResult result = figuresOf(clips_, spans_.mean, measured);
     result.frames = frames_;
     return result;

@@ -39,8 +39,8 @@ ErrorFigures errorFigures(std::span<const ClipSums* const> clips, std::span<cons
     figures.without_residual = relative(total.without_residual, measured.spanned && composed);
     figures.split = relative(total.split, measured.true_local);
     figures.local = relative(total.local, measured.true_local);
-    figures.local_truncation = relative(total.local_outside, measured.true_local);
-    figures.local_regression = relative(total.local_regression, measured.true_local);
+    figures.local_truncation = relative(total.local_outside, measured.true_local && measured.local_spanned);
+    figures.local_regression = relative(total.local_regression, measured.true_local && measured.local_spanned);
     figures.sh_truncation = relative(total.sh_outside, true);
     figures.bake_noise = relative(total.noise * double(figures.frames) / second_frames, second_frames > 0);
     figures.unpacked_error = relative(total.unpacked, measured.unpacked);

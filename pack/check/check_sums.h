@@ -45,11 +45,12 @@ struct ClipSums {
 
 // What was measured beside the error itself. Figures of anything else are NaN.
 struct CheckMeasured {
-    bool composed = false;     // the asset's model is a composed one
-    bool true_local = false;   // the truth has the local moments that such a model stands for
-    bool unpacked = false;     // the unpacked model was given
-    std::size_t vertices = 0;  // of the asset
-    bool spanned = true;       // every vertex has components: none of them follows points
+    bool composed = false;      // the asset's model is a composed one
+    bool true_local = false;    // the truth has the local moments that such a model stands for
+    bool unpacked = false;      // the unpacked model was given
+    std::size_t vertices = 0;   // of the asset
+    bool spanned = true;        // every vertex has components: none of them follows points
+    bool local_spanned = true;  // the local components span what `true_local` has: there are no near parts
 };
 
 // Returns the figures of every clip, of all training clips and of all held-out ones; `frames` stays empty. The mean

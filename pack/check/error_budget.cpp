@@ -16,11 +16,13 @@ namespace penumbra {
 namespace {
 
 std::vector<BudgetRow> composedBudget(const ErrorFigures& figures) {
+    const char* const local_spanned =
+        std::isnan(figures.split) ? "a truth with local moments" : "a model without near parts";
     return {{"bake noise", figures.bake_noise, 0, "a second bake"},
             {"SH truncation", figures.sh_truncation, 0, ""},
             {"true local x far", figures.split, 0, "a truth with local moments"},
-            {"local PCA", figures.local_truncation, 0, "a truth with local moments"},
-            {"local regression", figures.local_regression, 0, "a truth with local moments"},
+            {"local PCA", figures.local_truncation, 0, local_spanned},
+            {"local regression", figures.local_regression, 0, local_spanned},
             {"local model", figures.local, 0, "a truth with local moments"},
             {"without residual", figures.without_residual, 0, ""},
             {"unpacked model", figures.unpacked_error, 0, "the model file"},

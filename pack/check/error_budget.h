@@ -29,6 +29,8 @@ struct BudgetRow {
 // local model           both steps at once. The two are orthogonal in the local numbers, but not after the product:
 // local
 //                       model^2 is local PCA^2 + local regression^2 + twice their correlation
+// Near parts hide what the truth's local visibility has and the model's has not: the former is multiplied by far parts
+// alone, the latter by near parts too. Local PCA and local regression mean nothing then and are NaN.
 // without residual      the error of the model's local visibility times the far parts, which the residual corrects
 // The local rows and the one without residual are of the unpacked model, too. They do not add up to the total.
 // Without the unpacked model, all rows are of the stored components. Regression is the rest of the total then.

@@ -44,7 +44,7 @@ Offset<fbs::PartField> writePart(FlatBufferBuilder& builder, const PartFields& f
 }  // namespace
 
 Offset<fbs::Composition> writeComposition(FlatBufferBuilder& builder, const Composition& composition,
-                                          std::span<const std::uint16_t> part_of_vertex,
+                                          const VertexParts& vertices,
                                           const std::vector<Offset<fbs::Cluster>>& residual) {
     const PartFields& fields = composition.fields;
     if (fields.values.size() != fields.parts.size() || fields.distances.size() != fields.parts.size())
@@ -52,12 +52,19 @@ Offset<fbs::Composition> writeComposition(FlatBufferBuilder& builder, const Comp
     std::vector<Offset<fbs::PartField>> parts;
     for (std::size_t p = 0; p < fields.parts.size(); ++p) parts.push_back(writePart(builder, fields, p));
     const auto steps = writeVector<std::uint8_t>(builder, composition.steps);
-    const auto part_vector = writeVector<std::uint16_t>(builder, part_of_vertex);
+    const auto part_vector = writeVector<std::uint16_t>(builder, vertices.part_of_vertex);
     const auto field_vector = builder.CreateVector(parts);
+    Offset<flatbuffers::Vector<std::uint16_t>> near_parts;
+    Offset<flatbuffers::Vector<std::uint8_t>> near_gains;
+    if (composition.near_count > 0) {
+        near_parts = writeVector<std::uint16_t>(builder, composition.near_parts);
+        near_gains = writeVector<std::uint8_t>(builder, vertices.near_gains);
+    }
     Offset<flatbuffers::Vector<Offset<fbs::Cluster>>> residual_vector;
     if (!residual.empty()) residual_vector = builder.CreateVector(residual);
     return fbs::CreateComposition(builder, std::uint8_t(composition.local_steps), steps, part_vector, field_vector,
-                                  fields.fade, residual_vector, composition.floor);
+                                  fields.fade, residual_vector, composition.floor, std::uint8_t(composition.near_count),
+                                  near_parts, near_gains);
 }
 
 }  // namespace penumbra

@@ -96,16 +96,24 @@ MeshSection denseSection(const Model& model) {
     return section;
 }
 
-std::vector<std::uint16_t> partsOf(const Model& model, const MeshSection& section) {
+VertexParts partsOf(const Model& model, const MeshSection& section) {
     if (!model.composition) return {};
-    const std::vector<std::uint16_t>& parts = model.composition->part_of_vertex;
+    const Composition& composition = *model.composition;
+    const std::vector<std::uint16_t>& parts = composition.part_of_vertex;
+    const std::size_t columns = composition.near_count;
     if (parts.size() != model.mesh.vertexCount())
         throw InvalidInput("model.composition.part_of_vertex: has not one part a vertex");
-    std::vector<std::uint16_t> part_of_vertex;
-    for (const std::uint32_t old : clusterOrder(model)) part_of_vertex.push_back(parts[old]);
+    if (composition.near_gains.size() != parts.size() * columns)
+        throw InvalidInput("model.composition.near_gains: has not near_count gains a vertex");
+    VertexParts out;
+    for (const std::uint32_t old : clusterOrder(model)) {
+        out.part_of_vertex.push_back(parts[old]);
+        const auto gains = composition.near_gains.begin() + std::ptrdiff_t(old * columns);
+        out.near_gains.insert(out.near_gains.end(), gains, gains + std::ptrdiff_t(columns));
+    }
     for (std::size_t q = 0; q < section.point_corners.size(); ++q)
-        part_of_vertex.push_back(part_of_vertex[section.point_corners[q][leadOf(section.point_weights[q])]]);
-    return part_of_vertex;
+        out.part_of_vertex.push_back(out.part_of_vertex[section.point_corners[q][leadOf(section.point_weights[q])]]);
+    return out;
 }
 
 }  // namespace penumbra

@@ -2,6 +2,7 @@
 // Brings the vertices of a model to the order of an asset.
 #include "formats/stage/model_file.h"
 #include "pack/sections/asset_writer.h"
+#include "pack/sections/composition_section.h"
 
 namespace penumbra {
 
@@ -13,7 +14,8 @@ MeshSection meshSection(const Model& model);
 MeshSection denseSection(const Model& model);
 
 // Returns the part of each vertex of a section of a composed model, and nothing for others. A vertex that follows
-// points has the part of the one that it has most of. Throws InvalidInput where the model has not one part a vertex.
-std::vector<std::uint16_t> partsOf(const Model& model, const MeshSection& section);
+// points has the part of the one that it has most of, and no gains. Throws InvalidInput where the model has not one
+// part and one row of gains a vertex.
+VertexParts partsOf(const Model& model, const MeshSection& section);
 
 }  // namespace penumbra

@@ -141,7 +141,7 @@ StageWork farWork(const AssetView& asset) {
     work.written = composition.part_of_vertex.size() * kFarNumbers * kFloat;
     const auto far_parts = farParts(composition.steps, composition.parts.size(), composition.local_steps);
     for (const std::uint16_t part : composition.part_of_vertex)
-        work.flop += double(far_parts[part].size()) * kFarPartFlop + kFarSumFlop;
+        work.flop += double(far_parts[part].size() + composition.near_count) * kFarPartFlop + kFarSumFlop;
     return work;
 }
 

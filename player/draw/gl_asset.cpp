@@ -166,8 +166,8 @@ std::size_t GlAsset::evaluatedQuads(Channel channel, BrdfModels sunlit) const {
 void GlAsset::uploadArrays(const Evaluator* evaluator, const ShadingSet* shading) {
     const MeshView& mesh = asset_->mesh;
     const ModelView& model = asset_->model;
-    const bool composed =
-        model.composition && evaluator && model.convention.order <= kFieldOrder && !model.composition->floor;
+    const bool composed = model.composition && evaluator && model.convention.order <= kFieldOrder &&
+                          !model.composition->floor && model.composition->near_count == 0;
     ArrayList arrays;
     const std::vector<const ClusterView*> clusters = clustersOf(model, composed);
     recipe_.mean = sharedPrecision(clusters, &ClusterView::mean);

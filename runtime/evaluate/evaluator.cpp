@@ -72,6 +72,10 @@ void Evaluator::setQuality(FarQuality quality) {
     if (far_) far_->setQuality(quality);
 }
 
+void Evaluator::setNearFactors(NearFactors factors) {
+    if (far_) far_->setNearFactors(factors);
+}
+
 const FarLayout& Evaluator::castLayout() const {
     std::call_once(shared_->cast_once, [&] { shared_->cast = makeCastLayout(*asset_); });
     return shared_->cast;

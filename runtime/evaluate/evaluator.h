@@ -91,14 +91,15 @@ public:
     void evaluateIndirect(std::size_t cluster, std::span<float> indirect) const;
 
     // The parts of evaluateCluster() for a composed asset, which otherwise must not be asked for. evaluateFar() writes
-    // what the far parts leave visible, far[v * kFarNumbers + i] of all vertices. composeCluster() multiplies it by the
-    // local visibility and adds the residual. evaluateLocal() writes the local visibility alone, not clamped.
+    // what the far and near parts leave visible, far[v * kFarNumbers + i] of all vertices. composeCluster() multiplies
+    // it by the local visibility and adds the residual. evaluateLocal() writes the local visibility alone, not clamped.
     bool composed() const { return far_.has_value(); }
     void evaluateFar(std::size_t cluster, std::span<float> far) const;
     void evaluateLocal(std::size_t cluster, std::span<float> coefficients) const;
     void composeCluster(std::size_t cluster, std::span<const float> far, std::span<float> coefficients) const;
     // Of the far parts of a composed asset; others have one quality.
     void setQuality(FarQuality quality);
+    void setNearFactors(NearFactors factors);  // kWith at first
     const FarTables& farTables() const { return far_->tables(); }
     const FarLayout& farLayout() const { return far_->layout(); }
     std::span<const PosedPart> posedParts() const { return far_->posed(); }

@@ -261,7 +261,10 @@ FarTables makeFarTables(const CompositionView& composition, int order) {
     }
     fields.floor = composition.floor;
     auto far = farParts(composition.steps, composition.parts.size(), composition.local_steps);
-    return {std::move(fields), std::move(far), order};
+    return {std::move(fields),
+            std::move(far),
+            order,
+            {composition.near_count, {composition.near_parts.begin(), composition.near_parts.end()}}};
 }
 
 FarLayout makeFarLayout(const AssetView& asset, const std::vector<std::size_t>& part_counts, FarQuality quality) {

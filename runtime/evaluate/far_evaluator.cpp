@@ -18,6 +18,7 @@ std::array<FarLayout, 2> layoutsOf(const AssetView& asset, const FarTables& tabl
 // Skinned vertices, as many as the kernel takes at once.
 struct FarBatch {
     std::array<Vec3, kMaxReceivers> positions, normals, tangents;
+    std::array<std::uint8_t, kMaxReceivers * kMaxNear> gains;
     std::size_t count = 0;
 
     void add(const Receiver& vertex) {
@@ -25,7 +26,12 @@ struct FarBatch {
         normals[count] = vertex.normal;
         tangents[count++] = vertex.tangent;
     }
-    FarReceivers view() const { return {positions.data(), normals.data(), tangents.data(), count}; }
+    // Sets the gains [columns] of the vertex that is added next.
+    void setGains(std::span<const std::uint8_t> of_vertices, std::size_t vertex, std::size_t columns) {
+        std::copy_n(of_vertices.begin() + std::ptrdiff_t(vertex * columns), columns,
+                    gains.begin() + std::ptrdiff_t(count * columns));
+    }
+    FarReceivers view() const { return {positions.data(), normals.data(), tangents.data(), count, gains.data()}; }
 };
 
 }  // namespace
@@ -51,12 +57,13 @@ void FarEvaluator::evaluateRun(const FarPath& path, const PosedMesh& mesh, const
                                std::span<float> far) const {
     const FarTables& tables = decoded_->tables;
     const FarLayout& in = layout();
-    const std::span<const std::uint16_t> parts = tables.partsSeenBy(run.part);
     const FarConstants& constants = tables.constants(quality_);
-    const FarScene scene{tables.tables(), pose_.parts.data(), parts.data(), parts.size()};
+    FarScene scene = tables.sceneOf(run.part, pose_.parts.data());
+    if (near_factors_ == NearFactors::kWithout) scene.near_count = 0;
+    const std::span<const std::uint8_t> gains = mesh.asset->model.composition->near_gains;
     // 1. The anchors. Their tangents do not matter.
     FarAnchors anchors;
-    anchors.stride = anchorStride(parts.size());
+    anchors.stride = anchorStride(scene.part_count);
     if (run.anchor_count > 0) anchors.values = anchors_.data() + run.first_value;
     for (std::size_t first = 0; first < run.anchor_count; first += kMaxReceivers) {
         FarBatch batch;
@@ -69,7 +76,10 @@ void FarEvaluator::evaluateRun(const FarPath& path, const PosedMesh& mesh, const
     for (std::size_t first = run.first; first < run.first + run.count; first += kMaxReceivers) {
         FarBatch batch;
         const std::size_t end = std::min<std::size_t>(run.first + run.count, first + kMaxReceivers);
-        for (std::size_t r = first; r < end; ++r) batch.add(mesh.vertex(in.receivers[r], cluster));
+        for (std::size_t r = first; r < end; ++r) {
+            batch.setGains(gains, in.receivers[r], scene.near_count);
+            batch.add(mesh.vertex(in.receivers[r], cluster));
+        }
         anchors.anchor = in.anchor.data() + first * kAnchorsOfReceiver;
         anchors.weight = in.weight.data() + first * kAnchorsOfReceiver;
         path.far(constants, scene, anchors, batch.view(), out.data());

@@ -18,9 +18,11 @@ namespace penumbra {
 
 // A model whose far parts are tables of two points along each side.
 inline Model tinyComposed() {
-    return synthetic::composedTube(
+    Model model = synthetic::composedTube(
         {.rings = 3, .segments = 3, .joints = 4, .clusters = 1, .components = 1, .inputs = 1, .frames = 2},
         {.cells = 2});
+    synthetic::addNearParts(model, 2);
+    return model;
 }
 
 // A light of two bands with a sun and the picture of what is left.

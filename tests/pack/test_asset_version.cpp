@@ -143,6 +143,8 @@ TEST(AssetVersion, MissingFieldsOfAComposedModelAreNamed) {
     const auto root = [](const fbs::Asset& asset) -> const void* { return &asset; };
     expectNamed(whole, {{"model.composition.steps", composition, fbs::Composition::VT_STEPS},
                         {"model.composition.part_of_vertex", composition, fbs::Composition::VT_PART_OF_VERTEX},
+                        {"model.composition.near_parts", composition, fbs::Composition::VT_NEAR_PARTS},
+                        {"model.composition.near_gains", composition, fbs::Composition::VT_NEAR_GAINS},
                         {"model.composition.fields is missing", composition, fbs::Composition::VT_FIELDS},
                         {"model.composition.fade", composition, fbs::Composition::VT_FADE},
                         {"model.composition.fields[0].center", part, fbs::PartField::VT_CENTER},

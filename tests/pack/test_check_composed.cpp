@@ -16,6 +16,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
+Model nearTube(std::size_t near_count) {
+    Model model = synthetic::composedTube({.joints = 6, .frames = 6});
+    if (near_count > 0) synthetic::addNearParts(model, near_count);
+    return model;
+}
+
 // A bake whose visibility is what the model says, with the local moments that the model's local part says. The even
 // moments of the local frames are half the numbers of D5; the odd ones, which nothing reads, are 0.
 struct ComposedBake {
@@ -24,8 +30,8 @@ struct ComposedBake {
     AssetView asset;
     fs::path path = fs::temp_directory_path() / ("composed" + std::to_string(::getpid()) + ".vis.h5");
 
-    explicit ComposedBake(int local_steps)
-        : model(synthetic::composedTube({.joints = 6, .frames = 6})),
+    explicit ComposedBake(int local_steps, std::size_t near_count = 0)
+        : model(nearTube(near_count)),
           packed(packAsset(model, {}, {}, {.precision = AssetPrecision::kF32}, "{}", 1)),
           asset(openAsset(packed.bytes)) {
         VisibilityHeader header;
@@ -95,6 +101,28 @@ TEST(CheckComposed, AModelThatMadeTheTruthHasNoErrorOfItsOwn) {
     EXPECT_NEAR(figures.split, figures.without_residual, 1e-5);
     EXPECT_TRUE(std::isnan(figures.truncation));
     EXPECT_TRUE(std::isnan(figures.regression));
+}
+
+// A row with the truth's local numbers is the same whether the model has near parts or not. This bake's local numbers
+// lack what near parts hide, unlike those of penumbra-bake, so that the local model differs by it.
+TEST(CheckComposed, TrueLocalNumbersAreNotMultipliedByNearParts) {
+    const ComposedBake bake(1, 2);
+    const ErrorFigures figures = bake.check(bake.asset);
+    EXPECT_LT(figures.relative_error, 1e-5);
+    Model without = bake.model;
+    without.composition->near_count = 0;
+    without.composition->near_parts.clear();
+    without.composition->near_gains.clear();
+    const Packed packed = packAsset(without, {}, {}, {.precision = AssetPrecision::kF32}, "{}", 1);
+    const ErrorFigures far_alone = bake.check(openAsset(packed.bytes));
+    EXPECT_NEAR(figures.split, far_alone.split, 1e-6);
+    EXPECT_GT(figures.local, 0.01) << "what near parts hide";
+    EXPECT_LT(far_alone.local, 1e-5);
+    EXPECT_TRUE(std::isnan(figures.local_truncation) && std::isnan(figures.local_regression));
+    for (const BudgetRow& row : errorBudget(figures))
+        if (row.name == "local PCA") {
+            EXPECT_EQ(row.option, "a model without near parts");
+        }
 }
 
 TEST(CheckComposed, NeedsLocalMomentsOfTheSameSteps) {

@@ -20,13 +20,14 @@ Packed packedTube(const PackOptions& options = {.precision = AssetPrecision::kI8
 }
 
 std::vector<std::byte> tinyAsset() {
-    return packedTube({.precision = AssetPrecision::kI8},
-                      composedTube({.rings = 3, .segments = 3, .joints = 4}, {.cells = 2}))
-        .bytes;
+    Model model = composedTube({.rings = 3, .segments = 3, .joints = 4}, {.cells = 2});
+    synthetic::addNearParts(model, 2);
+    return packedTube({.precision = AssetPrecision::kI8}, model).bytes;
 }
 
 TEST(ComposedAsset, HoldsWhatTheModelHas) {
-    const Model model = composedTube();
+    Model model = composedTube();
+    synthetic::addNearParts(model, 3);
     const Packed packed = packedTube({.precision = AssetPrecision::kF32}, model);
     const AssetView asset = openAsset(packed.bytes);
     ASSERT_TRUE(asset.model.composition);
@@ -37,6 +38,11 @@ TEST(ComposedAsset, HoldsWhatTheModelHas) {
     EXPECT_TRUE(std::equal(view.steps.begin(), view.steps.end(), composition.steps.begin(), composition.steps.end()));
     for (std::size_t v = 0; v < view.part_of_vertex.size(); ++v)
         EXPECT_EQ(view.part_of_vertex[v], composition.part_of_vertex[asset.mesh.shading_point[v]]);
+    ASSERT_EQ(view.near_count, 3u);
+    EXPECT_TRUE(std::ranges::equal(view.near_parts, composition.near_parts));
+    ASSERT_EQ(view.near_gains.size(), composition.near_gains.size());
+    for (std::size_t i = 0; i < view.near_gains.size(); ++i)
+        EXPECT_EQ(view.near_gains[i], composition.near_gains[3 * asset.mesh.shading_point[i / 3] + i % 3]);
     ASSERT_EQ(view.parts.size(), composition.fields.parts.size());
     for (std::size_t p = 0; p < view.parts.size(); ++p) {
         const PartField &a = view.parts[p].field, &b = composition.fields.parts[p];
@@ -110,6 +116,11 @@ TEST(ComposedAsset, NamesTheFieldThatIsWrong) {
     expect([&](Composition& c) { c.mutate_fade(0); }, "fade");
     expect([&](Composition& c) { c.mutate_fade(nan); }, "fade");
     expect([&](Composition& c) { c.mutable_part_of_vertex()->Mutate(2, 4); }, "part_of_vertex[2]");
+    expect([](Composition& c) { c.mutate_near_count(5); }, "near_count");
+    expect([](Composition& c) { c.mutate_near_count(1); }, "near_parts");
+    // Part 1 of 4 has the near parts 0 and 2.
+    for (const std::uint16_t wrong : {1, 3, 4, 2})
+        expect([&](Composition& c) { c.mutable_near_parts()->Mutate(2, wrong); }, "near_parts entry ");
     expect([&](Composition& c) { part(c)->mutate_joint(4); }, "fields[1].joint");
     expect([&](Composition& c) { part(c)->mutate_radius(-1); }, "fields[1].radius");
     expect([&](Composition& c) { part(c)->mutable_center()->Mutate(2, nan); }, "fields[1].center");
@@ -139,7 +150,9 @@ TEST(ComposedAsset, NeedsAMirroredConvention) {
 }
 
 TEST(ComposedAsset, StatesItsFieldsApart) {
-    const Packed packed = packedTube();
+    Model model = composedTube();
+    synthetic::addNearParts(model, 2);
+    const Packed packed = packedTube({.precision = AssetPrecision::kI8}, model);
     const AssetView asset = openAsset(packed.bytes);
     std::map<std::string, std::size_t> bytes;
     std::size_t sum = 0;
@@ -151,8 +164,9 @@ TEST(ComposedAsset, StatesItsFieldsApart) {
     EXPECT_EQ(bytes["fields"], asset.model.composition->byteCount());
     EXPECT_EQ(bytes.count("visibility"), 0u);
     EXPECT_GT(bytes["residual"], 0u);
-    EXPECT_EQ(modelBytes(asset, packed.bytes.size()),
-              bytes["local"] + bytes["residual"] + bytes["regression"] + bytes["names and layout"]);
+    EXPECT_EQ(bytes["near parts"], 2 * (model.mesh.vertexCount() + sizeof(std::uint16_t) * 5));
+    EXPECT_EQ(modelBytes(asset, packed.bytes.size()), bytes["local"] + bytes["near parts"] + bytes["residual"] +
+                                                          bytes["regression"] + bytes["names and layout"]);
 }
 
 TEST(ComposedAsset, RanksComponentsOfBothForOneBudget) {

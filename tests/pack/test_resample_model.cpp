@@ -9,6 +9,7 @@
 #include "pack/resample_model.h"
 #include "runtime/evaluate/evaluator.h"
 #include "sh/sh_rotation.h"
+#include "tests/synthetic_composition.h"
 #include "tests/synthetic_model.h"
 
 namespace penumbra::test_resample_model {
@@ -72,6 +73,36 @@ TEST(ResampleModel, PointsBetweenInterpolate) {
     const std::size_t n = std::size_t(model.convention.size());
     const std::vector<float>&from = model.clusters[0].mean, &to = half.model.clusters[0].mean;
     for (std::size_t i = 0; i < n; ++i) EXPECT_NEAR(to[a * n + i], (from[a * n + i] + from[b * n + i]) / 2, 1e-6);
+}
+
+// Gains are interpolated between points of one part. Over a border a point says 1 for what is far from it, and nothing
+// for its own part.
+TEST(ResampleModel, GainsInterpolate) {
+    Model model = synthetic::composedTube();
+    synthetic::addNearParts(model, 2);
+    Composition& composition = *model.composition;
+    std::vector<std::uint32_t> of_part(composition.fields.parts.size());  // one vertex of each
+    for (std::uint32_t v = 0; v < model.mesh.vertexCount(); ++v) of_part[composition.part_of_vertex[v]] = v;
+    const std::uint32_t own = of_part[2], beside = of_part[3];
+    std::uint32_t other = 0;  // another vertex of part 2
+    while (composition.part_of_vertex[other] != 2 || other == own) ++other;
+    DrawnMesh drawn = itself(model);
+    drawn.points.corners[own] = {own, other, beside};
+    drawn.points.weights[own] = {0.5f, 0.25f, 0.25f};
+    const auto set = [&](std::uint32_t v, std::uint8_t a, std::uint8_t b) {
+        composition.near_gains[2 * v] = a;
+        composition.near_gains[2 * v + 1] = b;
+    };
+    // The near parts of 2 are 1 and 3. For part 3 they are 2 and 4, and part 1 is far.
+    set(own, 40, 100);
+    set(other, 80, 40);
+    set(beside, 7, 7);
+    const Model resampled = resampledModel(model, drawn, 1).model;
+    const std::vector<std::uint8_t>& gains = resampled.composition->near_gains;
+    ASSERT_EQ(gains.size(), composition.near_gains.size());
+    EXPECT_EQ(gains[2 * own], (2 * 40 + 80 + 128) / 4);
+    EXPECT_EQ(gains[2 * own + 1], (2 * 100 + 40) / 3);
+    EXPECT_EQ(gains[2 * other], 80);
 }
 
 // Where two clusters have the same regression, a vertex of one is expressed exactly by the scores of the other, up to
