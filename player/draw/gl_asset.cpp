@@ -166,8 +166,8 @@ std::size_t GlAsset::evaluatedQuads(Channel channel, BrdfModels sunlit) const {
 void GlAsset::uploadArrays(const Evaluator* evaluator, const ShadingSet* shading) {
     const MeshView& mesh = asset_->mesh;
     const ModelView& model = asset_->model;
-    const bool composed = model.composition && evaluator && model.convention.order <= kFieldOrder &&
-                          !model.composition->floor && model.composition->near_count == 0;
+    const bool composed =
+        model.composition && evaluator && model.convention.order <= kFieldOrder && !model.composition->floor;
     ArrayList arrays;
     const std::vector<const ClusterView*> clusters = clustersOf(model, composed);
     recipe_.mean = sharedPrecision(clusters, &ClusterView::mean);
@@ -187,6 +187,9 @@ void GlAsset::uploadArrays(const Evaluator* evaluator, const ShadingSet* shading
         recipe_.far = placeTables(words, arrays);
         recipe_.far->part_count = std::uint32_t(model.composition->parts.size());
         recipe_.far->numbers = model.convention.size();
+        recipe_.far->near_count = std::uint32_t(model.composition->near_count);
+        recipe_.far->near_parts = arrays.place(model.composition->near_parts);
+        recipe_.far->near_gains = arrays.place(model.composition->near_gains);
         recipe_.far_functions = farGlsl(evaluator->farTables().constants());
         recipe_.residual = !model.composition->residual.empty();
     }

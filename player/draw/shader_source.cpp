@@ -62,7 +62,8 @@ std::string farPlaces(const FarPlaces& far) {
     return "#define COMPOSED\n" + define("FAR_LISTS", far.lists) + define("FAR_RECEIVERS", far.receivers) +
            define("FAR_ANCHOR_TABLE", far.anchors) + define("PART_COUNT", far.part_count) +
            define("ANCHOR_COUNT", far.anchor_count) + define("ANCHOR_VALUES", far.anchor_values) +
-           define("NUMBERS", std::size_t(far.numbers)) + noAnchor();
+           define("NEAR_COUNT", far.near_count) + define("NEAR_PARTS", far.near_parts) +
+           define("NEAR_GAINS", far.near_gains) + define("NUMBERS", std::size_t(far.numbers)) + noAnchor();
 }
 
 // Puts a text in the place of the line that names what makes it.

@@ -133,6 +133,21 @@ TEST(ComposedGpu, FarPartsAreThoseOfTheCpu) {
     }
 }
 
+// Vertices with anchors multiply near parts in besides, each by a gain of its own.
+TEST(ComposedGpu, NearPartsAreThoseOfTheCpu) {
+    Model model = synthetic::composedTube(kTube, {.residual = false});
+    synthetic::addNearParts(model, 3);
+    const Tube tube(model);
+    Pictures pictures(tube, 1);
+    EXPECT_GT(pictures.gl_asset->anchorCount(), 0u);
+    for (const std::size_t frame : {0, 3}) {
+        const auto [rmse, largest] = pictures.difference(frame, 1);
+        std::printf("frame %zu: RMSE %.1e, largest %.1e of a step\n", frame, rmse, largest);
+        EXPECT_LT(rmse, 0.05);
+        EXPECT_LT(largest, 0.5);
+    }
+}
+
 // Without anchors every part is multiplied in one by one.
 TEST(ComposedGpu, PartsWithoutAnchorsAreThoseOfTheCpu) {
     const synthetic::TubeOptions few{
