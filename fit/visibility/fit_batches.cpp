@@ -204,7 +204,7 @@ ComposedFit fitComposedCluster(const FitJob& job, const ComposedClusters& shared
     const VertexSet vertices = vertexSet(shared.model, job.clusters.vertices[c], job.clusters.joint);
     ComposedProblem problem{problemOf(job, shared.model, near, c), problemOf(job, shared.model, shared.recipe, c),
                             &shared.far, &vertices, shared.posed};
-    problem.residual.clamp = false;
+    problem.local.clamp = problem.residual.clamp = false;  // only the whole is
     problem.residual.ambient_weights.clear();
     const NearProblem near_problem{&shared.far,  &shared.model,      &job.poses,
                                    shared.posed, job.clusters.joint, job.split.train};

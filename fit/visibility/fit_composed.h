@@ -11,7 +11,7 @@
 namespace penumbra {
 
 struct ComposedProblem {
-    ClusterProblem local;     // its recipe sees the nearby joints
+    ClusterProblem local;     // its recipe sees the nearby joints; not clamped
     ClusterProblem residual;  // neither clamped nor with ambient weights
     const FarTables* far = nullptr;
     const VertexSet* vertices = nullptr;  // those of the cluster

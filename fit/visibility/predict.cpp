@@ -19,17 +19,12 @@ namespace penumbra {
 
 namespace {
 
-// Writes the numbers of a cluster's vertices: mean plus scores times basis, moved to where E lies in [0, 1].
-void addComponents(const ClusterModel& cluster, const std::vector<float>& scores, std::span<const float> ambient,
+// Writes the numbers of a cluster's vertices, `n` each: mean plus scores times basis.
+void addComponents(const ClusterModel& cluster, const std::vector<float>& scores, std::size_t n,
                    std::span<float> numbers) {
-    const std::size_t n = ambient.size();
-    const float norm2 = std::inner_product(ambient.begin(), ambient.end(), ambient.begin(), 0.0f);
-    std::vector<float> sum = sumOfComponents(cluster, scores);
-    for (std::size_t i = 0; i < cluster.vertices.size(); ++i) {
-        const std::span<float> vertex = std::span(sum).subspan(i * n, n);
-        clampAmbient(ambient, norm2, vertex);
-        std::copy(vertex.begin(), vertex.end(), numbers.begin() + std::ptrdiff_t(cluster.vertices[i] * n));
-    }
+    const std::vector<float> sum = sumOfComponents(cluster, scores);
+    for (std::size_t i = 0; i < cluster.vertices.size(); ++i)
+        std::copy_n(sum.begin() + std::ptrdiff_t(i * n), n, numbers.begin() + std::ptrdiff_t(cluster.vertices[i] * n));
 }
 
 // Turns the numbers of a vertex into transfer, [3, kIndirectCoefficients] in the local frame and then in the model's.
@@ -92,13 +87,18 @@ Prediction Predictor::predict(std::span<const Affine> bones, std::span<const flo
         rawFeatures(recipe_, cluster.joint, bones, rotations, pose, raw);
         const ScoredPose scored = scoreCluster(model_.kind, recipe_, cluster, raw);
         prediction.out_of_range += scored.out_of_range * double(cluster.vertices.size());
-        addComponents(cluster, scored.scores, ambient_, prediction.numbers);
+        addComponents(cluster, scored.scores, ambient_.size(), prediction.numbers);
     }
     if (far_) {
         assert(!model_.deforming || positions.size() == model_.mesh.frontVertexCount());
         compose(model_.deforming ? deformed(vertices_, positions, normals) : skinned(vertices_, bones), bones,
                 rotations, pose, prediction.numbers);
     }
+    // What the clusters predict is moved to where E lies in [0, 1], local numbers of a composed model only as a whole.
+    const std::size_t n = ambient_.size();
+    const float norm2 = std::inner_product(ambient_.begin(), ambient_.end(), ambient_.begin(), 0.0f);
+    for (std::size_t at = 0; at < prediction.numbers.size(); at += n)
+        clampAmbient(ambient_, norm2, std::span(prediction.numbers).subspan(at, n));
     prediction.out_of_range = std::sqrt(prediction.out_of_range / double(model_.mesh.vertexCount()));
     return prediction;
 }
@@ -122,8 +122,6 @@ void Predictor::compose(const PosedVertices& vertices, std::span<const Affine> b
             sumOfComponents(cluster, scoreCluster(model_.kind, recipe_, cluster, raw).scores);
         for (std::size_t i = 0; i < sum.size(); ++i) numbers[cluster.vertices[i / n] * n + i % n] += sum[i];
     }
-    const float norm2 = std::inner_product(ambient_.begin(), ambient_.end(), ambient_.begin(), 0.0f);
-    for (std::size_t at = 0; at < numbers.size(); at += n) clampAmbient(ambient_, norm2, numbers.subspan(at, n));
 }
 
 std::vector<float> toModelFrame(const Convention& convention, const LocalFrames& frames, std::span<const Affine> bones,

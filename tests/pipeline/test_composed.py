@@ -189,7 +189,7 @@ def check_table(vis, folder):
     rows = [line.split() for line in printed.splitlines() if line.startswith(("squat", "walk", "wave"))]
     assert len(rows) == 3, printed
     for row in rows:
-        assert row[-4:-2] == ["-", "-"] and float(row[-5]) > 0, row
+        assert row[-6:-4] == ["-", "-"] and float(row[-7]) > 0, row
     held_out = json.load(open(report))["figures"]["held_out"]
     assert held_out["truncation_error"] is None and held_out["regression_error"] is None, held_out
     # Local PCA and regression are orthogonal in the local numbers, and nearly so after the far parts.
