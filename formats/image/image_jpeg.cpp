@@ -62,11 +62,6 @@ void readPixels(JpegReader& reader) {
 
 }  // namespace
 
-bool looksLikeJpeg(std::span<const std::byte> bytes) {
-    return bytes.size() >= 3 && bytes[0] == std::byte(0xFF) && bytes[1] == std::byte(0xD8) &&
-           bytes[2] == std::byte(0xFF);
-}
-
 TexturePicture decodeJpeg(std::span<const std::byte> bytes, const std::string& name) {
     JpegReader reader{};
     reader.jpeg.err = jpeg_std_error(&reader.errors);
