@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "formats/common/options.h"
+#include "formats/common/write_file.h"
 #include "pack/check/check_asset.h"
 #include "pack/check/check_indirect.h"
 #include "pack/check/check_transfer.h"

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "formats/common/parallel_for.h"
+#include "formats/common/spread_evenly.h"
 #include "formats/common/write_file.h"
 #include "formats/stage/visibility_file.h"
 #include "sh/tangent.h"
@@ -32,7 +33,6 @@ FieldReceivers fieldReceivers(const BakeSource& source, const PartTable& table) 
     const std::vector<int> clips = clipIndices(source, frames.clip_names);
     for (const std::size_t f : spreadEvenly(frames.frameCount(), kComparedFrames))
         add(clips[frames.clip[f]], frames.time[f]);
-    if (out.poses.empty()) add(-1, 0);
     return out;
 }
 

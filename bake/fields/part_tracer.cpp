@@ -134,7 +134,7 @@ Vec3 besideTriangle(std::span<const Vec3> positions, const Triangle& triangle, d
 }  // namespace
 
 // Marks the triangles [T] that are sheets. Each is judged by what is seen just behind it, as if there were no sheets.
-// Of triangles with a twin both sides are fronts already.
+// Both sides of a triangle with a twin are fronts already, so that it is none.
 std::vector<std::uint8_t> PartTracer::findSheets(const PartMesh& mesh) const {
     const ConeDirections directions = makeConeDirections(kExposureRays, 1);
     const std::vector<Vec3> positions = scaled(scale_, mesh.positions);

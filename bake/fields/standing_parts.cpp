@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "formats/common/spread_evenly.h"
 #include "sh/bounding_box.h"
 
 namespace penumbra {
@@ -36,17 +37,16 @@ std::vector<bool> standingParts(const BakeSource& source, const PartTable& table
     // 1. Frames at equal steps over all clips.
     const FrameList frames = sampleFrames(source, {}, 0);
     const std::vector<int> clips = clipIndices(source, frames.clip_names);
-    const std::size_t count = std::min(frames.frameCount(), kMostFrames);
+    const std::vector<std::size_t> looked_at = spreadEvenly(frames.frameCount(), kMostFrames);
     // 2. In how many of them each part touches.
     std::vector<std::size_t> touched(table.partCount());
-    for (std::size_t i = 0; i < count; ++i) {
-        const std::size_t f = i * frames.frameCount() / count;
+    for (const std::size_t f : looked_at) {
         const std::vector<bool> touches =
             touchingParts(sourcePositions(source, clips[frames.clip[f]], frames.time[f]), table);
         for (std::size_t p = 0; p < touched.size(); ++p) touched[p] += touches[p];
     }
     std::vector<bool> stands;
-    for (const std::size_t n : touched) stands.push_back(double(n) >= kLeastTime * double(count));
+    for (const std::size_t n : touched) stands.push_back(double(n) >= kLeastTime * double(looked_at.size()));
     return stands;
 }
 

@@ -34,7 +34,7 @@ struct AutoChoice {
     PoseNumbers numbers() const { return tried.empty() ? PoseNumbers{} : tried[chosen].trial.numbers; }
 };
 
-// What the choice is made for.
+// The rig, its frames and how they are read, for which the choice is made.
 struct AutoInput {
     const std::vector<std::filesystem::path>& rigs;
     const PosePlan& plan;

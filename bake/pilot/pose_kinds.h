@@ -27,7 +27,7 @@ std::string optionsOf(const PoseNumbers& numbers);
 // on all measured rigs they were as good as mixed ones, or worse (docs/accuracy.md).
 std::vector<PoseNumbers> candidateKinds(const PoseNumbers& most);
 
-// What the trial fits say about one combination.
+// The errors that trial fits leave with one combination.
 struct PoseTrial {
     PoseNumbers numbers;         // of the list that would be made
     std::vector<double> errors;  // [folds] rms error of V over the frames of the fold's own clips, > 0

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "formats/common/parallel_for.h"
+#include "formats/common/spread_evenly.h"
 
 namespace penumbra {
 
@@ -15,14 +16,6 @@ constexpr std::size_t kSampledVertices = 64, kSampledFrames = 32;
 // Clusters that cross-validation fits, and groups of training frames that it holds out in turn.
 constexpr std::size_t kSampledClusters = 4;
 constexpr int kGroups = 3;
-
-template <class T>
-std::vector<T> spreadOver(const std::vector<T>& all, std::size_t most) {
-    const std::size_t count = std::min(all.size(), most);
-    std::vector<T> some;
-    for (std::size_t i = 0; i < count; ++i) some.push_back(all[i * all.size() / count]);
-    return some;
-}
 
 // The variance over poses of what a part leaves visible at some vertices, summed over their numbers.
 double variationOf(const FarTables& far, const VertexSet& vertices, std::span<const SetPose> poses,
@@ -50,9 +43,9 @@ std::vector<std::uint16_t> mostVarying(const FitJob& job, const ComposedClusters
     for (std::size_t v = 0; v < composition.part_of_vertex.size(); ++v)
         if (composition.part_of_vertex[v] == own) vertices.push_back(std::uint32_t(v));
     if (vertices.empty()) return {};
-    const VertexSet set = vertexSet(shared.model, spreadOver(vertices, kSampledVertices), job.clusters.joint);
+    const VertexSet set = vertexSet(shared.model, evenSample(vertices, kSampledVertices), job.clusters.joint);
     std::vector<SetPose> poses;
-    for (const std::size_t f : spreadOver(job.split.train, kSampledFrames))
+    for (const std::size_t f : evenSample(job.split.train, kSampledFrames))
         poses.push_back(poseOfSet(set, job.poses, f, std::span(shared.posed).subspan(f * parts, parts)));
     std::vector<std::pair<double, std::uint16_t>> found;
     for (std::uint16_t p = 0; p < parts; ++p) {
@@ -130,7 +123,7 @@ struct HeldOut {
 
 // The relative error of a model without near parts and of one with them.
 NearReport crossValidate(const FitJob& job, const Model& without, const Model& with) {
-    const std::vector<std::size_t> sample = spreadOver(indices(job.clusters.vertices.size()), kSampledClusters);
+    const std::vector<std::size_t> sample = evenSample(indices(job.clusters.vertices.size()), kSampledClusters);
     const std::vector<ClusterNumbers> numbers = readComposedNumbers(job, without, sample);
     const std::vector<Group> groups = groupsOf(job);
     const std::array<ComposedClusters, 2> shared{ComposedClusters(job, without), ComposedClusters(job, with)};

@@ -10,6 +10,7 @@
 #include "fit/visibility/local_numbers.h"
 #include "formats/common/drawn_mesh.h"
 #include "formats/common/parallel_for.h"
+#include "formats/common/spread_evenly.h"
 #include "formats/common/write_file.h"
 #include "sh/far/floor_factor.h"
 
@@ -17,7 +18,7 @@ namespace penumbra {
 
 namespace {
 
-// Everything that a frame of the comparison reads.
+// A frame of the comparison reads all this.
 struct Comparison {
     const FarErrorJob& job;
     const Model& model;
@@ -28,7 +29,7 @@ struct Comparison {
     std::span<const double> mean;  // of the truth over training frames
 };
 
-// What one frame adds.
+// The sums that one frame adds.
 struct FrameSums {
     double by_fields = 0, by_rays = 0, variance = 0;  // squares
     std::vector<double> part;                         // [P] squares
@@ -70,13 +71,6 @@ FrameSums compareFrame(const Comparison& c, std::size_t frame) {
     return sums;
 }
 
-// Frames spread over some of the bake's frames.
-std::vector<std::size_t> spreadOver(const std::vector<std::size_t>& frames, std::size_t most) {
-    std::vector<std::size_t> out;
-    for (const std::size_t i : spreadEvenly(frames.size(), most)) out.push_back(frames[i]);
-    return out;
-}
-
 }  // namespace
 
 FarError measureFar(const FarErrorJob& job, const Model& model, const FarSample& sample) {
@@ -84,8 +78,8 @@ FarError measureFar(const FarErrorJob& job, const Model& model, const FarSample&
     std::vector<std::uint32_t> chosen;
     for (const std::size_t v : spreadEvenly(model.mesh.vertexCount(), sample.vertices))
         chosen.push_back(std::uint32_t(v));
-    const std::vector<std::size_t> train = spreadOver(job.split.train, sample.frames),
-                                   held_out = spreadOver(job.split.held_out, sample.frames);
+    const std::vector<std::size_t> train = evenSample(job.split.train, sample.frames),
+                                   held_out = evenSample(job.split.held_out, sample.frames);
     ClusterNumbersRequest request;
     request.convention = model.convention;
     request.frames = {&model.rest_tangents, &model.cluster_of_vertex, job.clusters.joint};

@@ -33,7 +33,7 @@ Vec3 centerOf(const Mesh& mesh, const std::vector<std::uint32_t>& vertices);
 // Fits every cluster of `model`, whose mesh, tangents and cluster_of_vertex are set.
 std::vector<ClusterFit> fitClusters(const FitJob& job, const Model& model);
 
-// What the fits of all clusters of a composed model share. The model's composition is set but for its residual.
+// The fits of all clusters of a composed model share this. The model's composition is set but for its residual.
 struct ComposedClusters {
     const Model& model;
     FeatureRecipe recipe;

@@ -16,6 +16,7 @@
 #include <cmath>
 
 #include "fit/numerics/eigen_map.h"
+#include "formats/common/spread_evenly.h"
 #include "sh/mirrored_product.h"
 #include "sh/quadrature.h"
 #include "sh/reflectance.h"
@@ -28,17 +29,17 @@ using Columns = Eigen::MatrixXf;  // one column a frame
 
 // Ridges, in squares of numbers: towards gains of 1, and towards the mean of the training frames.
 constexpr float kGainRidge = 1, kOwnRidge = 3;
-// The same for the numbers of one frame, towards the vertex' own.
+// This ridge pulls the numbers of one frame towards the vertex' own.
 constexpr float kFrameRidge = 0.1f;
 constexpr float kMaxGain = 1.5f;
-constexpr int kRounds = 3;  // of Gauss-Newton
+constexpr int kRounds = 3;  // steps of Gauss-Newton
 // Gains are found from so many training frames at most, spread evenly.
 constexpr std::size_t kMaxGainFrames = 192;
 // Vertices whose factors are in memory at a time.
 constexpr std::size_t kNearBlock = 64;
 
-// What products of mirrored functions are made of: values at the directions of the kernel (sh/far/far_grid.h) and back,
-// and the matrix of a multiplication by a function.
+// These matrices make products of mirrored functions: to values at the directions of the kernel (sh/far/far_grid.h) and
+// back, and a multiplication by a function.
 struct Products {
     Columns at, back;  // [64, 21], [21, 64]
     Columns matrix;    // [n n, 21]
@@ -184,13 +185,6 @@ void divideByNear(const Products& products, NearVertex& vertex) {
     }
 }
 
-std::vector<std::size_t> spread(std::span<const std::size_t> frames, std::size_t most) {
-    const std::size_t count = std::min(frames.size(), most);
-    std::vector<std::size_t> some;
-    for (std::size_t i = 0; i < count; ++i) some.push_back(frames[i * frames.size() / count]);
-    return some;
-}
-
 // What each near part alone leaves visible at some vertices, with gains of 1.
 struct NearFactors {
     std::size_t frames = 0, columns = 0, vertices = 0;
@@ -231,7 +225,7 @@ std::vector<Columns> hiddenFrom(const NearFactors& near, std::size_t v, const Pr
 std::vector<std::uint8_t> takeOutNearParts(const NearProblem& problem, std::span<const std::uint32_t> vertices,
                                            MatrixF& numbers) {
     const Products products(problem.far->constants().order);
-    const std::vector<std::size_t> used = spread(problem.train, kMaxGainFrames);
+    const std::vector<std::size_t> used = evenSample(problem.train, kMaxGainFrames);
     const auto n = Eigen::Index(numbers.columns / vertices.size());
     std::vector<std::uint8_t> gains;
     for (std::size_t first = 0; first < vertices.size(); first += kNearBlock) {

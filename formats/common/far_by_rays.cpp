@@ -29,12 +29,6 @@ std::string fieldWarning(const std::string& part, double rms) {
     return "the field of part '" + part + "' " + text;
 }
 
-std::vector<std::size_t> spreadEvenly(std::size_t count, std::size_t most) {
-    std::vector<std::size_t> chosen(std::min(count, most));
-    for (std::size_t i = 0; i < chosen.size(); ++i) chosen[i] = i * count / chosen.size();
-    return chosen;
-}
-
 struct PartRays::Part {
     std::vector<Triangle> triangles;
     Opacity opacity;

@@ -24,9 +24,6 @@ constexpr double kMaxFieldRms = 0.1;
 // Returns the words of that warning.
 std::string fieldWarning(const std::string& part, double rms);
 
-// Returns `most` numbers below `count` that are spread evenly, or all of them, ascending.
-std::vector<std::size_t> spreadEvenly(std::size_t count, std::size_t most);
-
 // The parts of a character in their rest frames, to be traced. Any number of threads may call sample().
 class PartRays {
 public:

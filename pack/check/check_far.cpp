@@ -5,6 +5,7 @@
 
 #include "formats/common/drawn_mesh.h"
 #include "formats/common/parallel_for.h"
+#include "formats/common/spread_evenly.h"
 #include "sh/far/floor_factor.h"
 #include "sh/reflectance.h"
 

@@ -28,10 +28,12 @@ TEST(StandingParts, OfAManAreInHisLegs) {
         if (stands[p]) names.push_back(source.rig->skin.joint_names[table.joint_of_part[p]]);
     // His feet are so low that the ends of the shins touch, too.
     EXPECT_THAT(names, testing::UnorderedElementsAre("foot.L", "foot.R", "shin.L", "shin.R"));
+    // Without clips the rest pose tells, in which he stands as well.
+    source.rig->clips.clear();
+    EXPECT_EQ(standingParts(source, table), stands);
 }
 
-// --- A foot
-// -----------------------------------------------------------------------------------------------------------
+// --- A foot ---------------------------------------------------------------------------------------------------------
 
 // A box stands for the foot of a man.
 const Vec3 kHalf = {0.05f, 0.035f, 0.13f};  // metres

@@ -4,6 +4,7 @@
 #include <random>
 
 #include "formats/common/far_by_rays.h"
+#include "formats/common/spread_evenly.h"
 #include "formats/common/surface_tree.h"
 #include "sh/sh_rotation.h"
 #include "sh/zonal.h"

@@ -30,6 +30,16 @@ struct ScatteredReceivers {
     }
 };
 
+// The parts of a tube, in one of its poses.
+struct PosedTube {
+    Packed packed = packAsset(composedTube(kTube), {}, {}, {.precision = AssetPrecision::kF32}, "{}", 1);
+    AssetView asset = openAsset(packed.bytes);
+    FarTables tables = makeFarTables(*asset.model.composition, 5);
+    FarPose pose{tables};
+
+    PosedTube() { pose.set(tables, asset.animation.bonesOf(1)); }
+};
+
 struct KernelError {
     Largest largest, blocked;  // blocked: most of the sphere
     double squares = 0;
@@ -45,11 +55,9 @@ struct KernelError {
 
 // Compares a path with farVisibility() for receivers that see `parts`, all of which are multiplied in.
 KernelError kernelError(const EvaluatorPath& path, const std::vector<std::uint16_t>& parts) {
-    const Packed packed = packAsset(composedTube(kTube), {}, {}, {.precision = AssetPrecision::kF32}, "{}", 1);
-    const AssetView asset = openAsset(packed.bytes);
-    const FarTables tables = makeFarTables(*asset.model.composition, 5);
-    FarPose pose(tables);
-    pose.set(tables, asset.animation.bonesOf(1));
+    const PosedTube tube;
+    const FarTables& tables = tube.tables;
+    const FarPose& pose = tube.pose;
     const ScatteredReceivers all;
     const FarScene scene{tables.tables(), pose.parts.data(), parts.data(), parts.size()};
     KernelError error;
@@ -100,11 +108,9 @@ std::vector<std::uint8_t> randomGains(std::size_t count) {
 // Compares a path with farVisibility() and multiplyByNear(), for receivers with gains of their own.
 KernelError nearError(const EvaluatorPath& path, const std::vector<std::uint16_t>& parts,
                       const std::vector<std::uint16_t>& near_parts) {
-    const Packed packed = packAsset(composedTube(kTube), {}, {}, {.precision = AssetPrecision::kF32}, "{}", 1);
-    const AssetView asset = openAsset(packed.bytes);
-    const FarTables tables = makeFarTables(*asset.model.composition, 5);
-    FarPose pose(tables);
-    pose.set(tables, asset.animation.bonesOf(1));
+    const PosedTube tube;
+    const FarTables& tables = tube.tables;
+    const FarPose& pose = tube.pose;
     const ScatteredReceivers all;
     const std::size_t columns = near_parts.size();
     const std::vector<std::uint8_t> gains = randomGains(all.positions.size() * columns);
@@ -157,11 +163,9 @@ TEST(FarKernel, IsCloseToThePlainFormForManyNearParts) {
 
 // With a gain of 1 a near part is a far one, and with 0 it is none.
 TEST(FarKernel, NearPartsWithAGainOfOneAreFarParts) {
-    const Packed packed = packAsset(composedTube(kTube), {}, {}, {.precision = AssetPrecision::kF32}, "{}", 1);
-    const AssetView asset = openAsset(packed.bytes);
-    const FarTables tables = makeFarTables(*asset.model.composition, 5);
-    FarPose pose(tables);
-    pose.set(tables, asset.animation.bonesOf(1));
+    const PosedTube tube;
+    const FarTables& tables = tube.tables;
+    const FarPose& pose = tube.pose;
     const ScatteredReceivers all;
     const std::vector<std::uint16_t> parts{0, 2, 3, 5}, near_parts{2, 3, 5};
     std::vector<std::uint8_t> gains;
@@ -185,11 +189,9 @@ TEST(FarKernel, NearPartsWithAGainOfOneAreFarParts) {
 // Anchors a kilometre apart leave all parts to their receivers, however small these look. Anchors a micrometre apart
 // sum what looks small.
 TEST(FarKernel, AnchorsLeaveOutWhatIsNearerThanTheirSpacings) {
-    const Packed packed = packAsset(composedTube(kTube), {}, {}, {.precision = AssetPrecision::kF32}, "{}", 1);
-    const AssetView asset = openAsset(packed.bytes);
-    const FarTables tables = makeFarTables(*asset.model.composition, 5);
-    FarPose pose(tables);
-    pose.set(tables, asset.animation.bonesOf(1));
+    const PosedTube tube;
+    const FarTables& tables = tube.tables;
+    const FarPose& pose = tube.pose;
     const ScatteredReceivers all;
     const std::vector<std::uint16_t> parts{0, 1, 2, 3, 4, 5};
     const std::size_t stride = anchorStride(parts.size());
