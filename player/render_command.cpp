@@ -81,6 +81,10 @@ void listFiles(const RenderRun& run) {
 void writePicture(const RenderOptions& options, const std::filesystem::path& file, Image image, float exposure) {
     const bool png = file.extension() == ".png";
     if (png && options.channel == Channel::kShaded) {
+        if (options.tone != ToneMap::kOff) {
+            image = toneMapped(std::move(image), exposure, options.tone);
+            exposure = 1;
+        }
         if (!options.background) return writePng(file, image, exposure);
         return writePng(file, overBackground(image, exposure, *options.background), 1);
     }

@@ -20,6 +20,10 @@ std::span<const std::byte> withCopies(std::span<const T> values, std::span<const
     return std::as_bytes(std::span<const T>(out));
 }
 
+std::string fading(Sides sides, std::string source) {
+    return sides == Sides::kFading ? source.insert(source.find("#define"), "#define FADING\n") : source;
+}
+
 }  // namespace
 
 ValuePainter::ValuePainter(std::span<const std::uint32_t> triangles, Channel channel, Sides sides, BrdfModels sunlit)
@@ -27,8 +31,8 @@ ValuePainter::ValuePainter(std::span<const std::uint32_t> triangles, Channel cha
 
 ValuePainter::ValuePainter(std::span<const std::uint32_t> triangles, Channel channel, Sides sides, BrdfModels sunlit,
                            const PicturedMesh& pictures)
-    : program_(makeProgram(valueVertexSource(channel, sunlit, pictures.shader()),
-                           channelFragmentSource(channel, sunlit, pictures.shader()))),
+    : program_(makeProgram(fading(sides, valueVertexSource(channel, sunlit, pictures.shader())),
+                           fading(sides, channelFragmentSource(channel, sunlit, pictures.shader())))),
       vertex_array_(makeVertexArray()),
       view_(viewUniforms(program_)),
       sides_(sides),
@@ -158,6 +162,10 @@ void ValuePainter::draw(const FrameView& view, const Sunlight* suns) const {
         if (sides_ == Sides::kFront) gl::Disable(GL_CULL_FACE);
         return checkGl("drawing");
     }
+    if (sides_ == Sides::kFading) {
+        gl::Enable(GL_BLEND);
+        gl::BlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
+    }
     const GLsizei closed = outward_ ? GLsizei(surfaces_.closedIndices()) : 0;
     const GLsizei one_sided = sides_ == Sides::kFront ? index_count_ : closed;
     if (one_sided > 0) {
@@ -168,6 +176,7 @@ void ValuePainter::draw(const FrameView& view, const Sunlight* suns) const {
     if (one_sided < index_count_)
         gl::DrawElements(GL_TRIANGLES, index_count_ - one_sided, GL_UNSIGNED_INT,
                          reinterpret_cast<const void*>(sizeof(std::uint32_t) * std::size_t(one_sided)));
+    if (sides_ == Sides::kFading) gl::Disable(GL_BLEND);
     checkGl("drawing");
 }
 

@@ -19,8 +19,9 @@ namespace penumbra {
 // Tells which sides of triangles are drawn.
 enum class Sides {
     kBoth,
-    kSeen,   // only the outsides of closed surfaces (closed_surfaces.h), and both sides of others
-    kFront,  // only fronts: in a two-sided mesh the backs have triangles of their own
+    kSeen,    // only the outsides of closed surfaces (closed_surfaces.h), and both sides of others
+    kFront,   // only fronts: in a two-sided mesh the backs have triangles of their own
+    kFading,  // both, and what is there already shows through towards FrameView::rim
 };
 
 // Draws vertices whose values were computed on the CPU.

@@ -35,7 +35,7 @@ void dolly(Camera& camera, double steps, double radius) {
 }
 
 void turntable(Camera& camera, double seconds) {
-    camera.yaw = std::remainder(camera.yaw + 2 * kPi * seconds / 12, 2 * kPi);
+    camera.yaw = std::remainder(camera.yaw + 2 * kPi * seconds / kTurnSeconds, 2 * kPi);
 }
 
 }  // namespace penumbra

@@ -15,7 +15,8 @@ void orbit(Camera& camera, double right, double down, double height);
 void pan(Camera& camera, double right, double down, double height);
 // Moves by steps of a wheel, each of which is 10% nearer. `radius` of the scene bounds the distance.
 void dolly(Camera& camera, double steps, double radius);
-// Turns around once in 12 seconds.
+constexpr int kTurnSeconds = 12;
+// Turns around once in kTurnSeconds.
 void turntable(Camera& camera, double seconds);
 
 }  // namespace penumbra

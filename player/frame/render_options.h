@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "formats/image/tone_map.h"
 #include "player/frame/channel.h"
 #include "player/gl/gl_context.h"
 #include "runtime/shade/indirect_light.h"
@@ -54,6 +55,7 @@ struct RenderOptions {
     std::optional<EvaluationPath> path;  // unset: cpu on software GL, glsl on a GPU
     GlBackend backend = GlBackend::kAuto;
     std::optional<float> exposure;    // factor on the colours of a shaded PNG, > 0; unset: automaticExposure()
+    ToneMap tone = ToneMap::kOff;     // of a shaded PNG
     std::optional<Vec3> background;   // linear; unset: transparent
     bool light_background = false;    // what the light looks like, instead; only shaded pictures have it
     int samples = 4;                  // a pixel, 1, 2, 4 or 8

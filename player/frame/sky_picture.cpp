@@ -34,6 +34,41 @@ SkyPicture pictureOfSh(const LightView& light) {
 
 }  // namespace
 
+namespace {
+
+constexpr int kMaxSkyWidth = 2048;
+
+// The mean of the picture in a texel of the sky.
+Vec3 texelOf(const EnvironmentMap& map, const SkyPicture& sky, int row, int column, int samples) {
+    Vec3 sum;
+    for (int i = 0; i < samples * samples; ++i) {
+        const double u = (column + (i % samples + 0.5) / samples) / sky.width,
+                     v = (row + (i / samples + 0.5) / samples) / sky.height;
+        const int x = int(u * map.image.width), y = int(v * map.image.height);
+        const MapPixel at =
+            map.layout == MapLayout::kLatLong ? MapPixel{x, y} : mapPixel(map.shape(), latLongDirection(u, v));
+        sum += map.image.pixels[std::size_t(at.y) * std::size_t(map.image.width) + std::size_t(at.x)];
+    }
+    return sum / float(samples * samples);
+}
+
+std::uint16_t texelHalf(float radiance) { return floatToHalf(std::clamp(radiance, 0.0f, 65504.0f)); }
+
+}  // namespace
+
+SkyPicture skyPicture(const EnvironmentMap& map) {
+    const int width = std::min(kMaxSkyWidth, std::max(map.image.width, map.image.height)) & ~1;
+    SkyPicture sky{width, width / 2, {}, {}};
+    const int samples = std::max(1, map.image.width / width);
+    sky.texels.reserve(std::size_t(sky.width) * std::size_t(sky.height));
+    for (int row = 0; row < sky.height; ++row)
+        for (int column = 0; column < sky.width; ++column) {
+            const Vec3 rgb = texelOf(map, sky, row, column, samples);
+            sky.texels.push_back({texelHalf(rgb.x), texelHalf(rgb.y), texelHalf(rgb.z), 0});
+        }
+    return sky;
+}
+
 SkyPicture skyPicture(const LightView& light) {
     if (light.picture.width == 0) return pictureOfSh(light);
     SkyPicture sky{light.picture.width, light.picture.height, {}, {light.suns.begin(), light.suns.end()}};

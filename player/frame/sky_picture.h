@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "formats/asset/asset_file.h"
+#include "formats/image/environment_map.h"
 
 namespace penumbra {
 
@@ -17,5 +18,8 @@ struct SkyPicture {
 
 // Returns the light's own picture with its suns, or, for a light that has none, its SH with ringing below 0 as 0.
 SkyPicture skyPicture(const LightView& light);
+
+// Returns the picture of a light as it is, at most 2048 wide, with the suns that are in it.
+SkyPicture skyPicture(const EnvironmentMap& map);
 
 }  // namespace penumbra

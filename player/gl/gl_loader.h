@@ -25,7 +25,8 @@
     X(DELETEFRAMEBUFFERS, DeleteFramebuffers) X(BLITFRAMEBUFFER, BlitFramebuffer) \
     X(GENRENDERBUFFERS, GenRenderbuffers) X(BINDRENDERBUFFER, BindRenderbuffer) \
     X(RENDERBUFFERSTORAGEMULTISAMPLE, RenderbufferStorageMultisample) X(DELETERENDERBUFFERS, DeleteRenderbuffers) \
-    X(COLORMASK, ColorMask) X(VIEWPORT, Viewport) X(CLEARCOLOR, ClearColor) X(CLEAR, Clear) X(ENABLE, Enable) X(DISABLE, Disable) \
+    X(COLORMASK, ColorMask) X(VIEWPORT, Viewport) X(CLEARCOLOR, ClearColor) X(CLEAR, Clear) X(ENABLE, Enable) \
+    X(DISABLE, Disable) X(BLENDFUNC, BlendFunc) \
     X(DRAWELEMENTS, DrawElements) X(READPIXELS, ReadPixels) X(PIXELSTOREI, PixelStorei) \
     X(SCISSOR, Scissor) X(GENQUERIES, GenQueries) X(DELETEQUERIES, DeleteQueries) X(QUERYCOUNTER, QueryCounter) \
     X(GETQUERYOBJECTIV, GetQueryObjectiv) X(GETQUERYOBJECTUI64V, GetQueryObjectui64v) X(GETSTRINGI, GetStringi) \

@@ -40,14 +40,23 @@ std::string fourDigits(std::size_t number) {
     return std::string(digits.size() < 4 ? 4 - digits.size() : 0, '0') + digits;
 }
 
+std::filesystem::path freeName(const std::filesystem::path& folder, const std::string& stem, const char* extension) {
+    for (std::size_t number = 1; number < 10000; ++number) {
+        const std::filesystem::path path = folder / (stem + fourDigits(number) + extension);
+        if (!std::filesystem::exists(path)) return path;
+    }
+    throw IoError(folder.string() + ": " + stem + "0001" + extension + " to " + stem + "9999" + extension +
+                  " are all there");
+}
+
 }  // namespace
 
 std::filesystem::path freeScreenshotName(const std::filesystem::path& folder) {
-    for (std::size_t number = 1; number < 10000; ++number) {
-        const std::filesystem::path path = folder / ("view_" + fourDigits(number) + ".png");
-        if (!std::filesystem::exists(path)) return path;
-    }
-    throw IoError(folder.string() + ": view_0001.png to view_9999.png are all there");
+    return freeName(folder, "view_", ".png");
+}
+
+std::filesystem::path freeTurntableName(const std::filesystem::path& folder) {
+    return freeName(folder, "turn_", ".y4m");
 }
 
 std::filesystem::path sequenceName(const std::filesystem::path& folder, std::string_view clip, std::size_t frame) {

@@ -2,6 +2,11 @@
 // player/draw/shader_source.cpp defines INTERPOLATION and CHANNEL.
 INTERPOLATION in vec3 value;
 
+#ifdef FADING
+in vec2 place;
+uniform vec4 rim;  // x and z of the middle, the distances where it begins to fade and has gone
+#endif
+
 uniform float error_max;  // the error that gets the brightest colour
 
 layout(location = 0) out vec4 color;
@@ -58,4 +63,8 @@ void main() {
 #endif
 #endif
     color = pictureColor(rgb);
+#ifdef FADING
+    color.a = 1.0 - smoothstep(rim.z, rim.w, distance(place, rim.xy));
+    if (color.a == 0.0) discard;
+#endif
 }

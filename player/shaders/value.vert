@@ -6,6 +6,9 @@ uniform mat4 clip_from_model;
 
 // player/draw/shader_source.cpp defines INTERPOLATION: flat or centroid.
 INTERPOLATION out vec3 value;
+#ifdef FADING
+out vec2 place;
+#endif
 
 #ifdef HAS_NORMALS
 layout(location = 2) in vec3 normal;
@@ -44,6 +47,9 @@ INTERPOLATION out vec3 term[TERMS];
 
 void main() {
     value = vertex_value;
+#ifdef FADING
+    place = position.xz;
+#endif
 #ifdef TEXTURED
     surface_places = vertex_places;
     surface_plain = surface_replaced ? 1 : 0;

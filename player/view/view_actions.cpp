@@ -89,9 +89,20 @@ void worst(ViewState& state, const Scene& scene, KeyPress press) {
 }
 void closeHelp(ViewState& state, const Scene&, KeyPress) {
     state.window.help = false;
+    state.window.browsed.reset();
     state.window.sequence.reset();
 }
-void sequence(ViewState& state, const Scene&, KeyPress) { state.window.sequence = 0; }
+void sequence(ViewState& state, const Scene&, KeyPress press) {
+    state.window.of = press.shift ? Sequence::kTurntable : Sequence::kClip;
+    state.window.sequence = 0;
+}
+void undo(ViewState& state, const Scene&, KeyPress press) { state.window.undone += press.shift ? 1 : -1; }
+void browse(ViewState& state, const Scene&, KeyPress) {
+    if (state.window.browsed)
+        state.window.browsed.reset();
+    else
+        state.window.browsed = ".";
+}
 void brush(ViewState& state, const Scene& scene, KeyPress) {
     state.tool.brush.on = scene.field && !state.tool.brush.on;
 }
@@ -111,16 +122,17 @@ constexpr std::array kShortcuts = {
     Shortcut{kKeyRight, "Right", "10 frames", "next frame", step<1>},
     Shortcut{kKeyLeft, "Left", "10 frames", "previous frame", step<-1>},
     Shortcut{kKeyHome, "Home", "", "first frame", rewind},
-    Shortcut{'W', "W", "farthest out of range", "the clip's frame of the largest error", worst},
+    Shortcut{'W', "W", "farthest out of range", "the clip's frame of the largest error", worst,
+             "another frame than the worst"},
     Shortcut{'I', "I", "", "interpolate between sampled frames, or snap to them", toggle<&ViewState::smooth>},
     Shortcut{kKeyUp, "Up", "", "twice as fast", faster},
     Shortcut{kKeyDown, "Down", "", "half as fast", slower},
-    Shortcut{kKeyPageDown, "Page Down", "", "next clip", otherClip<1>},
-    Shortcut{kKeyPageUp, "Page Up", "", "previous clip", otherClip<-1>},
-    Shortcut{'M', "M", "previous", "next material of the chosen slot", next<kMaterialMenu>},
-    Shortcut{'S', "S", "previous", "next slot, or all slots", next<kSlotMenu>},
-    Shortcut{'L', "L", "previous", "next light", next<kLightMenu>},
-    Shortcut{'K', "K", "", "light as it came, not turned", unturnLight},
+    Shortcut{kKeyPageDown, "Page Down", "", "next clip", otherClip<1>, "another clip"},
+    Shortcut{kKeyPageUp, "Page Up", "", "previous clip", otherClip<-1>, "another clip"},
+    Shortcut{'M', "M", "previous", "next material of the chosen slot", next<kMaterialMenu>, "another material"},
+    Shortcut{'S', "S", "previous", "next slot, or all slots", next<kSlotMenu>, "a mesh with slots"},
+    Shortcut{'L', "L", "previous", "next light", next<kLightMenu>, "another light"},
+    Shortcut{'K', "K", "", "light as it came, not turned", unturnLight, "a light that is turned"},
     Shortcut{'H', "H", "", "suns of the light with shadow maps, or all light as SH",
              toggle<&ViewState::lighting, &Lighting::suns>},
     Shortcut{'V', "V", "previous", "next form of the light: lobes, fixed lobes, exact rotation", next<kLightFormMenu>},
@@ -128,47 +140,62 @@ constexpr std::array kShortcuts = {
     Shortcut{'E', "E", "automatic exposure", "brighter", brighter},
     Shortcut{'D', "D", "", "darker", darker},
     Shortcut{'O', "O", "previous", "next tone mapping", next<kToneMapMenu>},
-    Shortcut{'T', "T", "", "baked truth or model", toggleTruth},
-    Shortcut{'C', "C", "previous", "next way to compare with the truth", next<kCompareMenu>},
-    Shortcut{'1', "1", "", "shaded", channel<Channel::kShaded>},
+    Shortcut{'T', "T", "", "baked truth or model", toggleTruth, "a baked truth (--truth)"},
+    Shortcut{'C', "C", "previous", "next way to compare with the truth", next<kCompareMenu>, "a baked truth (--truth)"},
+    Shortcut{'1', "1", "", "shaded", channel<Channel::kShaded>, "a material and a light"},
     Shortcut{'2', "2", "", "ambient visibility", channel<Channel::kAmbient>},
-    Shortcut{'3', "3", "", "error against the truth", channel<Channel::kError>},
+    Shortcut{'3', "3", "", "error against the truth", channel<Channel::kError>, "a baked truth (--truth)"},
     Shortcut{'4', "4", "", "clusters", channel<Channel::kClusters>},
     Shortcut{'5', "5", "", "normals", channel<Channel::kNormals>},
-    Shortcut{'6', "6", "previous", "PCA component, the next one", component},
-    Shortcut{'7', "7", "", "rigid parts of composed characters", channel<Channel::kParts>},
-    Shortcut{'8', "8", "", "ambient visibility with light that bounces", channel<Channel::kBouncedAmbient>},
-    Shortcut{'9', "9", "previous", "next light: all, direct light, light that bounces", next<kBounceMenu>},
+    Shortcut{'6', "6", "previous", "PCA component, the next one", component, "a model with components"},
+    Shortcut{'7', "7", "", "rigid parts of composed characters", channel<Channel::kParts>, "a composed character"},
+    Shortcut{'8', "8", "", "ambient visibility with light that bounces", channel<Channel::kBouncedAmbient>,
+             "a character with light that bounces"},
+    Shortcut{'9', "9", "previous", "next light: all, direct light, light that bounces", next<kBounceMenu>,
+             "a character with light that bounces"},
     Shortcut{'[', "[", "", "error scale to a smaller number", smallerError},
     Shortcut{']', "]", "", "error scale to a larger number", largerError},
     Shortcut{'N', "N", "", "normals and tangents as lines", toggle<&ViewState::show, &ShowChoice::frames>},
     Shortcut{'U', "U", "", "boxes of fields, or spheres, that characters cast by",
              toggle<&ViewState::show, &ShowChoice::boxes>},
-    Shortcut{'Y', "Y", "previous", "lobe of the next factor of the picked vertex", nextFactor},
-    Shortcut{'X', "X", "", "no vertex picked", unpick},
-    Shortcut{'Z', "Z", "", "scores as the pose has them, not changed", unedit},
+    Shortcut{'Y', "Y", "previous", "lobe of the next factor of the picked vertex", nextFactor,
+             "a picked vertex of a composed character"},
+    Shortcut{'X', "X", "", "no vertex picked", unpick, "a picked vertex"},
+    Shortcut{'Z', "Z", "", "scores as the pose has them, not changed", unedit, "scores that are changed"},
     Shortcut{'F', "F", "", "frame everything", frameScene},
     Shortcut{'R', "R", "", "turntable", toggle<&ViewState::turntable>},
     Shortcut{'B', "B", "", "background of the light", toggle<&ViewState::show, &ShowChoice::background>},
     Shortcut{'G', "G", "", "ground plane", toggle<&ViewState::show, &ShowChoice::ground>},
-    Shortcut{'0', "0", "", "brush for a ground with heights: left drag raises, Shift + left drag lowers", brush},
+    Shortcut{'0', "0", "", "brush for a ground with heights: left drag raises, Shift + left drag lowers", brush,
+             "a ground with heights"},
     Shortcut{',', ",", "weaker brush", "smaller brush", otherBrush<false>},
     Shortcut{'.', ".", "stronger brush", "larger brush", otherBrush<true>},
     Shortcut{'J', "J", "previous", "next shadows: of all, on itself, on others, none", next<kShadowMenu>},
     Shortcut{'A', "A", "previous",
-             "next way that shadows of others join: product, folded, Nowrouzezahrai 2009 and 2011",
-             next<kCastModeMenu>},
+             "next way that shadows of others join: product, folded, Nowrouzezahrai 2009 and 2011", next<kCastModeMenu>,
+             "several characters that cast"},
     Shortcut{kKeyTab, "Tab", "", "panels", toggle<&ViewState::window, &WindowChoice::panels>},
     Shortcut{kKeyF12, "F12", "without panels", "screenshot", screenshot},
-    Shortcut{kKeyF11, "F11", "", "pictures of all frames of the clip", sequence},
+    Shortcut{kKeyF11, "F11", "turntable as a video", "pictures of all frames of the clip", sequence},
+    Shortcut{kKeyBackspace, "Backspace", "forth again", "back to the view before (Ctrl + Z)", undo},
+    Shortcut{kKeyF2, "F2", "", "open a file (Ctrl + O)", browse},
     Shortcut{kKeyF1, "F1", "", "this help", toggle<&ViewState::window, &WindowChoice::help>},
-    Shortcut{kKeyEscape, "Escape", "", "close the help, stop pictures", closeHelp},
+    Shortcut{kKeyEscape, "Escape", "", "close the help and the files, stop pictures", closeHelp, "something to close"},
     Shortcut{'Q', "Q", "", "quit", quit},
 };
 
 }  // namespace
 
 std::span<const Shortcut> shortcuts() { return kShortcuts; }
+
+std::string whyNothing(KeyPress press) {
+    const auto shortcut = std::ranges::find(kShortcuts, press.key, &Shortcut::key);
+    if (shortcut == kShortcuts.end())
+        return press.key > ' ' && press.key < 127 ? std::string(1, char(press.key)) + " is no key here; F1 lists them"
+                                                  : "";
+    const std::string what = std::string(shortcut->name) + " (" + std::string(shortcut->text) + ")";
+    return what + (shortcut->needs.empty() ? " changes nothing now" : " needs " + std::string(shortcut->needs));
+}
 
 bool applyKey(ViewState& state, const Scene& scene, KeyPress press) {
     for (const Shortcut& shortcut : kShortcuts)

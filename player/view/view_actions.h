@@ -2,6 +2,7 @@
 // Tells what the keyboard does. The keys, the help of F1 and the tests all read this one table.
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 
 #include "player/view/view_state.h"
@@ -18,7 +19,9 @@ enum Key : int {
     kKeyPageUp = 266,
     kKeyPageDown = 267,
     kKeyHome = 268,
+    kKeyBackspace = 259,
     kKeyF1 = 290,
+    kKeyF2 = 291,
     kKeyF11 = 300,
     kKeyF12 = 301,
     kKeyEscape = 256,
@@ -33,10 +36,14 @@ struct Shortcut {
     std::string_view name, shifted;  // name of the key, and what Shift does: "" = the same as without
     std::string_view text;
     void (*apply)(ViewState& state, const Scene& scene, KeyPress press);
+    std::string_view needs = {};  // without which it changes nothing
 };
 std::span<const Shortcut> shortcuts();
 
 // Does what the key stands for; returns false when it stands for nothing.
 bool applyKey(ViewState& state, const Scene& scene, KeyPress press);
+// Says why a key changed nothing: that it stands for nothing, or what it needs. Empty for a key that writes nothing, as
+// Shift.
+std::string whyNothing(KeyPress press);
 
 }  // namespace penumbra

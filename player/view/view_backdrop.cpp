@@ -5,8 +5,8 @@
 namespace penumbra {
 
 bool showsGround(const Scene& scene, const ViewState& state) {
-    return state.show.ground && scene.ground_file && scene.ground.values.key() &&
-           (scene.field || cameraPosition(state.camera).y >= scene.ground_file->height);
+    return state.show.ground && shownCompare(state) != Compare::kDifference && scene.ground_file &&
+           scene.ground.values.key() && (scene.field || cameraPosition(state.camera).y >= scene.ground_file->height);
 }
 
 void Backdrop::drawSky(const Scene& scene, const ViewState& state, const FrameView& view) {
@@ -29,7 +29,7 @@ void Backdrop::drawGround(const Scene& scene, const FrameView& view, const ViewS
     const ShownGround& ground = scene.ground;
     if (tiles_.vertices.empty()) tiles_ = groundTiles(ground.vertices.side);
     ValuePainter& painter =
-        ground_.try_emplace(suns != nullptr, tiles_.triangles, Channel::kShaded, Sides::kBoth, modelsOf(suns))
+        ground_.try_emplace(suns != nullptr, tiles_.triangles, Channel::kShaded, Sides::kFading, modelsOf(suns))
             .first->second;
     uploaded_.update(*ground.values.key(), [&](auto&) {
         std::vector<Vec3> positions, values, normals, tangents;
@@ -47,6 +47,8 @@ void Backdrop::drawGround(const Scene& scene, const FrameView& view, const ViewS
     });
     FrameView plain = view;
     if (!ground.lit()) plain.display = DisplayTransform();
+    const float size = float(scene.ground_file->size);
+    plain.rim = {scene.ground_file->center.x, scene.ground_file->center.z, 0.4f * size, 0.5f * size};
     painter.draw(plain, sunlightOf(suns));
 }
 

@@ -12,7 +12,7 @@
 
 namespace penumbra {
 
-// Tells whether the ground is drawn. From below it would hide everyone.
+// Tells whether the ground is drawn. From below it would hide everyone, and it has no difference from a truth.
 bool showsGround(const Scene& scene, const ViewState& state);
 
 class Backdrop {

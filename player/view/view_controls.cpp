@@ -4,13 +4,14 @@
 #include <array>
 
 #include "formats/image/exposure.h"
+#include "player/view/material_label.h"
 #include "player/view/view_look.h"
 
 namespace penumbra {
 
 namespace {
 
-using Names = std::vector<std::string_view>;
+using Names = std::vector<std::string>;
 
 // A member of the state, or of a group in it.
 template <auto kFirst, auto... kMembers>
@@ -57,7 +58,7 @@ const Character& selectedCharacter(const Scene& scene, const ViewState& state) {
 using Text = std::string_view;
 constexpr Text kForms[] = {"fitted lobes", "fixed lobes", "exact rotation"}, kReflectances[] = {"slices", "operators"},
                kBounces[] = {"direct and bounced light", "direct light", "bounced light"},
-               kToneMaps[] = {"cut above 1", "Reinhard", "filmic"},
+               kToneMaps[] = {"linear, cut at white", "Reinhard", "filmic"},
                kCompared[] = {"model", "baked truth", "side by side", "wipe", "difference"},
                kShadows[] = {"all shadows", "shadows on itself", "shadows on others", "no shadows"},
                kChannels[] = {"shaded",  "ambient visibility", "error against truth",        "clusters",
@@ -69,13 +70,14 @@ constexpr std::size_t kComponentChoice = std::size(kChannels) - 1;
 constexpr Menu kClipMenu{[](const Scene& scene, const ViewState& state) {
                              Names names;
                              for (const ClipView& clip : selectedCharacter(scene, state).asset.animation.clips)
-                                 names.push_back(clip.name);
+                                 names.emplace_back(clip.name);
                              return names;
                          },
                          [](const ViewState& state) { return state.characters[state.selected].clip; },
                          [](ViewState& state, const Scene&, std::size_t clip) { chooseClip(state, clip); }};
 constexpr Menu kSlotMenu{[](const Scene& scene, const ViewState& state) {
-                             Names names = selectedCharacter(scene, state).asset.mesh.slots;
+                             const auto& slots = selectedCharacter(scene, state).asset.mesh.slots;
+                             Names names(slots.begin(), slots.end());
                              names.resize(state.characters[state.selected].material_of_slot.size());
                              names.push_back("all slots");
                              return names;
@@ -85,10 +87,14 @@ constexpr Menu kSlotMenu{[](const Scene& scene, const ViewState& state) {
                          },
                          [](ViewState& state, const Scene&, std::size_t slot) { state.slot = slot; }};
 constexpr Menu kMaterialMenu{
-    [](const Scene& scene, const ViewState&) { return scene.material_names; }, chosenMaterial,
-    [](ViewState& state, const Scene&, std::size_t material) { chooseMaterial(state, material); }};
+    [](const Scene& scene, const ViewState&) {
+        Names labels;
+        for (const std::string_view name : scene.material_names) labels.push_back(materialLabel(name));
+        return labels;
+    },
+    chosenMaterial, [](ViewState& state, const Scene&, std::size_t material) { chooseMaterial(state, material); }};
 constexpr Menu kLightMenu = menuOf<&ViewState::lighting, &Lighting::light>(
-    [](const Scene& scene, const ViewState&) { return scene.light_names; });
+    [](const Scene& scene, const ViewState&) { return Names(scene.light_names.begin(), scene.light_names.end()); });
 constexpr Menu kLightFormMenu =
     menuOf<&ViewState::lighting, &Lighting::shading, &ShadingChoice::light_form>(namesOf<kForms>);
 constexpr Menu kReflectanceMenu =
@@ -114,7 +120,7 @@ constexpr Menu kShadowMenu = menuOf<&ViewState::show, &ShowChoice::shadows>(name
 constexpr Menu kCastModeMenu = menuOf<&ViewState::show, &ShowChoice::cast_mode>(
     [](const Scene&, const ViewState&) {
         Names names;
-        for (std::size_t mode = 0; mode < kCastModes; ++mode) names.push_back(nameOf(CastMode(mode)));
+        for (std::size_t mode = 0; mode < kCastModes; ++mode) names.emplace_back(nameOf(CastMode(mode)));
         return names;
     },
     [](const Scene& scene, std::size_t mode) { return hasCastMode(scene, CastMode(mode)); });
@@ -199,47 +205,72 @@ template <auto kMember>
 constexpr auto kShown = switchOf<&ViewState::show, kMember>;
 
 constexpr Control kControls[] = {
-    {ControlPanel::kLook, "slot", &kSlotMenu, hasSlots, nullptr, "Material"},
-    {ControlPanel::kLook, "material", &kMaterialMenu, nullptr, membraneProblem},
-    {ControlPanel::kLook, "parameter", kParameterSlider, hasParameter},
-    {ControlPanel::kLook, "light", &kLightMenu, nullptr, nullptr, "Light"},
-    {ControlPanel::kLook, "yaw", kLighting<&Lighting::yaw>({-180, 180, "yaw %.0f\xc2\xb0"}), nullptr, nullptr, nullptr,
-     2},
-    {ControlPanel::kLook, "pitch", kLighting<&Lighting::pitch>({-180, 180, "pitch %.0f\xc2\xb0"}), nullptr, nullptr,
-     nullptr, 2, true},
-    {ControlPanel::kLook, "form", &kLightFormMenu, nullptr, nullptr, nullptr, 2},
-    {ControlPanel::kLook, "reflectance", &kReflectanceMenu, nullptr, formProblem, nullptr, 2, true},
-    {ControlPanel::kLook, "suns", switchOf<&ViewState::lighting, &Lighting::suns>("suns with shadow maps"),
-     lightHasSuns, sunProblem},
-    {ControlPanel::kLook, "bounces", &kBounceMenu,
+    {ControlPanel::kLook, "slot", "slot", "The part of the mesh that a material is chosen for (S)", &kSlotMenu,
+     hasSlots, nullptr, "Material"},
+    {ControlPanel::kLook, "material", "material", "What the surface is made of (M)", &kMaterialMenu, nullptr,
+     membraneProblem},
+    {ControlPanel::kLook, "parameter", "changes", "The number of a material that may change while it is shown",
+     kParameterSlider, hasParameter},
+    {ControlPanel::kLook, "light", "light", "The environment that lights everything (L)", &kLightMenu, nullptr, nullptr,
+     "Light"},
+    {ControlPanel::kLook, "yaw", "turn", "Turns the light about the vertical: drag with the right button (K: back)",
+     kLighting<&Lighting::yaw>({-180, 180, "%.0f\xc2\xb0"})},
+    {ControlPanel::kLook, "pitch", "tilt", "Tips the light over: drag with the right button (K: back)",
+     kLighting<&Lighting::pitch>({-180, 180, "%.0f\xc2\xb0"})},
+    {ControlPanel::kLook, "form", "form", "How the light is turned: exactly, or as lobes that were fitted to it (V)",
+     &kLightFormMenu},
+    {ControlPanel::kLook, "reflectance", "reflection",
+     "How materials are stored: a slice for each direction of view, or operators (P)", &kReflectanceMenu, nullptr,
+     formProblem},
+    {ControlPanel::kLook, "suns", nullptr, "Small bright sources shine by themselves, with sharp shadows (H)",
+     switchOf<&ViewState::lighting, &Lighting::suns>("suns with shadow maps"), lightHasSuns, sunProblem},
+    {ControlPanel::kLook, "bounces", "bounces", "Light that comes from the surface itself (9)", &kBounceMenu,
      [](const Scene& scene, const ViewState&) { return scene.bounces(); }},
-    {ControlPanel::kLook, "exposure", kExposureSlider, nullptr, nullptr, "Exposure, tone mapping"},
-    {ControlPanel::kLook, "automatic", switchOf<&ViewState::automatic_exposure>("automatic exposure")},
-    {ControlPanel::kLook, "tone", &kToneMapMenu},
-    {ControlPanel::kShow, "channel", &kChannelMenu, nullptr, nullptr, "Show"},
-    {ControlPanel::kShow, "component", kComponentSlider,
+    {ControlPanel::kLook, "exposure", "exposure", "Brighter (E), darker (D); Ctrl + click takes a number",
+     kExposureSlider, nullptr, nullptr, "Display"},
+    {ControlPanel::kLook, "automatic", nullptr,
+     "Shows most of the characters and the ground neither dark nor burnt out (Shift + E)",
+     switchOf<&ViewState::automatic_exposure>("automatic exposure")},
+    {ControlPanel::kLook, "tone", "tones", "How light that is brighter than the screen is shown (O)", &kToneMapMenu},
+    {ControlPanel::kShow, "channel", "picture", "What the surface shows (1 to 8)", &kChannelMenu, nullptr, nullptr,
+     "Show"},
+    {ControlPanel::kShow, "component", "which", "The component of the model that is shown (6)", kComponentSlider,
      [](const Scene&, const ViewState& state) { return state.show.component.has_value(); }},
-    {ControlPanel::kShow, "compare", &kCompareMenu, compares},
-    {ControlPanel::kShow, "wipe", sliderOf<&ViewState::show, &ShowChoice::wipe>({0, 1, "wipe at %.2f"}),
+    {ControlPanel::kShow, "compare", "compare", "The model, the baked truth, or both (C, T)", &kCompareMenu, compares},
+    {ControlPanel::kShow, "wipe", "wipe at", "Where the model ends and the truth begins",
+     sliderOf<&ViewState::show, &ShowChoice::wipe>({0, 1, "%.2f of the width"}),
      [](const Scene&, const ViewState& state) { return shownCompare(state) == Compare::kWipe; }},
-    {ControlPanel::kShow, "scale", sliderOf<&ViewState::show, &ShowChoice::error_max>({1e-3, 1, "scale to %.3f", true}),
+    {ControlPanel::kShow, "gain", "enlarged", "Differences are drawn so many times as bright",
+     sliderOf<&ViewState::show, &ShowChoice::difference_gain>({1, 64, "x %.3g", true}),
+     [](const Scene&, const ViewState& state) { return shownCompare(state) == Compare::kDifference; }},
+    {ControlPanel::kShow, "scale", "scale to", "The error that has the brightest colour ([ and ])",
+     sliderOf<&ViewState::show, &ShowChoice::error_max>({1e-3, 1, "%.3f", true}),
      [](const Scene&, const ViewState& state) { return state.show.channel == Channel::kError; }},
-    {ControlPanel::kShow, "background", kShown<&ShowChoice::background>("background")},
-    {ControlPanel::kShow, "ground", kShown<&ShowChoice::ground>("ground"), nullptr, nullptr, nullptr, 1, true},
-    {ControlPanel::kShow, "turn", switchOf<&ViewState::turntable>("turn"), nullptr, nullptr, nullptr, 1, true},
-    {ControlPanel::kShow, "shadows", &kShadowMenu},
-    {ControlPanel::kShow, "join", &kCastModeMenu, joinsCasts},
-    {ControlPanel::kShow, "brush", switchOf<&ViewState::tool, &PointerTool::brush, &GroundBrush::on>("brush"),
-     hasHeights},
-    {ControlPanel::kShow, "radius", kBrush<&GroundBrush::radius>({kMinBrush, kMaxBrush, "radius %.2f m", true}),
-     brushes},
-    {ControlPanel::kShow, "strength", kBrush<&GroundBrush::strength>({kMinBrush, kMaxBrush, "%.2f m a second", true}),
-     brushes},
-    {ControlPanel::kShow, "frames", kShown<&ShowChoice::frames>("normals and tangents")},
-    {ControlPanel::kShow, "boxes", kShown<&ShowChoice::boxes>("boxes of fields, spheres"),
+    {ControlPanel::kShow, "background", nullptr, "The light's picture behind everything (B)",
+     kShown<&ShowChoice::background>("background")},
+    {ControlPanel::kShow, "ground", nullptr, "A ground that takes the shadows (G)",
+     kShown<&ShowChoice::ground>("ground"), nullptr, nullptr, nullptr, true},
+    {ControlPanel::kShow, "turn", nullptr, "The camera goes round (R)", switchOf<&ViewState::turntable>("turn"),
+     nullptr, nullptr, nullptr, true},
+    {ControlPanel::kShow, "shadows", "shadows", "Whose shadows are shown (J)", &kShadowMenu},
+    {ControlPanel::kShow, "join", "joined as", "How shadows of others join what everyone sees of itself (A)",
+     &kCastModeMenu, joinsCasts},
+    {ControlPanel::kShow, "brush", nullptr, "Left drag raises the ground, Shift + left drag lowers it (0)",
+     switchOf<&ViewState::tool, &PointerTool::brush, &GroundBrush::on>("brush"), hasHeights},
+    {ControlPanel::kShow, "radius", "radius", "Of the brush (, and .)",
+     kBrush<&GroundBrush::radius>({kMinBrush, kMaxBrush, "%.2f m", true}), brushes},
+    {ControlPanel::kShow, "strength", "strength", "How fast the brush raises its middle (Shift with , and .)",
+     kBrush<&GroundBrush::strength>({kMinBrush, kMaxBrush, "%.2f m a second", true}), brushes},
+    {ControlPanel::kShow, "frames", nullptr, "Lines: normals blue, tangents red, their cross products green (N)",
+     kShown<&ShowChoice::frames>("normals and tangents")},
+    {ControlPanel::kShow, "boxes", nullptr,
+     "The boxes of the parts' fields, or the spheres that characters cast by (U)",
+     kShown<&ShowChoice::boxes>("boxes of fields, spheres"),
      [](const Scene& scene, const ViewState&) { return scene.hasOutlines(); }},
-    {ControlPanel::kTime, "speed", sliderOf<&ViewState::playhead, &Playhead::speed>({0.125, 8, "speed x %.2f", true})},
-    {ControlPanel::kTime, "smooth", switchOf<&ViewState::smooth>("smooth"), nullptr, nullptr, nullptr, 1, true},
+    {ControlPanel::kTime, "speed", nullptr, "Up: twice as fast; Down: half as fast",
+     sliderOf<&ViewState::playhead, &Playhead::speed>({0.125, 8, "speed x %.2f", true})},
+    {ControlPanel::kTime, "smooth", nullptr, "Poses between sampled frames are shown, too (I)",
+     switchOf<&ViewState::smooth>("smooth"), nullptr, nullptr, nullptr, true},
 };
 
 }  // namespace

@@ -11,7 +11,7 @@ namespace penumbra {
 
 // One of several: a panel lists them, and a key goes through them.
 struct Menu {
-    std::vector<std::string_view> (*names)(const Scene& scene, const ViewState& state);
+    std::vector<std::string> (*names)(const Scene& scene, const ViewState& state);
     std::size_t (*chosen)(const ViewState& state);
     void (*choose)(ViewState& state, const Scene& scene, std::size_t choice);
     bool (*has)(const Scene& scene, std::size_t choice) = nullptr;  // null: each of them can be chosen
@@ -49,11 +49,12 @@ enum class ControlPanel { kLook, kShow, kTime };
 struct Control {
     ControlPanel panel;
     const char* id;
+    const char* name;  // stands beside it; a switch has its own
+    const char* tip;   // says what it does while the pointer rests on it
     std::variant<const Menu*, Switch, Slider> does;
     bool (*exists)(const Scene& scene, const ViewState& state) = nullptr;          // null: always
     std::string (*problem)(const Scene& scene, const ViewState& state) = nullptr;  // says why something is not shown
     const char* heading = nullptr;                                                 // written above it
-    int columns = 1;                                                               // of the line, in one of which it is
     bool same_line = false;
 };
 std::span<const Control> controls();

@@ -127,6 +127,7 @@ ViewKeys keysOf(const Scene& scene, const ViewState& state, bool field_on_cpu) {
         key.channel = shownChannel(scene, state, i);
         key.compare = shownCompare(state);
         key.component = state.show.component;
+        if (key.compare == Compare::kDifference) key.gain = state.show.difference_gain;
         if (picked && picked->character == i) key.picked = picked->vertex;
         if (key.channel == Channel::kShaded && !key.component) key.eye = toFloat(cameraPosition(state.camera));
     }

@@ -60,7 +60,8 @@ struct CharacterKey {
     Channel channel = Channel::kShaded;
     Compare compare = Compare::kModel;
     std::optional<std::size_t> component, picked;
-    Vec3 eye;  // of shaded pictures
+    float gain = 0;  // of differences
+    Vec3 eye;        // of shaded pictures
     bool operator==(const CharacterKey&) const = default;
 };
 

@@ -5,8 +5,15 @@
 
 namespace penumbra {
 
+PanelSizes panelSizes(float width, float height, float unit) {
+    constexpr float kSide = 320, kTimeline = 132;                    // units
+    constexpr float kLargestSide = 0.42f, kLargestTimeline = 0.36f;  // shares of the window
+    return {std::min(kSide * unit, kLargestSide * width), std::min(kTimeline * unit, kLargestTimeline * height)};
+}
+
 Rectangle pictureArea(int width, int height, float scale) {
-    const int left = int(kSidePanelWidth * scale), below = int(kTimelineHeight * scale);
+    const PanelSizes panels = panelSizes(float(width), float(height), scale);
+    const int left = int(panels.side), below = int(panels.timeline);
     return {std::min(left, width - 1), 0, std::max(1, width - left), std::max(1, height - below)};
 }
 

@@ -10,8 +10,12 @@ struct Rectangle {
     int x = 0, y = 0, width = 0, height = 0;
 };
 
-// Sizes of the panels beside the picture, in units of 1/96 inch.
-constexpr int kSidePanelWidth = 290, kTimelineHeight = 120;
+// What the panels take of a window. In a small window they leave most of it to the picture.
+struct PanelSizes {
+    float side = 0, timeline = 0;  // width of the panel at the left, height of the one below
+};
+// `width` and `height` are those of the window, and `unit` 1/96 inch, all in the same coordinates.
+PanelSizes panelSizes(float width, float height, float unit);
 
 // Returns what the panels leave of a window of width x height pixels, at least 1 x 1. `scale` is pixels a unit.
 Rectangle pictureArea(int width, int height, float scale);

@@ -28,7 +28,9 @@ LightView shownLight(const Scene& scene, const ViewState& state) {
 }
 
 SkyPicture shownSky(const Scene& scene, const ViewState& state) {
-    return scene.blend.active() ? scene.blend.sky() : skyPicture(firstAsset(scene).lights[state.lighting.light]);
+    if (scene.blend.active()) return scene.blend.sky();
+    const SkyPicture* const picture = scene.backdrops[state.lighting.light];
+    return picture ? *picture : skyPicture(firstAsset(scene).lights[state.lighting.light]);
 }
 
 LightKey shownLightKey(const Scene& scene, const ViewState& state) {

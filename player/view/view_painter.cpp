@@ -242,7 +242,10 @@ void ScenePainter::drawPane(const ViewState& state, const Pane& pane, double rad
     gl::ClearColor(0.11f, 0.12f, 0.13f, 1);
     gl::Clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
     backdrop_.draw(*scene_, state, paneView(state, pane.area, radius, {}), sunsFor(state));
-    drawCharacters(state, pane, radius, state.display);
+    // A difference is a number, which no tone mapping may bend.
+    const bool number = pane.shown == Shown::kDifference;
+    drawCharacters(state, pane, radius,
+                   number ? DisplayTransform{state.display.exposure, ToneMap::kOff} : state.display);
     if (state.show.boxes) drawBoxes(state, pane, radius);
     if (state.inspect.picked) drawLobe(state, pane, radius);
 }

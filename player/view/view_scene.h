@@ -112,6 +112,7 @@ struct SceneFile {
     std::vector<Sun> light_suns;
     int picture_width = 0;
     std::vector<std::uint16_t> picture;  // PictureView, without the suns
+    SkyPicture backdrop;                 // the picture itself, suns included
 };
 constexpr int kPictureLightOrder = 5;
 
@@ -132,6 +133,7 @@ struct Scene {
     PoseFiles poses;
     std::vector<std::unique_ptr<Character>> characters;
     std::vector<std::string_view> material_names, light_names;
+    std::vector<const SkyPicture*> backdrops;  // of each light; null: what its file has of it
     std::unique_ptr<CastShadow> cast;
     std::unique_ptr<CastShadow> sphere_cast;  // all of them by their spheres; null where one has none
     std::optional<SceneGround> ground_file;   // none where a scene's file has none

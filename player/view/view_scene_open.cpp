@@ -163,6 +163,7 @@ SceneFile openFile(const std::filesystem::path& path, int threads, const OpenCho
     file.picture_width = factored.picture.width;
     file.picture.resize(factored.picture.pixels.size());
     floatToHalf(factored.picture.pixels, file.picture);
+    file.backdrop = skyPicture(picture.map);
     return file;
 }
 
@@ -207,6 +208,9 @@ Scene openScene(std::span<const std::filesystem::path> given, int threads, const
     const AssetView& first = scene.characters.front()->asset;
     for (const MaterialView& material : first.materials) scene.material_names.push_back(material.name);
     for (const LightView& light : lightsOf(first)) scene.light_names.push_back(light.name);
+    for (const SceneFile& file : scene.files)
+        scene.backdrops.insert(scene.backdrops.end(), file.asset ? file.asset->view.lights.size() : 1,
+                               file.asset ? nullptr : &file.backdrop);
     std::optional<GroundHeights> heights;
     if (scene.file) heights = openGround(*scene.file);
     scene.file ? placeMembers(scene) : placeCharacters(scene);

@@ -184,7 +184,7 @@ bool showValues(Scene& scene, std::size_t index, const ViewState& state, const C
         if (key.compare != Compare::kDifference) return;
         difference.resize(model.size());
         for (std::size_t v = 0; v < model.size(); ++v)
-            for (int c = 0; c < 3; ++c) difference[v][c] = std::abs(model[v][c] - truth[v][c]);
+            for (int c = 0; c < 3; ++c) difference[v][c] = key.gain * std::abs(model[v][c] - truth[v][c]);
     });
 }
 

@@ -1,5 +1,6 @@
 #include "player/view/view_settings.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
@@ -19,6 +20,13 @@ std::filesystem::path settingsPath() {
     const char* home = std::getenv("HOME");
     if (home && *home) return std::filesystem::path(home) / ".config" / "penumbra" / "view.json";
     return {};
+}
+
+ViewState firstState() {
+    ViewState state;
+    state.display.tone_map = ToneMap::kFilmic;
+    state.window.hint = true;
+    return state;
 }
 
 namespace {
@@ -42,6 +50,13 @@ public:
         const Json* field = find(json, name);
         if (field && !field->is_boolean()) return refuse(name, "is neither true nor false");
         if (field) value = field->get<bool>();
+    }
+    void paths(const Json& json, const char* name, std::vector<std::filesystem::path>& value) {
+        const Json* field = find(json, name);
+        if (!field) return;
+        const auto is_text = [](const Json& one) { return one.is_string(); };
+        if (!field->is_array() || !std::ranges::all_of(*field, is_text)) return refuse(name, "is no list of files");
+        for (const Json& one : *field) value.emplace_back(one.get<std::string>());
     }
     const Json* object(const Json& json, const char* name) {
         const Json* field = find(json, name);
@@ -83,6 +98,8 @@ ViewSettings parseSettings(const Json& json, std::string& problem) {
     read.flag(json, "background", state.show.background);
     read.flag(json, "ground", state.show.ground);
     read.flag(json, "panels", state.window.panels);
+    read.paths(json, "recent", state.window.recent);
+    state.window.hint = false;
     return settings;
 }
 
@@ -117,9 +134,11 @@ void writeSettings(const std::filesystem::path& path, const ViewSettings& settin
     json["background"] = state.show.background;
     json["ground"] = state.show.ground;
     json["panels"] = state.window.panels;
+    json["recent"] = Json::array();
+    for (const std::filesystem::path& file : state.window.recent) json["recent"].push_back(file.string());
     std::error_code failed;  // writeWholeFile() says what cannot be written
     std::filesystem::create_directories(path.parent_path(), failed);
-    writeWholeFile(path, json.dump(2) + "\n");
+    writeWholeFile(path, json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 
 }  // namespace penumbra

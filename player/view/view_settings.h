@@ -9,11 +9,15 @@
 
 namespace penumbra {
 
+// What the window begins with where nothing was kept yet: tones are filmic, so that lit skin does not burn out, and the
+// hint is on.
+ViewState firstState();
+
 struct ViewSettings {
     WindowPlace window;
-    // Of it are kept: the display (no exposure where that is automatic), the speed, the scale of errors, and whether
-    // background, ground and panels are on.
-    ViewState state;
+    // Of it are kept: the display (no exposure where that is automatic), the speed, the scale of errors, whether
+    // background, ground and panels are on, and the files that were opened last.
+    ViewState state = firstState();
 };
 
 // Returns an empty path when the environment names no home.

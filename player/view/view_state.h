@@ -1,6 +1,7 @@
 #pragma once
 // Holds all that a user chooses in the window, but not how it is drawn: keys and panels change it, and the scene
 // follows it.
+#include <filesystem>
 #include <map>
 #include <optional>
 #include <span>
@@ -25,7 +26,7 @@ enum class Compare {
     kTruth,
     kSideBySide,  // with the model at the left
     kWipe,        // the model at the left of ShowChoice::wipe
-    kDifference,  // |model - truth| of what each vertex shows
+    kDifference,  // |model - truth| of what each vertex shows, times ShowChoice::difference_gain
 };
 
 // Which shadows are shown.
@@ -115,6 +116,7 @@ struct ShowChoice {
     Compare compare = Compare::kModel;
     float wipe = 0.5f;  // of the picture's width
     float error_max = 0.25f;
+    float difference_gain = 8;  // of Compare::kDifference: what is drawn of each difference, times as much
     Shadows shadows = Shadows::kBoth;
     CastMode cast_mode = CastMode::kProduct;  // as wished; shownCastMode() tells what is shown
     bool background = true, ground = false;
@@ -140,10 +142,22 @@ struct PointerTool {
     bool operator==(const PointerTool&) const = default;
 };
 
+// Pictures that are written one after another.
+enum class Sequence {
+    kClip,       // all frames of the clip
+    kTurntable,  // a whole turn of the camera, as a video; the clip plays or stands as it did
+};
+
 struct WindowChoice {
     bool panels = true, help = false, quit = false;
+    bool hint = false;                                  // says how to begin, until something is pressed
     bool screenshot = false, screenshot_panels = true;  // taken at the next frame
-    std::optional<std::size_t> sequence;                // number in the clip of the next picture of a sequence
+    std::optional<std::size_t> sequence;                // number of the next picture of a sequence
+    Sequence of = Sequence::kClip;
+    int undone = 0;  // views to go back (below 0) or forth before the next frame (view_history.h)
+    std::optional<std::filesystem::path> browsed;  // folder that the list of files shows, where it is open
+    std::optional<std::filesystem::path> chosen;   // file that is opened before the next frame
+    std::vector<std::filesystem::path> recent;     // files that were opened, the latest first
     bool operator==(const WindowChoice&) const = default;
 };
 
@@ -170,6 +184,10 @@ const ClipView& selectedClip(const ViewState& state, const Scene& scene);
 // Goes to the clip's frame of the largest mean error against the truth, or of the pose that is farthest out of range,
 // as far as these are known. advanceView() does it again when all of them are.
 void showWorst(ViewState& state, const Scene& scene, Worst by);
+// Tells whether the panels are there: the user has them, or looks into the keys or the files.
+inline bool showsPanels(const ViewState& state) {
+    return state.window.panels || state.window.help || state.window.browsed;
+}
 // Tells whether only sampled frames are shown: because the user chose so, or because truth is shown, which other
 // poses lack.
 bool snapsToFrames(const ViewState& state);

@@ -10,7 +10,8 @@ import numpy as np
 from PIL import Image
 
 from programs import good
-from view_window import HEIGHT, PANEL, TIMELINE, WIDTH, View, center, difference, make_scene, opened, prepared, wait_until
+from view_window import (ERROR, HEIGHT, PANEL, RANGE, ROWS, SCRUB, TIMELINE, WIDTH, View, center, difference, frame_x, make_scene, opened,
+                         prepared, wait_until)
 
 
 def check_plays_and_scrubs(view, first):
@@ -21,7 +22,7 @@ def check_plays_and_scrubs(view, first):
     assert played.frame() > 0 and difference(first, played) > 0.1, (played.said, difference(first, played))
     again = view.shot()
     assert again.frame() == played.frame() and difference(again, played) == 0, "paused, nothing moves"
-    middle = (PANEL + (WIDTH - PANEL) / 2, HEIGHT - TIMELINE + 43)
+    middle = (frame_x(6.5), SCRUB)
     view.drag(1, middle, (WIDTH - 20, middle[1]))
     scrubbed = view.shot()
     assert scrubbed.frame() == 12, "the end of a clip of 13 frames, not " + scrubbed.said
@@ -35,8 +36,7 @@ def check_plays_and_scrubs(view, first):
 
 def check_smooth(view, first):
     """Between sampled frames the pose moves on; with truth it does not."""
-    row = HEIGHT - TIMELINE + 43
-    at = lambda number: (PANEL + 8 + (WIDTH - PANEL - 16) * number / 13, row)  # 13 frames
+    at = lambda number: (frame_x(number), SCRUB)
     between = []
     for number in (4.02, 4.5, 4.9):
         view.drag(1, at(number - 1), at(number))
@@ -57,17 +57,18 @@ def finished_strips(view):
     before = view.shot(panels=True)
     time.sleep(0.3)
     after = view.shot(panels=True)
-    timeline = after.whole[HEIGHT - 70:HEIGHT - 20, PANEL:]
+    rows = slice(RANGE - 12, ERROR + 12)
+    timeline = after.whole[rows, PANEL:]
     there = all((np.abs(timeline - color).max(-1) < 12).any() for color in ((235, 140, 40), (214, 72, 96)))
-    return after if there and np.array_equal(timeline, before.whole[HEIGHT - 70:HEIGHT - 20, PANEL:]) else None
+    return after if there and np.array_equal(timeline, before.whole[rows, PANEL:]) else None
 
 
 def check_strips(view, first):
     """The strips of the timeline are filled. A click finds a frame, and a key finds the worst ones."""
     shown = wait_until(lambda: finished_strips(view), "the strips, which are computed while nothing else is to do").whole
     strips = []
-    for row, color in ((HEIGHT - 56, (235, 140, 40)), (HEIGHT - 33, (214, 72, 96))):
-        strip = shown[row - 9:row + 11, PANEL + 8:WIDTH - 8]
+    for row, color in ((RANGE, (235, 140, 40)), (ERROR, (214, 72, 96))):
+        strip = shown[row - 11:row + 12, ROWS:WIDTH - 8]
         filled = (np.abs(strip - color).max(-1) < 12).sum(0)
         assert filled.any(), (row, "nothing is in the strip")
         cells = [filled[int(i * len(filled) / 13) + 2:int((i + 1) * len(filled) / 13) - 2].max() for i in range(13)]
@@ -76,7 +77,7 @@ def check_strips(view, first):
     assert abs(strips[1][1][int(worst.frame())] - max(strips[1][1])) <= 1, (worst.said, strips)
     far = view.shot("shift+w")
     assert abs(strips[0][1][int(far.frame())] - max(strips[0][1])) <= 1, (far.said, strips)
-    view.move(PANEL + 8 + (WIDTH - PANEL - 16) * 7.5 / 13, HEIGHT - 33)
+    view.move(frame_x(7.5), ERROR)
     view.tool("click", 1)
     wait_until(lambda: view.shot().frame() == 7, "the frame of a strip's cell that was clicked")
     view.move(PANEL + 100, 200)
@@ -223,8 +224,6 @@ def check_components(view):
     panel = view.shot(panels=True).whole[:, :PANEL]
     view.tool("click", 1)
     wait_until(lambda: np.abs(view.shot(panels=True).whole[:, :PANEL] - panel).mean() > 1, "numbers of the vertex")
-    view.move(PANEL // 2, 300)
-    view.tool("click", "--repeat", 30, "--delay", 30, 5)
     ranges_shown = lambda: rows_of((120, 200, 120), view.shot(panels=True).whole)
     wait_until(lambda: len(ranges_shown()) >= 2, "training ranges of the components")
     ranges = ranges_shown()
@@ -304,12 +303,15 @@ def fix_camera(name, **changes):
 
 
 def share_like_render(scene, shot, *more):
-    """Draws the scene without a window. Returns the share of its pixels that are within 5 steps in the shot, which has
-    no background."""
+    """Draws the scene without a window. Returns the share of the pixels of its middle that are within 5 steps in the shot,
+    which has no background."""
     size = f"{shot.picture.shape[1]}x{shot.picture.shape[0]}"
-    good("player", "render", "--scene", scene, "--size", size, "--gl", "osmesa", "--aa", 1, "-o", "drawn.png", *more)
+    good("player", "render", "--scene", scene, "--size", size, "--gl", "osmesa", "--aa", 1, "--tone", "filmic", "-o", "drawn.png",
+         *more)
     drawn = np.asarray(Image.open("drawn.png").convert("RGBA"), int)
     covered = drawn[..., 3] == 255
+    side = covered.shape[1] // 4  # where the ground of the window fades
+    covered[:, :side] = covered[:, -side:] = False
     off = np.abs(shot.picture - drawn[..., :3]).max(-1)[covered]
     share = float((off < 6).mean())
     print(f"the window beside render: {covered.sum()} pixels, {np.median(off):.0f} steps off at the median, {share:.3f} within 5")
@@ -361,7 +363,7 @@ def check_suns():
         view.close()
     assert difference(*shots) < 0.01, "both paths have the values of the CPU"
     share = share_like_render("sunny.json", shots[0])
-    assert share > 0.5 and share_like_render("sunny.json", soft) < share - 0.08, share  # measured: 0.585 and 0.451
+    assert share > 0.5 and share_like_render("sunny.json", soft) < share - 0.08, share  # measured: 0.637 and 0.532
 
 
 with prepared():

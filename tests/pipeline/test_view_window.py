@@ -13,7 +13,7 @@ from PIL import Image
 
 import view_window
 from programs import BIN, good, run_tool as run
-from view_window import PANEL, TIMELINE, Shot, View, cpu_seconds, difference, opened, prepared, wait_until
+from view_window import PANEL, TIMELINE, Shot, View, cpu_seconds, difference, opened, panel_of, prepared, wait_until
 from x11_events import DragSource, another_window
 
 
@@ -42,9 +42,21 @@ def check_drops(view):
 
 def check_window(view):
     shown = view.shot(panels=True)
-    view.keys("F1")
-    wait_until(lambda: difference(shown, view.shot(panels=True)) > 5, "F1 to cover the picture")
-    view.keys("F1")
+    panel = lambda: view.shot(panels=True).whole[:, :PANEL]
+    for key, what in (("F1", "the keys"), ("F2", "the files")):
+        view.keys(key)
+        wait_until(lambda: np.abs(shown.whole[:, :PANEL] - panel()).mean() > 3, f"{key} to list {what}")
+        assert difference(shown, view.shot(panels=True)) == 0, "beside the picture"
+        view.keys(key)
+    before = view.shot()
+    view.drag(1, (500, 350), (600, 330))
+    dragged = view.shot()
+    assert difference(dragged, before) > 0.1
+    assert difference(view.shot("BackSpace"), before) == 0, "the view before"
+    assert difference(view.shot("shift+BackSpace"), dragged) == 0, "forth again"
+    view.keys("BackSpace")
+    view.keys("semicolon")
+    wait_until(lambda: (view.shot(panels=True).picture[-60:, :300].min(-1) > 200).sum() > 30, "why a key does nothing")
     view.keys("Tab")
     assert view.shot().picture.shape == (view_window.HEIGHT, view_window.WIDTH, 3), "the picture takes the panels' place"
     assert view.shot("Tab").picture.shape == shown.picture.shape
@@ -80,7 +92,7 @@ def root_property(name):
 
 def wait_for_size(view):
     """The window draws in its new size a little after it has it."""
-    wanted = (view_window.HEIGHT - TIMELINE, view_window.WIDTH - PANEL, 3)
+    wanted = (view_window.HEIGHT - TIMELINE, view_window.WIDTH - panel_of(view_window.WIDTH), 3)
     wait_until(lambda: view.shot().picture.shape == wanted, f"a picture of {wanted}")
 
 
@@ -151,8 +163,8 @@ def check_high_density():
     subprocess.run(["xprop", "-root", "-f", "RESOURCE_MANAGER", "8s", "-set", "RESOURCE_MANAGER", "Xft.dpi: 192"],
                    check=True)
     view = View("x.pnb", "--no-settings", size="700x500")
-    assert view.shot().picture.shape == (2 * (500 - TIMELINE), 2 * (700 - PANEL), 3)
-    view.drag(1, (2 * (PANEL + 200), 2 * (500 - TIMELINE + 43)), (2 * 690, 2 * (500 - TIMELINE + 43)))
+    assert view.shot().picture.shape == (2 * (500 - TIMELINE), 2 * (700 - panel_of(700)), 3)
+    view.drag(1, (2 * (panel_of(700) + 200), 2 * (500 - TIMELINE + 44)), (2 * 690, 2 * (500 - TIMELINE + 44)))
     assert view.shot().frame() == 12, "the timeline is where it is seen"
     view.close()
     subprocess.run(["xprop", "-root", "-remove", "RESOURCE_MANAGER"], check=True)
@@ -164,6 +176,20 @@ def check_sequence(view):
     assert [Shot(None, line, False).frame() for line in lines] == list(range(13)), lines
     pictures = [np.asarray(Image.open("wave_%04d.png" % i), int) for i in range(13)]
     assert all(np.abs(a - b).mean() > 0.01 for a, b in zip(pictures, pictures[1:]))
+
+
+def check_turntable(view):
+    """Shift + F11 writes a whole turn as a video, which ends where it began."""
+    before = view.shot()
+    view.keys("shift+F11")
+    line = view.process.stdout.readline()
+    assert line.startswith("./turn_0001.y4m: turntable"), line
+    with open("turn_0001.y4m", "rb") as file:
+        header, *frames = file.read().split(b"FRAME\n")
+    assert header.startswith(b"YUV4MPEG2 ") and len(frames) == 300, (header, len(frames))
+    luma = [np.frombuffer(frame, np.uint8)[:before.picture[..., 0].size].astype(int) for frame in frames]
+    assert np.abs(luma[0] - luma[150]).mean() > 0.5 and np.abs(luma[0] - luma[299]).mean() < np.abs(luma[0] - luma[150]).mean()
+    assert difference(view.shot(), before) < 0.2, "a whole turn"
 
 
 def check_settings():
@@ -203,7 +229,7 @@ def check_several():
     columns = np.flatnonzero(two.mask().any(0))
     gaps = np.flatnonzero(np.diff(columns) > 5)
     assert len(gaps) == 1, "two figures with a gap between them"
-    view.keys(*"ll")
+    view.keys(*"oll")  # colours are cut at white, and not bent
     red = view.shot()
     assert "red.hdr" in red.said, red.said
     inside = red.picture[red.mask()].mean(0)
@@ -241,7 +267,7 @@ def check_exposure():
     for path in ("cpu", "glsl"):
         view = View("x.pnb", "bright.hdr", "grey.hdr", "dim.hdr", "--no-settings", "--path", path)
         shots = {}
-        for shot in (view.shot("b"), *(view.shot("l") for _ in range(4))):
+        for shot in (view.shot("b", "o"), *(view.shot("l") for _ in range(4))):
             shots[shot.said.split("light ")[1].split(",")[0].removesuffix(".hdr")] = shot
         inside = shots["grey"].mask()
         for name in ("bright", "dim"):
@@ -295,6 +321,7 @@ with prepared():
     with opened() as (window, _):
         check_window(window)
         check_sequence(window)
+        check_turntable(window)
         idle = check_idle(window)
         check_drops(window)
         check_resize(window)

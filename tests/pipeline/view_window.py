@@ -13,7 +13,18 @@ import processor_time
 from programs import BIN, good
 
 RIG = os.path.join(BIN, "..", "samples", "capsule_man.glb")
-WIDTH, HEIGHT, PANEL, TIMELINE = 800, 600, 290, 120  # of the panels: player/view/view_layout.h
+WIDTH, HEIGHT, PANEL, TIMELINE = 800, 600, 320, 132  # of the panels: panelSizes() in player/view/view_layout.cpp
+ROWS = PANEL + 120  # where the rows of the timeline begin, to the right of their names
+SCRUB, RANGE, ERROR = HEIGHT - TIMELINE + 44, HEIGHT - TIMELINE + 70, HEIGHT - TIMELINE + 97  # the middles of the rows
+
+
+def panel_of(width):
+    return int(min(PANEL, 0.42 * width))
+
+
+def frame_x(number, frames=13):
+    """Where a frame is in the rows of the timeline."""
+    return ROWS + (WIDTH - 8 - ROWS) * number / frames
 
 
 def make_assets():

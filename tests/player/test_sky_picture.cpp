@@ -45,5 +45,41 @@ TEST(SkyPicture, ALightsOwnPictureComesWithItsSuns) {
     EXPECT_EQ(sky.suns[0].irradiance.x, 2);
 }
 
+// A picture in 4096 columns becomes means of two by two; a small one stays as it is.
+TEST(SkyPicture, APictureIsShownItself) {
+    const auto mapOf = [](int width) {
+        Image image{width, width / 2, {}, {}};
+        for (int y = 0; y < image.height; ++y)
+            for (int x = 0; x < image.width; ++x)
+                image.pixels.push_back({float(x % 2 + 2 * (y % 2)), x < width / 2 ? 1.0f : 3.0f, 0.25f});
+        return makeEnvironmentMap(std::move(image), "latlong", "a picture");
+    };
+    const EnvironmentMap small = mapOf(8);
+    const SkyPicture same = skyPicture(small);
+    ASSERT_EQ(same.width, 8);
+    for (std::size_t i = 0; i < same.texels.size(); ++i) {
+        EXPECT_EQ(halfToFloat(same.texels[i][0]), small.image.pixels[i].x) << i;
+        EXPECT_EQ(halfToFloat(same.texels[i][1]), small.image.pixels[i].y) << i;
+        EXPECT_EQ(halfToFloat(same.texels[i][2]), small.image.pixels[i].z) << i;
+    }
+    const SkyPicture means = skyPicture(mapOf(4096));
+    ASSERT_EQ(means.width, 2048);
+    ASSERT_EQ(means.texels.size(), 2048u * 1024u);
+    for (const std::size_t i : std::array<std::size_t, 3>{0, 1023, 2048 * 1023 + 2047}) {
+        EXPECT_EQ(halfToFloat(means.texels[i][0]), 1.5f) << i;
+        EXPECT_EQ(halfToFloat(means.texels[i][1]), i % 2048 < 1024 ? 1.0f : 3.0f) << i;
+    }
+}
+
+// The center of an angular map looks along +x.
+TEST(SkyPicture, OtherShapesAreUnfolded) {
+    Image image{64, 64, {}, {}};
+    for (int y = 0; y < 64; ++y)
+        for (int x = 0; x < 64; ++x) image.pixels.push_back({std::hypot(x - 31.5f, y - 31.5f) < 8 ? 2.0f : 0.5f, 0, 0});
+    const SkyPicture sky = skyPicture(makeEnvironmentMap(std::move(image), "angular", "a probe"));
+    EXPECT_NEAR(redTowards(sky, {1, 0.01, 0}), 2, 0.01);
+    EXPECT_NEAR(redTowards(sky, {0, 1, 0.01}), 0.5, 0.01);
+}
+
 }  // namespace
 }  // namespace penumbra::test_sky_picture

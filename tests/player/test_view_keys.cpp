@@ -178,12 +178,12 @@ TEST_P(ViewKeysTest, EveryKeyDrawsAnotherFrame) {
 TEST_P(ViewKeysTest, EveryControlDrawsAnotherFrame) {
     Scene scene = open();
     std::set<std::string> tried;
-    for (const int key : std::array<int, 5>{0, '3', '6', 'C', '0'}) {  // what brings controls of its own
+    for (const int key : std::array<int, 6>{0, '3', '6', 'C', 'c', '0'}) {  // what brings controls of its own
         ViewState state = livedIn(scene);
         state.lighting.parameters[1] = 30;
         chooseMaterial(state, 1);
-        if (key == 'C')
-            state.show.compare = Compare::kWipe;
+        if (key == 'C' || key == 'c')
+            state.show.compare = key == 'C' ? Compare::kWipe : Compare::kDifference;
         else if (key)
             applyKey(state, scene, {key, false});
         update(scene, state);

@@ -135,6 +135,8 @@ TEST(ViewSettings, AreReadAsTheyWereWritten) {
     settings.state.display = {2.5f, ToneMap::kFilmic};
     settings.state.automatic_exposure = false;
     settings.state.show.ground = true;
+    settings.state.window.recent = {"/a b/x.pnb", "y.exr"};
+    EXPECT_TRUE(settings.state.window.hint) << "for who comes first";
     writeSettings(path, settings);
     const ViewSettings read = readSettings(path, problem);
     EXPECT_TRUE(problem.empty()) << problem;
@@ -144,6 +146,12 @@ TEST(ViewSettings, AreReadAsTheyWereWritten) {
     EXPECT_FALSE(read.state.automatic_exposure);
     EXPECT_EQ(read.state.display.tone_map, ToneMap::kFilmic);
     EXPECT_TRUE(read.state.show.ground);
+    EXPECT_EQ(read.state.window.recent, settings.state.window.recent);
+    EXPECT_FALSE(read.state.window.hint);
+    std::ofstream(path) << R"({"recent": [1]})";
+    EXPECT_TRUE(readSettings(path, problem).state.window.recent.empty());
+    EXPECT_NE(problem.find("recent"), std::string::npos) << problem;
+    problem.clear();
     std::ofstream(path) << R"({"window": {"width": 1e30}})";
     EXPECT_EQ(readSettings(path, problem).window.width, WindowPlace().width);
     EXPECT_NE(problem.find("width"), std::string::npos) << problem;

@@ -66,14 +66,10 @@ void assetPanel(const Character& character) {
     modelLines(asset);
 }
 
-void vertexPanel(const Scene& scene, const PickedVertex& picked) {
-    const Character& character = *scene.characters[picked.character];
-    const VertexFigures figures = figuresOf(character, picked.vertex);
-    ImGui::TextDisabled("Vertex %zu, cluster %zu (%s)", picked.vertex, figures.cluster, text(figures.joint).c_str());
-    ImGui::Text("E of the model %.4f", double(figures.model_ambient));
-    if (!figures.truth.empty())
-        ImGui::Text("E of the truth %.4f, error %+.4f", double(figures.true_ambient),
-                    double(figures.model_ambient - figures.true_ambient));
+namespace {
+
+// The model's coefficients of visibility beside the truth's, and the scores of the cluster.
+void coefficientTable(const Character& character, const VertexFigures& figures) {
     const std::vector<int> indices = character.asset.model.convention.indices();
     if (!ImGui::BeginTable("numbers", 3, ImGuiTableFlags_RowBg)) return;
     for (std::size_t i = 0; i < figures.model.size(); ++i) {
@@ -93,6 +89,21 @@ void vertexPanel(const Scene& scene, const PickedVertex& picked) {
         scores += number;
     }
     ImGui::TextWrapped("%s", scores.c_str());
+}
+
+}  // namespace
+
+void vertexPanel(const Scene& scene, const PickedVertex& picked) {
+    const Character& character = *scene.characters[picked.character];
+    const VertexFigures figures = figuresOf(character, picked.vertex);
+    ImGui::TextDisabled("Vertex %zu, cluster %zu (%s)", picked.vertex, figures.cluster, text(figures.joint).c_str());
+    ImGui::Text("E of the model %.4f", double(figures.model_ambient));
+    if (!figures.truth.empty())
+        ImGui::Text("E of the truth %.4f, error %+.4f", double(figures.true_ambient),
+                    double(figures.model_ambient - figures.true_ambient));
+    if (!ImGui::TreeNode("coefficients and scores")) return;
+    coefficientTable(character, figures);
+    ImGui::TreePop();
 }
 
 void factorPanel(const Scene& scene, ViewState& state) {

@@ -9,9 +9,12 @@
 
 #include "formats/common/errors.h"
 #include "formats/common/write_file.h"
+#include "player/composite/picture_stream.h"
 #include "player/frame/framed_rest.h"
 #include "player/gl/gpu_timer.h"
 #include "player/gl/screenshot.h"
+#include "player/view/folder_list.h"
+#include "player/view/view_history.h"
 #include "player/view/view_look.h"
 #include "player/view/view_settings.h"
 #include "player/view/window/view_panels.h"
@@ -28,6 +31,8 @@ constexpr double kDrawAfterEvent = 0.3;  // seconds
 constexpr double kIdleWait = 0.25;       // seconds between looks at whether to stop
 constexpr double kStep = 0.002;          // seconds until the state may have changed by itself
 constexpr double kStripTime = 3;         // milliseconds a frame for the strips of the timeline
+constexpr int kTurntableRate = 25;       // pictures a second
+constexpr std::size_t kTurntablePictures = kTurntableRate * std::size_t(kTurnSeconds);
 constexpr double kStripTimeAtRest = 12;  // while the picture stands
 
 double secondsSince(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
@@ -48,6 +53,7 @@ double startPitch(const Scene& scene) {
 ViewState startState(const Scene& scene, const ViewSettings& settings, const ViewOptions& options) {
     ViewState state = settings.state;
     state.lighting.shading = options.shading;
+    state.window.hint &= options.settings;
     state.camera.yaw = 20 * kDegree;
     state.camera.pitch = startPitch(scene);
     state.camera.vertical_fov = 35 * kDegree;
@@ -74,6 +80,7 @@ public:
           files_(options.files),
           scene_(std::make_unique<Scene>(openScene(files_, threads, openChoice()))),
           state_(startState(*scene_, settings_, options)) {
+        for (const std::filesystem::path& file : files_) noteRecent(state_.window.recent, file);
         openWindow();
         timer_ = std::make_unique<GpuTimer>();
         tellSettingsProblem();
@@ -98,6 +105,9 @@ private:
     ViewState state_;
     Cached<ShadingChoice, std::unique_ptr<ScenePainter>> painter_;  // it keeps references to everyone's shading
     Cached<FrameKey> drawn_;
+    ViewHistory history_;
+    std::optional<PictureSink> turn_;  // of a turntable that is being written
+    std::filesystem::path turn_path_;
     Cached<ExposedLook> exposed_;      // what the automatic exposure was measured for
     std::unique_ptr<GpuTimer> timer_;  // needs the window's context
     ViewFigures figures_;
@@ -115,6 +125,7 @@ private:
     void drawFrame();
     void write(const std::filesystem::path& path, const Image& image);
     void takeScreenshot(const Rectangle& part);
+    void takeTurntablePicture(const Rectangle& picture);
     void takeSequencePicture(const Rectangle& picture);
     bool busy() const;
     void keepSettings();
@@ -160,13 +171,15 @@ void ViewLoop::tellSettingsProblem() {
 // Adds dropped files. A file that cannot be used changes nothing.
 void ViewLoop::addFiles(const std::vector<std::filesystem::path>& dropped) {
     std::vector<std::filesystem::path> files = files_;
-    files.insert(files.end(), dropped.begin(), dropped.end());
     try {
+        for (const std::filesystem::path& file : dropped) files.push_back(shownFile(file));
         auto scene = std::make_unique<Scene>(openScene(files, threads_, openChoice()));
         scene->blend = LightBlend(options_.fade);
         const bool is_new = !scene_->file && scene->file;
         scene_ = std::move(scene);
         files_ = std::move(files);
+        history_.forget();
+        for (const std::filesystem::path& file : dropped) noteRecent(state_.window.recent, file);
         painter_.forget();
         exposed_.forget();
         state_ = stateFor(*scene_, state_);
@@ -179,8 +192,17 @@ void ViewLoop::addFiles(const std::vector<std::filesystem::path>& dropped) {
 
 void ViewLoop::handle(const ViewEvents& events) {
     if (!events.dropped.empty()) addFiles(events.dropped);
+    if (const auto chosen = std::exchange(state_.window.chosen, {})) addFiles({*chosen});
+    if (events.any && (!events.keys.empty() || events.clicked)) {
+        figures_.message.clear();
+        state_.window.hint = false;
+    }
     for (const KeyPress& press : events.keys) {
+        const ViewState before = state_;
         applyKey(state_, *scene_, press);
+        if (state_ == before) figures_.message = whyNothing(press);
+        if (const int steps = std::exchange(state_.window.undone, 0))
+            if (!history_.go(state_, steps)) figures_.message = steps < 0 ? "no view before" : "no view after";
         if (!state_.window.screenshot) continue;
         advanceTime();
         drawFrame();  // of what the keys before it made of the picture
@@ -210,24 +232,52 @@ void ViewLoop::takeScreenshot(const Rectangle& part) {
     write(freeScreenshotName(options_.screenshots), readPart(part, window_->height()));
 }
 
+// Writes pictures of a whole turn as a video that begins with the first and ends with the last.
+void ViewLoop::takeTurntablePicture(const Rectangle& picture) {
+    try {
+        if (!turn_) {
+            turn_path_ = freeTurntableName(options_.screenshots);
+            turn_.emplace(turn_path_, nullptr, kTurntableRate);
+        }
+        const Image image = readPart(picture, window_->height());
+        turn_->write(*state_.window.sequence, TexturePicture{image.width, image.height, displayedBytes(image, 1)});
+        const std::size_t written = ++*state_.window.sequence;
+        figures_.message = "turntable: " + std::to_string(written) + " of " + std::to_string(kTurntablePictures);
+        if (written < kTurntablePictures) return;
+        turn_->finish();
+        turntable(state_.camera, 1.0 / kTurntableRate);  // where it began
+        figures_.message = "wrote " + turn_path_.string();
+        if (!quiet_) std::printf("%s: turntable, %s\n", turn_path_.c_str(), describe(*scene_, state_).c_str());
+        std::fflush(stdout);
+    } catch (const IoError& error) {
+        figures_.message = error.what();
+    }
+    turn_.reset();
+    state_.window.sequence.reset();
+}
+
 void ViewLoop::takeSequencePicture(const Rectangle& picture) {
+    if (state_.window.of == Sequence::kTurntable) return takeTurntablePicture(picture);
     const ClipView& clip = selectedClip(state_, *scene_);
     write(sequenceName(options_.screenshots, clip.name, *state_.window.sequence), readPart(picture, window_->height()));
     if (state_.window.sequence && ++*state_.window.sequence >= clip.frame_count) state_.window.sequence.reset();
 }
 
 void ViewLoop::advanceTime() {
-    const double seconds = secondsSince(last_step_);
+    const bool turns = state_.window.sequence && state_.window.of == Sequence::kTurntable;
+    if (!turns) turn_.reset();  // it was stopped
+    // A video has its own time. Its first picture is what the window shows.
+    const double seconds = !turns ? secondsSince(last_step_) : *state_.window.sequence > 0 ? 1.0 / kTurntableRate : 0.0;
     last_step_ = Clock::now();
     const ClipView& clip = selectedClip(state_, *scene_);
     const AnimationView& animation = scene_->characters[state_.selected]->asset.animation;
-    if (state_.window.sequence) {
+    if (state_.window.sequence && !turns) {
         state_.playhead.playing = false;
         showClipTime(state_, frameSeconds(animation, clip,
                                           std::min<std::size_t>(*state_.window.sequence, clip.frame_count - 1)));
     }
     advanceView(state_, *scene_, seconds);
-    if (state_.turntable) turntable(state_.camera, seconds);
+    if (state_.turntable || turns) turntable(state_.camera, seconds);
     advanceLight(*scene_, state_, seconds);
     computeStrips(*scene_, state_, state_.playhead.playing || state_.turntable ? kStripTime : kStripTimeAtRest);
 }
@@ -260,7 +310,7 @@ void ViewLoop::drawFrame() {
     last_frame_ = Clock::now();
     const int width = window_->width(), height = window_->height();
     const Rectangle picture =
-        state_.window.panels ? pictureArea(width, height, window_->scale()) : Rectangle{0, 0, width, height};
+        showsPanels(state_) ? pictureArea(width, height, window_->scale()) : Rectangle{0, 0, width, height};
     updatePicture(picture);
     updateExposure(picture);
     drawn_.update(frameKey(*scene_, state_));
@@ -275,6 +325,7 @@ void ViewLoop::drawFrame() {
     const Rectangle in_units = scaled(picture, window_->unitScale() / window_->scale());
     buildPanels(*scene_, state_, figures_, in_units, window_->unitScale());
     applyMouse(*scene_, state_, in_units);
+    if (!state_.turntable && !state_.window.sequence && !window_->held()) history_.note(state_);
     window_->drawPanels();
     if (state_.window.screenshot) takeScreenshot({0, 0, width, height});
     checkGl("drawing a frame");

@@ -26,6 +26,20 @@ void write(ImVec2 at, const char* label, ImU32 color = kInk) {
     list.AddText(at, color, label);
 }
 
+// Draws a dark plate for texts and legends, which are then readable over any picture.
+void plate(ImVec2 low, ImVec2 high) {
+    const float margin = 0.4f * ImGui::GetFontSize();
+    ImGui::GetBackgroundDrawList()->AddRectFilled(ImVec2(low.x - margin, low.y - margin),
+                                                  ImVec2(high.x + margin, high.y + margin), IM_COL32(16, 18, 21, 190),
+                                                  margin);
+}
+
+void writeOnPlate(ImVec2 at, const char* label, ImU32 color = kInk) {
+    const ImVec2 size = ImGui::CalcTextSize(label);
+    plate(at, ImVec2(at.x + size.x, at.y + size.y));
+    write(at, label, color);
+}
+
 // Writes names over the panes, so that a screenshot tells what it shows.
 void paneLabels(const Scene& scene, const ViewState& state, const Rectangle& picture) {
     if (!scene.hasTruth() && !state.inspect.score_edit) return;
@@ -34,7 +48,7 @@ void paneLabels(const Scene& scene, const ViewState& state, const Rectangle& pic
     for (const Pane& pane : panesOf(state, picture)) {
         if (pane.clip.width == 0) continue;
         const float left = float(pane.clip.x), top = float(pane.clip.y), margin = 0.6f * ImGui::GetFontSize();
-        write(ImVec2(left + margin, top + margin), kNames[std::size_t(pane.shown)]);
+        writeOnPlate(ImVec2(left + margin, top + margin), kNames[std::size_t(pane.shown)]);
         if (state.inspect.score_edit)
             write(ImVec2(left + margin, top + margin + 1.3f * ImGui::GetFontSize()), "scores changed (Z: back)",
                   kMarked);
@@ -51,6 +65,7 @@ void scale(const Rectangle& picture, const char* what, std::span<const ImU32> co
     const float title = float(picture.x + picture.width) - ImGui::CalcTextSize(what).x - 0.6f * font;
     const float y = float(picture.y + picture.height) - height - 2 * font;
     const std::size_t steps = colors.size() - 1;
+    plate(ImVec2(std::min(title, x), y - 2 * font), ImVec2(x + 4.4f * font, y + height + 0.5f * font));
     write(ImVec2(title, y - 2 * font), what);
     const auto heightOf = [&](std::size_t i) { return y + height * float(steps - i) / float(steps); };
     for (std::size_t i = 0; i < steps; ++i)
@@ -83,6 +98,15 @@ void scales(const Scene& scene, const ViewState& state, const Rectangle& picture
                                                           IM_COL32(33, 145, 140, 255), IM_COL32(94, 201, 98, 255),
                                                           IM_COL32(253, 231, 37, 255)};
         scale(picture, "|E - truth|, E in 0..1   [ ]", kViridis, 0, double(state.show.error_max));
+    } else if (shownCompare(state) == Compare::kDifference) {
+        std::array<ImU32, 5> colors;
+        for (std::size_t i = 0; i < colors.size(); ++i) {
+            const float part = float(i) / float(colors.size() - 1);
+            colors[i] = displayed({part, part, part});
+        }
+        const bool exposed = state.show.channel == Channel::kShaded;
+        scale(picture, exposed ? "|model - truth|, radiance" : "|E - truth|", colors, 0,
+              1 / (double(state.show.difference_gain) * (exposed ? double(state.display.exposure) : 1)));
     }
 }
 
@@ -195,9 +219,9 @@ void lobeLabel(const Scene& scene, const ViewState& state, const Rectangle& pict
                   double(factor->ambient));
     for (const Pane& pane : panesOf(state, picture))
         if (pane.clip.width > 0 && (pane.shown != Shown::kTruth || factor->choice.kind != FactorKind::kWhole))
-            write(ImVec2(float(pane.clip.x) + 0.6f * ImGui::GetFontSize(),
-                         float(pane.clip.y) + 3.2f * ImGui::GetFontSize()),
-                  label);
+            writeOnPlate(ImVec2(float(pane.clip.x) + 0.6f * ImGui::GetFontSize(),
+                                float(pane.clip.y) + 3.2f * ImGui::GetFontSize()),
+                         label);
 }
 
 }  // namespace
@@ -219,6 +243,27 @@ void drawOverlays(const Scene& scene, const ViewState& state, const Rectangle& p
     paneLabels(scene, state, picture);
     lobeLabel(scene, state, picture);
     scales(scene, state, picture);
+}
+
+void drawMessage(const std::string& message, const Rectangle& picture) {
+    const float margin = ImGui::GetFontSize(), width = float(picture.width) - 2 * margin;
+    if (message.empty() || width <= 0) return;
+    const ImVec2 size = ImGui::CalcTextSize(message.c_str(), nullptr, false, width);
+    const ImVec2 at(float(picture.x) + margin, float(picture.y + picture.height) - margin - size.y);
+    plate(at, ImVec2(at.x + size.x, at.y + size.y));
+    ImGui::GetBackgroundDrawList()->AddText(ImGui::GetFont(), ImGui::GetFontSize(), at, kInk, message.c_str(), nullptr,
+                                            width);
+}
+
+void drawHint(const Rectangle& picture) {
+    static constexpr const char* kHint =
+        "Left drag: look around        Right drag: turn the light\n"
+        "Space: play                          Click: what a point sees\n"
+        "F1: all keys                          F2: open a file";
+    const ImVec2 size = ImGui::CalcTextSize(kHint);
+    writeOnPlate(ImVec2(float(picture.x) + 0.5f * (float(picture.width) - size.x),
+                        float(picture.y) + 0.12f * float(picture.height)),
+                 kHint);
 }
 
 }  // namespace penumbra

@@ -18,6 +18,8 @@ namespace {
 constexpr ImGuiWindowFlags kFixed = ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove |
                                     ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoSavedSettings;
 
+constexpr std::size_t kMaxClipLines = 8;  // of the list, which scrolls
+
 std::string text(std::string_view view) { return std::string(view); }
 
 std::string nameOfCharacter(const Scene& scene, std::size_t i) {
@@ -33,13 +35,17 @@ void characterPanel(const Scene& scene, ViewState& state) {
     }
     const Character& character = *scene.characters[state.selected];
     ImGui::TextDisabled("Clips");
-    for (std::size_t i = 0; i < character.asset.animation.clips.size(); ++i) {
+    const std::size_t count = character.asset.animation.clips.size();
+    const bool scrolls = count > kMaxClipLines;
+    if (scrolls) ImGui::BeginChild("clips", ImVec2(0, float(kMaxClipLines) * ImGui::GetTextLineHeightWithSpacing()));
+    for (std::size_t i = 0; i < count; ++i) {
         const ClipView& clip = character.asset.animation.clips[i];
         if (clip.held_out) ImGui::PushStyleColor(ImGuiCol_Text, ImU32(kMarked));
         const std::string name = text(clip.name) + (clip.held_out ? "  (held out)" : "");
         if (listLine(name, i + 1000, i == state.characters[state.selected].clip)) chooseClip(state, i);
         if (clip.held_out) ImGui::PopStyleColor();
     }
+    if (scrolls) ImGui::EndChild();
 }
 
 // Explains missing truth. Poses between sampled frames have none, and need no word.
@@ -53,54 +59,66 @@ void truthHint(const Character& character, const ClipView& clip) {
 
 void figurePanel(const Scene& scene, const ViewState& state, const ViewFigures& figures) {
     ImGui::TextDisabled("Cost of a frame, ms");
-    ImGui::Text("evaluate %.2f  shade %.2f", figures.update.evaluate, figures.update.shade);
-    ImGui::Text("ground %.2f  upload %.2f  whole %.1f", figures.update.ground, figures.paint.upload, figures.frame);
+    ImGui::Text("evaluate %.2f  shade %.2f  ground %.2f", figures.update.evaluate, figures.update.shade,
+                figures.update.ground);
+    const char* path = figures.path == EvaluationPath::kCpu ? "CPU" : "GLSL";
     if (figures.software)
-        ImGui::Text("path %s, software GL", figures.path == EvaluationPath::kCpu ? "CPU" : "GLSL");
+        ImGui::Text("path %s; with software GL %.1f", path, figures.frame);
     else
-        ImGui::Text("path %s, GPU %.2f: %.2f + %.2f", figures.path == EvaluationPath::kCpu ? "CPU" : "GLSL",
-                    figures.gpu, figures.paint.gpu_evaluate, figures.paint.gpu_draw);
+        ImGui::Text("path %s; GPU %.2f: evaluate %.2f, draw %.2f", path, figures.gpu, figures.paint.gpu_evaluate,
+                    figures.paint.gpu_draw);
     const Character& character = *scene.characters[state.selected];
     ImGui::TextDisabled("Frame");
     ImGui::Text("out of range %.3f", character.posed.evaluator->outOfRange());
     if (character.shown.channel == Channel::kError)
         ImGui::Text("error: mean %.4f, max %.3f", character.shown.mean_error, character.shown.max_error);
     truthHint(character, character.asset.animation.clips[state.characters[state.selected].clip]);
-    if (!figures.message.empty()) ImGui::TextWrapped("%s", figures.message.c_str());
 }
 
-void helpWindow(ViewState& state) {
-    const ImVec2 most = ImGui::GetIO().DisplaySize;  // scrolls in a small window
-    ImGui::SetNextWindowSizeConstraints(ImVec2(0, 0), ImVec2(most.x - 20, most.y - 20));
-    ImGui::SetNextWindowPos(ImVec2(0.5f * most.x, 0.5f * most.y), ImGuiCond_Always, ImVec2(0.5f, 0.5f));
-    if (ImGui::Begin("Keys and mouse", &state.window.help,
-                     ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoMove) &&
-        ImGui::BeginTable("keys", 3, ImGuiTableFlags_RowBg)) {
-        const auto row = [](const std::string& key, const std::string& what, const std::string& shifted) {
-            ImGui::TableNextColumn();
-            ImGui::TextUnformatted(key.c_str());
-            ImGui::TableNextColumn();
-            ImGui::TextUnformatted(what.c_str());
-            ImGui::TableNextColumn();
-            ImGui::TextUnformatted(shifted.empty() ? "" : ("Shift: " + shifted).c_str());
-        };
-        for (const Shortcut& s : shortcuts()) row(text(s.name), text(s.text), text(s.shifted));
-        row("Left drag", "orbit", "pan");
-        row("Middle drag", "pan", "");
-        row("Alt + left drag", "move a character on the ground", "");
-        row("Left drag, brush (0)", "raise the ground", "lower it");
-        row("Left click", "pick a vertex: its visibility", "");
-        row("Right drag", "turn the light", "");
-        row("Wheel", "nearer, farther", "");
-        ImGui::EndTable();
-    }
-    ImGui::End();
+// Lists the keys in the panel, beside the picture that they change.
+void helpPanel(ViewState& state) {
+    if (ImGui::Button("Close (F1)")) state.window.help = false;
+    const float column = 7.5f * ImGui::GetFontSize();
+    const auto row = [&](const std::string& key, const std::string& what, const std::string& shifted) {
+        ImGui::TextUnformatted(key.c_str());
+        ImGui::SameLine(column);
+        ImGui::TextWrapped("%s", (what + (shifted.empty() ? "" : "\nShift: " + shifted)).c_str());
+    };
+    ImGui::TextDisabled("Mouse");
+    row("Left drag", "orbit", "pan");
+    row("Middle drag", "pan", "");
+    row("Right drag", "turn the light", "");
+    row("Wheel", "nearer, farther", "");
+    row("Left click", "pick a vertex: its visibility", "");
+    row("Alt + left", "move a character", "");
+    row("Left, brush", "raise the ground (0)", "lower it");
+    ImGui::TextDisabled("Keys");
+    for (const Shortcut& s : shortcuts()) row(text(s.name), text(s.text), text(s.shifted));
 }
 
 void beginFixed(const char* name, float x, float y, float width, float height) {
     ImGui::SetNextWindowPos(ImVec2(x, y));
     ImGui::SetNextWindowSize(ImVec2(width, height));
     ImGui::Begin(name, nullptr, kFixed);
+}
+
+// Everything about the scene. What belongs to a picked vertex stands before what is always there, so that a click shows
+// it without scrolling.
+void scenePanel(const Scene& scene, ViewState& state, const ViewFigures& figures) {
+    characterPanel(scene, state);
+    constexpr ImGuiTreeNodeFlags kOpen = ImGuiTreeNodeFlags_DefaultOpen;
+    if (state.inspect.picked && ImGui::CollapsingHeader("Vertex", kOpen)) vertexPanel(scene, *state.inspect.picked);
+    if (shownFactor(scene, state) && ImGui::CollapsingHeader("Factors", kOpen)) factorPanel(scene, state);
+    if (state.inspect.picked && ImGui::CollapsingHeader("Components", kOpen)) componentPanel(scene, state);
+    if (!scene.characters[state.selected]->asset.mesh.morphs.empty() && ImGui::CollapsingHeader("Morph targets", kOpen))
+        morphPanel(scene, state);
+    if (scene.shaded()) drawControls(ControlPanel::kLook, scene, state);
+    drawControls(ControlPanel::kShow, scene, state);
+    if (ImGui::CollapsingHeader("Asset")) assetPanel(*scene.characters[state.selected]);
+    figurePanel(scene, state, figures);
+    if (ImGui::Button("Keys (F1)")) state.window.help = true;
+    ImGui::SameLine();
+    if (ImGui::Button("Open a file (F2)")) state.window.browsed = ".";
 }
 
 }  // namespace
@@ -118,28 +136,20 @@ void buildReadingPanel(const std::string& file, float share, float unit) {
 void buildPanels(const Scene& scene, ViewState& state, const ViewFigures& figures, const Rectangle& picture,
                  float unit) {
     drawOverlays(scene, state, picture);
-    if (state.window.help) helpWindow(state);
-    if (!state.window.panels) return;
+    drawMessage(figures.message, picture);
+    if (state.window.hint) drawHint(picture);
+    if (!showsPanels(state)) return;
     const ImVec2 size = ImGui::GetIO().DisplaySize;
-    beginFixed("side", 0, 0, kSidePanelWidth * unit, size.y);
-    characterPanel(scene, state);
-    if (ImGui::CollapsingHeader("Asset")) assetPanel(*scene.characters[state.selected]);
-    if (!scene.characters[state.selected]->asset.mesh.morphs.empty() &&
-        ImGui::CollapsingHeader("Morph targets", ImGuiTreeNodeFlags_DefaultOpen))
-        morphPanel(scene, state);
-    if (scene.shaded()) drawControls(ControlPanel::kLook, scene, state);
-    drawControls(ControlPanel::kShow, scene, state);
-    figurePanel(scene, state, figures);
-    if (shownFactor(scene, state) && ImGui::CollapsingHeader("Factors", ImGuiTreeNodeFlags_DefaultOpen))
-        factorPanel(scene, state);
-    if (state.inspect.picked && ImGui::CollapsingHeader("Components", ImGuiTreeNodeFlags_DefaultOpen))
-        componentPanel(scene, state);
-    if (state.inspect.picked && ImGui::CollapsingHeader("Vertex", ImGuiTreeNodeFlags_DefaultOpen))
-        vertexPanel(scene, *state.inspect.picked);
-    ImGui::TextDisabled("F1: keys");
+    const PanelSizes panels = panelSizes(size.x, size.y, unit);
+    beginFixed("side", 0, 0, panels.side, size.y);
+    if (state.window.browsed)
+        filePanel(state);
+    else if (state.window.help)
+        helpPanel(state);
+    else
+        scenePanel(scene, state, figures);
     ImGui::End();
-    beginFixed("timeline", kSidePanelWidth * unit, size.y - kTimelineHeight * unit, size.x - kSidePanelWidth * unit,
-               kTimelineHeight * unit);
+    beginFixed("timeline", panels.side, size.y - panels.timeline, size.x - panels.side, panels.timeline);
     buildTimeline(scene, state);
     ImGui::End();
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <functional>
 
 #include "player/view/window/view_widgets.h"
@@ -12,8 +13,8 @@ namespace {
 
 // Figures below these fill their strip only in part: they are rounding, the margin of training ranges, or errors that
 // nobody sees.
-constexpr float kSmallRange = 0.1f;   // about radians
-constexpr float kSmallError = 0.01f;  // of ambient visibility
+constexpr float kSmallRange = 0.05f;   // about radians
+constexpr float kSmallError = 0.004f;  // of ambient visibility
 
 constexpr ImU32 kBed = IM_COL32(30, 34, 40, 255), kInk = IM_COL32(230, 230, 230, 255);
 constexpr ImU32 kRangeColor = IM_COL32(235, 140, 40, 255), kErrorColor = IM_COL32(214, 72, 96, 255);
@@ -27,7 +28,13 @@ struct Row {
     std::size_t frameAt(float x) const { return std::min(std::size_t(numberAt(x)), frames - 1); }
 };
 
+// Begins a row with its name at the left.
 Row beginRow(const char* name, std::size_t frames, float height) {
+    const float column = std::min(7.5f * ImGui::GetFontSize(), 0.3f * ImGui::GetContentRegionAvail().x);
+    const float left = ImGui::GetCursorPosX();
+    ImGui::AlignTextToFramePadding();
+    ImGui::TextUnformatted(name, std::strstr(name, "##"));
+    ImGui::SameLine(left + column);
     const Row row{ImGui::GetCursorScreenPos(), ImVec2(ImGui::GetContentRegionAvail().x, height), frames};
     ImGui::InvisibleButton(name, row.size);
     ImGui::GetWindowDrawList()->AddRectFilled(row.corner, ImVec2(row.corner.x + row.size.x, row.corner.y + height),
@@ -61,7 +68,7 @@ void jumpTo(const Scene& scene, ViewState& state, double number) {
 }
 
 void scrubBar(const Scene& scene, ViewState& state, std::size_t frames, double shown) {
-    const Row row = beginRow("##scrub", frames, 1.5f * ImGui::GetFontSize());
+    const Row row = beginRow("frame##scrub", frames, 1.5f * ImGui::GetFontSize());
     if (ImGui::IsItemActive()) jumpTo(scene, state, row.numberAt(ImGui::GetIO().MousePos.x));
     ImGui::GetWindowDrawList()->AddRectFilled(ImVec2(row.left(std::floor(shown)), row.corner.y),
                                               ImVec2(row.left(std::floor(shown) + 1), row.corner.y + row.size.y),
@@ -80,16 +87,35 @@ struct Figure {
     std::function<std::string(std::size_t)> text;  // under the pointer
 };
 
+// What the height of a strip stands for: from a figure that all frames reach to the largest. A clip whose figures are
+// alike shows them low, and not as a slab.
+struct StripRange {
+    float low = 0, high = 0;
+};
+
+StripRange rangeOf(const Figure& figure) {
+    StripRange range;
+    if (figure.known == 0) return {0, figure.small};
+    range.low = range.high = figure.value(0);
+    for (std::size_t i = 1; i < figure.known; ++i) {
+        range.low = std::min(range.low, figure.value(i));
+        range.high = std::max(range.high, figure.value(i));
+    }
+    range.low *= 0.8f;
+    range.high = std::max(range.high, range.low + figure.small);
+    return range;
+}
+
 // Draws a column for each frame, or for each pixel where there are more frames than pixels, with the largest of its
 // frames.
-void columns(const Row& row, const Figure& figure, float most) {
+void columns(const Row& row, const Figure& figure, const StripRange& range) {
     ImDrawList& list = *ImGui::GetWindowDrawList();
     const std::size_t count = std::min(row.frames, std::size_t(std::max(1.0f, row.size.x)));
     for (std::size_t c = 0; c < count; ++c) {
         const std::size_t begin = c * row.frames / count, end = std::min((c + 1) * row.frames / count, figure.known);
         float value = 0;
         for (std::size_t frame = begin; frame < end; ++frame) value = std::max(value, figure.value(frame));
-        const float part = value / std::max(most, figure.small), below = row.corner.y + row.size.y;
+        const float part = (value - range.low) / (range.high - range.low), below = row.corner.y + row.size.y;
         if (part > 0)
             list.AddRectFilled(ImVec2(row.left(double(begin)), below - row.size.y * part),
                                ImVec2(row.left(double((c + 1) * row.frames / count)), below), figure.color);
@@ -101,20 +127,18 @@ void strip(const Scene& scene, ViewState& state, const Figure& figure, std::size
     std::size_t worst = 0;
     for (std::size_t i = 0; i < figure.known; ++i)
         if (figure.value(i) > figure.value(worst)) worst = i;
-    const float most = figure.known > 0 ? figure.value(worst) : 0;
-    columns(row, figure, most);
+    columns(row, figure, rangeOf(figure));
     playheadLine(row, shown);
-    char label[128];
-    std::snprintf(label, sizeof label, "%s, at most %.3g (frame %zu)", figure.name, double(most), worst);
-    std::string said = label;
-    if (figure.known < frames) said += "  " + std::to_string(100 * figure.known / frames) + "% done";
-    ImDrawList& list = *ImGui::GetWindowDrawList();
-    list.AddText(ImVec2(row.corner.x + 5, row.corner.y + 3), IM_COL32(0, 0, 0, 200), said.c_str());
-    list.AddText(ImVec2(row.corner.x + 4, row.corner.y + 2), kInk, said.c_str());
+    if (figure.known < frames) {
+        const std::string done = std::to_string(100 * figure.known / frames) + "%";
+        ImGui::GetWindowDrawList()->AddText(ImVec2(row.corner.x + 4, row.corner.y + 2), kInk, done.c_str());
+    }
     if (!ImGui::IsItemHovered() && !ImGui::IsItemActive()) return;
     const std::size_t frame = row.frameAt(ImGui::GetIO().MousePos.x);
     if (ImGui::IsItemActive()) jumpTo(scene, state, double(frame));
-    if (frame < figure.known) ImGui::SetTooltip("frame %zu: %s", frame, figure.text(frame).c_str());
+    if (frame < figure.known)
+        ImGui::SetTooltip("frame %zu: %s\nat most %.3g, in frame %zu", frame, figure.text(frame).c_str(),
+                          double(figure.value(worst)), worst);
 }
 
 std::string format(const char* text, auto... values) {
@@ -127,13 +151,13 @@ void strips(const Scene& scene, ViewState& state, std::size_t frames, double sho
     const Character& character = *scene.characters[state.selected];
     const std::vector<float>& range = character.timeline.figures.out_of_range;
     strip(scene, state,
-          {"out of range, rad", kRangeColor, kSmallRange, range.size(), [&](std::size_t i) { return range[i]; },
+          {"out of range", kRangeColor, kSmallRange, range.size(), [&](std::size_t i) { return range[i]; },
            [&](std::size_t i) { return format("out of the training poses by %.3f rad", double(range[i])); }},
           frames, shown);
     if (!character.truth) return;
     const std::vector<FrameError>& errors = character.timeline.figures.errors;
     strip(scene, state,
-          {"mean error of E", kErrorColor, kSmallError, errors.size(), [&](std::size_t i) { return errors[i].mean; },
+          {"error of E", kErrorColor, kSmallError, errors.size(), [&](std::size_t i) { return errors[i].mean; },
            [&](std::size_t i) {
                if (!errors[i].has_truth) return std::string("not in the baked truth");
                return format("|E - truth| mean %.4f, at most %.3f", double(errors[i].mean), double(errors[i].most));

@@ -2,6 +2,7 @@
 
 #include <imgui.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -11,14 +12,22 @@ bool listLine(const std::string& name, std::size_t id, bool chosen) {
     return ImGui::Selectable((name + "##" + std::to_string(id)).c_str(), chosen);
 }
 
+void tooltip(const char* text) {
+    ImGui::BeginTooltip();
+    ImGui::PushTextWrapPos(22 * ImGui::GetFontSize());
+    ImGui::TextUnformatted(text);
+    ImGui::PopTextWrapPos();
+    ImGui::EndTooltip();
+}
+
 namespace {
 
 void drawMenu(const Menu& menu, const char* label, const Scene& scene, ViewState& state) {
-    const std::vector<std::string_view> names = menu.names(scene, state);
+    const std::vector<std::string> names = menu.names(scene, state);
     const std::size_t chosen = menu.chosen(state);
-    if (!ImGui::BeginCombo(label, std::string(names[chosen]).c_str())) return;
+    if (!ImGui::BeginCombo(label, names[chosen].c_str())) return;
     for (std::size_t i = 0; i < names.size(); ++i)
-        if (menu.offers(scene, i) && listLine(std::string(names[i]), i, i == chosen)) menu.choose(state, scene, i);
+        if (menu.offers(scene, i) && listLine(names[i], i, i == chosen)) menu.choose(state, scene, i);
     ImGui::EndCombo();
 }
 
@@ -53,17 +62,27 @@ void drawControl(const Control& control, const Scene& scene, ViewState& state) {
         ImGui::Checkbox(to_switch->name, &to_switch->of(state));
 }
 
+// Writes the name at the left, and leaves the rest of the line to the control.
+void nameOf(const Control& control) {
+    const float column = std::min(6 * ImGui::GetFontSize(), 0.4f * ImGui::GetWindowWidth());
+    ImGui::AlignTextToFramePadding();
+    ImGui::TextUnformatted(control.name);
+    if (ImGui::IsItemHovered()) tooltip(control.tip);
+    ImGui::SameLine(column);
+}
+
 }  // namespace
 
 void drawControls(ControlPanel panel, const Scene& scene, ViewState& state, float width) {
-    const float gap = ImGui::GetStyle().ItemSpacing.x, whole = ImGui::GetContentRegionAvail().x;
     for (const Control& control : controls()) {
         if (control.panel != panel) continue;
         if (control.heading) ImGui::TextDisabled("%s", control.heading);
         if (control.exists && !control.exists(scene, state)) continue;
         if (control.same_line) ImGui::SameLine();
-        ImGui::SetNextItemWidth(control.columns > 1 ? (whole + gap) / float(control.columns) - gap : width);
+        if (control.name) nameOf(control);
+        ImGui::SetNextItemWidth(width);
         drawControl(control, scene, state);
+        if (ImGui::IsItemHovered() && !ImGui::IsItemActive()) tooltip(control.tip);
         const std::string problem = control.problem ? control.problem(scene, state) : "";
         if (!problem.empty()) ImGui::TextColored(ImColor(kMarked), "%s", problem.c_str());
     }

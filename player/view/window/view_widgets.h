@@ -12,6 +12,9 @@ constexpr unsigned kMarked = 0xff4dbff2;  // the colour of what is not as usual,
 // Adds a line of a list, and returns true when it is clicked.
 bool listLine(const std::string& name, std::size_t id, bool chosen);
 
+// Says something beside the pointer, in lines of a readable length.
+void tooltip(const char* text);
+
 // Draws the controls of a panel by Dear ImGui, in the order of the table. `width` is that of a menu or a slider that
 // has a line of its own; below 0: up to the right edge.
 void drawControls(ControlPanel panel, const Scene& scene, ViewState& state, float width = -1);
@@ -29,6 +32,14 @@ void componentPanel(const Scene& scene, ViewState& state);
 // Draws names, scales, tangent frames and figures of the picked vertex over the picture. Call this between
 // ViewWindow::beginPanels() and drawPanels(). `picture` is in ImGui's coordinates.
 void drawOverlays(const Scene& scene, const ViewState& state, const Rectangle& picture);
+
+// Writes what has happened last at the lower edge of the picture.
+void drawMessage(const std::string& message, const Rectangle& picture);
+// Says how to begin.
+void drawHint(const Rectangle& picture);
+
+// Lists the files that were opened last and those of a folder, state.window.browsed; a click chooses one.
+void filePanel(ViewState& state);
 
 // Builds what is under the picture: play, speed, time; a bar that scrubs; and a strip for each figure of the clip's
 // frames.

@@ -19,7 +19,8 @@ namespace penumbra {
 static_assert(kKeyTab == GLFW_KEY_TAB && kKeyRight == GLFW_KEY_RIGHT && kKeyLeft == GLFW_KEY_LEFT &&
               kKeyDown == GLFW_KEY_DOWN && kKeyUp == GLFW_KEY_UP && kKeyPageUp == GLFW_KEY_PAGE_UP &&
               kKeyPageDown == GLFW_KEY_PAGE_DOWN && kKeyHome == GLFW_KEY_HOME && kKeyF1 == GLFW_KEY_F1 &&
-              kKeyF11 == GLFW_KEY_F11 && kKeyF12 == GLFW_KEY_F12 && kKeyEscape == GLFW_KEY_ESCAPE);
+              kKeyF2 == GLFW_KEY_F2 && kKeyBackspace == GLFW_KEY_BACKSPACE && kKeyF11 == GLFW_KEY_F11 &&
+              kKeyF12 == GLFW_KEY_F12 && kKeyEscape == GLFW_KEY_ESCAPE);
 
 struct ViewWindow::Impl {
     GLFWwindow* window = nullptr;
@@ -57,8 +58,10 @@ ViewEvents& noteEvent(GLFWwindow* window) {
 void onKey(GLFWwindow* window, int key, int, int action, int mods) {
     ViewEvents& events = noteEvent(window);
     if (action == GLFW_RELEASE || ImGui::GetIO().WantTextInput) return;
-    if ((mods & (GLFW_MOD_CONTROL | GLFW_MOD_ALT | GLFW_MOD_SUPER)) != 0) return;
-    events.keys.push_back({key, (mods & GLFW_MOD_SHIFT) != 0});
+    const bool shift = (mods & GLFW_MOD_SHIFT) != 0;
+    if ((mods & GLFW_MOD_CONTROL) != 0 && key == 'Z') events.keys.push_back({kKeyBackspace, shift});
+    if ((mods & GLFW_MOD_CONTROL) != 0 && key == 'O') events.keys.push_back({kKeyF2, shift});
+    if ((mods & (GLFW_MOD_CONTROL | GLFW_MOD_ALT | GLFW_MOD_SUPER)) == 0) events.keys.push_back({key, shift});
 }
 
 void onDrop(GLFWwindow* window, int count, const char** paths) {
@@ -71,7 +74,10 @@ void listenTo(GLFWwindow* window, ViewEvents& events) {
     glfwSetKeyCallback(window, onKey);
     glfwSetDropCallback(window, onDrop);
     glfwSetCursorPosCallback(window, [](GLFWwindow* w, double, double) { noteEvent(w); });
-    glfwSetMouseButtonCallback(window, [](GLFWwindow* w, int, int, int) { noteEvent(w); });
+    glfwSetMouseButtonCallback(window, [](GLFWwindow* w, int, int action, int) {
+        ViewEvents& of = noteEvent(w);
+        of.clicked |= action == GLFW_PRESS;
+    });
     glfwSetScrollCallback(window, [](GLFWwindow* w, double, double) { noteEvent(w); });
     glfwSetWindowFocusCallback(window, [](GLFWwindow* w, int) { noteEvent(w); });
     glfwSetWindowRefreshCallback(window, [](GLFWwindow* w) { noteEvent(w); });
@@ -179,6 +185,12 @@ int ViewWindow::height() const {
     return height;
 }
 
+bool ViewWindow::held() const {
+    for (const int button : {GLFW_MOUSE_BUTTON_LEFT, GLFW_MOUSE_BUTTON_MIDDLE, GLFW_MOUSE_BUTTON_RIGHT})
+        if (glfwGetMouseButton(impl_->window, button) == GLFW_PRESS) return true;
+    return false;
+}
+
 bool ViewWindow::visible() const {
     return width() > 0 && height() > 0 && glfwGetWindowAttrib(impl_->window, GLFW_ICONIFIED) == GLFW_FALSE;
 }
@@ -231,7 +243,7 @@ void styleFor(float unit_scale, bool first) {
     ImFontAtlas& fonts = *ImGui::GetIO().Fonts;
     fonts.Clear();
     ImFontConfig config;
-    config.SizePixels = std::round(13 * unit_scale);
+    config.SizePixels = std::round(15 * unit_scale);
     if (!std::filesystem::exists(kFont) || !fonts.AddFontFromFileTTF(kFont, config.SizePixels))
         fonts.AddFontDefault(&config);
     if (first) return;  // the next frame makes the texture

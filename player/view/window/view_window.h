@@ -14,6 +14,7 @@ namespace penumbra {
 struct ViewEvents {
     std::vector<KeyPress> keys;                  // presses and repeats that no text field has taken
     std::vector<std::filesystem::path> dropped;  // files
+    bool clicked = false;                        // a button of the mouse went down
     bool close = false;                          // the user asked for it
     bool any = false;                            // anything at all, the pointer's way included
 };
@@ -29,6 +30,7 @@ public:
 
     // Waits up to `seconds` for the first event (0: not at all).
     ViewEvents poll(double seconds);
+    bool held() const;     // a button of the mouse is down
     bool visible() const;  // has pixels to draw into: it is neither minimised nor of no size
     int width() const;     // of the framebuffer, pixels
     int height() const;

@@ -1,0 +1,26 @@
+#pragma once
+// What the window can open of a folder.
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace penumbra {
+
+struct FolderList {
+    std::filesystem::path folder;                // absolute
+    std::vector<std::filesystem::path> folders;  // in it, by name, without hidden ones
+    std::vector<std::filesystem::path> files;    // that the window opens, by name
+    std::string problem;                         // why nothing is listed
+};
+
+// Lists a folder. A folder that cannot be read has a problem and no entries.
+FolderList listFolder(const std::filesystem::path& folder);
+
+// Returns the file that shows `path`: for a character as .glb, .gltf, .vrm, .fbx or .dae the asset beside it that was
+// packed of it, and the path itself for all others. Throws InvalidInput where a character has no asset beside it.
+std::filesystem::path shownFile(const std::filesystem::path& path);
+
+// Puts a file at the head of those that were opened last, which stay few.
+void noteRecent(std::vector<std::filesystem::path>& recent, const std::filesystem::path& file);
+
+}  // namespace penumbra
