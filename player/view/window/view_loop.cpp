@@ -31,7 +31,8 @@ constexpr double kDrawAfterEvent = 0.3;  // seconds
 constexpr double kIdleWait = 0.25;       // seconds between looks at whether to stop
 constexpr double kStep = 0.002;          // seconds until the state may have changed by itself
 constexpr double kStripTime = 3;         // milliseconds a frame for the strips of the timeline
-constexpr int kTurntableRate = 25;       // pictures a second
+const std::string kWrote = "wrote ";
+constexpr int kTurntableRate = 25;  // pictures a second
 constexpr std::size_t kTurntablePictures = kTurntableRate * std::size_t(kTurnSeconds);
 constexpr double kStripTimeAtRest = 12;  // while the picture stands
 
@@ -193,7 +194,10 @@ void ViewLoop::addFiles(const std::vector<std::filesystem::path>& dropped) {
 void ViewLoop::handle(const ViewEvents& events) {
     if (!events.dropped.empty()) addFiles(events.dropped);
     if (const auto chosen = std::exchange(state_.window.chosen, {})) addFiles({*chosen});
-    if (events.any && (!events.keys.empty() || events.clicked)) {
+    // A picture of the window shows what it says, but not that the picture before was written.
+    const bool other = std::ranges::any_of(events.keys, [](const KeyPress& press) { return press.key != kKeyF12; });
+    if (figures_.message.starts_with(kWrote) && !events.keys.empty()) figures_.message.clear();
+    if (other || events.clicked) {
         figures_.message.clear();
         state_.window.hint = false;
     }
@@ -213,7 +217,7 @@ void ViewLoop::handle(const ViewEvents& events) {
 void ViewLoop::write(const std::filesystem::path& path, const Image& image) {
     try {
         writePng(path, image, 1);
-        figures_.message = "wrote " + path.string();
+        figures_.message = kWrote + path.string();
         if (quiet_) return;
         std::printf("%s: %s\n", path.c_str(), describe(*scene_, state_).c_str());
         std::fflush(stdout);
@@ -246,7 +250,7 @@ void ViewLoop::takeTurntablePicture(const Rectangle& picture) {
         if (written < kTurntablePictures) return;
         turn_->finish();
         turntable(state_.camera, 1.0 / kTurntableRate);  // where it began
-        figures_.message = "wrote " + turn_path_.string();
+        figures_.message = kWrote + turn_path_.string();
         if (!quiet_) std::printf("%s: turntable, %s\n", turn_path_.c_str(), describe(*scene_, state_).c_str());
         std::fflush(stdout);
     } catch (const IoError& error) {
