@@ -150,6 +150,17 @@ def check_play(folder):
     return vis
 
 
+def add_array(document, binary, array, component, kind, **more):
+    """Adds an accessor with a buffer view of its own, and returns its number."""
+    binary.extend(b"\0" * (-len(binary) % 4))
+    document["bufferViews"].append({"buffer": 0, "byteOffset": len(binary), "byteLength": array.nbytes})
+    binary.extend(array.tobytes())
+    document["buffers"][0]["byteLength"] = len(binary)
+    view = len(document["bufferViews"]) - 1
+    document["accessors"].append({"bufferView": view, "componentType": component, "count": len(array), "type": kind} | more)
+    return len(document["accessors"]) - 1
+
+
 def many_things(path):
     """A rig with all that an export must take care of: two nodes of one mesh, quantised positions, colours of its own
     with alpha, a gap between texture coordinates, an extension that nobody knows, a primitive of lines."""
@@ -159,13 +170,8 @@ def many_things(path):
     primitive = document["meshes"][mesh]["primitives"][0]
     count = document["accessors"][primitive["attributes"]["POSITION"]]["count"]
 
-    def add(array, component, kind, **more):
-        binary.extend(b"\0" * (-len(binary) % 4))
-        document["bufferViews"].append({"buffer": 0, "byteOffset": len(binary), "byteLength": array.nbytes})
-        binary.extend(array.tobytes())
-        view = len(document["bufferViews"]) - 1
-        document["accessors"].append({"bufferView": view, "componentType": component, "count": len(array), "type": kind} | more)
-        return len(document["accessors"]) - 1
+    def add(*array, **more):
+        return add_array(document, binary, *array, **more)
 
     colors = np.random.default_rng(2).integers(0, 256, (count, 4)).astype(np.uint8)
     primitive["attributes"]["COLOR_0"] = add(colors, 5121, "VEC4", normalized=True)
@@ -182,8 +188,77 @@ def many_things(path):
         roots.append(len(document["nodes"]) - 1)
     document["extensionsUsed"] = document.get("extensionsUsed", []) + ["ACME_unheard"]
     document["nodes"][0].setdefault("extensions", {})["ACME_unheard"] = {"z": 1, "a": [1e-7, {"b": None}]}
-    document["buffers"][0]["byteLength"] = len(binary)
     write_glb(path, document, bytes(binary))
+
+
+def colored_face(path):
+    """A face whose vertices have colours, which some of its morph targets change."""
+    glb = Glb(sample("face"))
+    document, binary = glb.json, bytearray(glb.bin[: glb.json["buffers"][0]["byteLength"]])
+    random = np.random.default_rng(4)
+    for primitive in document["meshes"][0]["primitives"]:
+        count = document["accessors"][primitive["attributes"]["POSITION"]]["count"]
+        numbers = lambda low, high: random.uniform(low, high, (count, 3)).astype(np.float32)
+        primitive["attributes"]["COLOR_0"] = add_array(document, binary, numbers(0.3, 0.6), 5126, "VEC3")
+        for target in primitive["targets"][::2]:
+            target["COLOR_0"] = add_array(document, binary, numbers(-0.1, 0.1), 5126, "VEC3")
+    write_glb(path, document, bytes(binary))
+
+
+def check_color_morphs(folder):
+    """What morph targets of the file add to its colours is darkened: exactly by a mean, and with the error that is told
+    where the occlusion follows the clips."""
+    rig, out = os.path.join(folder, "colored.glb"), os.path.join(folder, "colored.ao.glb")
+    colored_face(rig)
+    vis, clips, times, ambient = baked(folder, rig, "--fps", "4")
+    must(PACK, "export", vis, rig, "-o", out)
+    weights = np.random.default_rng(5).uniform(0, 1, len(Glb(rig).json["meshes"][0]["primitives"][0]["targets"]))
+    for (_, a, rows), (_, b, _) in zip(primitives(Glb(rig)), primitives(Glb(out))):
+        wanted = shown(Glb(rig), a, weights, "COLOR_0") * ambient[:, rows].mean(0)[:, None]
+        found = shown(Glb(out), b, weights, "COLOR_0")
+        # Floats: 3e-7 was measured.
+        assert np.abs(found[:, :3] - wanted).max() < 2e-6 and (found[:, 3] == 1).all()
+    report = os.path.join(folder, "report.json")
+    must(PACK, "export", vis, rig, "-o", out, "--as", "play", "--components", "0", "--report", report)
+    before, after = Glb(rig), Glb(out)
+    own = len(weights)
+    for f, (clip, time) in enumerate(zip(clips, times)):
+        for (_, a, rows), (node, b, _) in zip(primitives(before), primitives(after)):
+            played = np.r_[weights, weights_at(after, clip, node, time)[own:]]
+            base = before.accessor(a["attributes"]["COLOR_0"])
+            added = shown(before, a, weights, "COLOR_0") - base
+            mean = ambient[:, rows].mean(0)[:, None]
+            assert np.abs(shown(after, b, played, "COLOR_0") - base * ambient[f, rows][:, None] - added * mean).max() < 3e-6
+    errors = []
+    for _, a, rows in primitives(before):
+        spread = (ambient[:, rows] ** 2).mean(0) - ambient[:, rows].mean(0) ** 2
+        for target in a["targets"][::2]:
+            errors.append(np.sqrt((before.accessor(target["COLOR_0"]) ** 2 * spread[:, None]).mean()))
+    note = next(n for n in json.load(open(report))["figures"]["notes"] if "morph targets of COLOR_0" in n)
+    told = float(note.split("by up to ")[1].split()[0])
+    assert abs(told - max(errors)) < 0.06 * max(errors) and told > 1e-3, (told, errors)
+
+
+def check_reading_again(folder):
+    """The occlusion of an export is no colour of the surface for those who bake the exported file."""
+    rig, plain = os.path.join(folder, "colored.glb"), sample("face")
+    out, albedo = os.path.join(folder, "again.glb"), os.path.join(folder, "albedo.vis.h5")
+    bake = ["--rays", "16", "--fps", "1", "-o", albedo, "--quantity", "transfer", "--bounces", "1"]
+
+    def albedo_of(path):
+        must(BAKE, "visibility", path, *bake)
+        with h5py.File(albedo) as f:
+            return f["mesh/albedo"][:][f["mesh/source_vertex"][:]]
+
+    vis, own = baked(folder, rig, "--fps", "1")[0], albedo_of(rig)
+    assert np.ptp(own) > 0.1
+    for options in (["--as", "static"], ["--no-color"], ["--as", "play", "--components", "2"]):
+        must(PACK, "export", vis, rig, "-o", out, *options)
+        assert np.array_equal(albedo_of(out), own), options
+    # Without colours of its own the file has none afterwards, either.
+    refused(1, "has no base colour", BAKE, "visibility", plain, *bake)
+    must(PACK, "export", baked(folder, plain, "--fps", "1")[0], plain, "-o", out)
+    refused(1, "has no base colour", BAKE, "visibility", out, *bake)
 
 
 def check_static(folder):
@@ -365,6 +440,8 @@ def main():
         check_table(folder, rig, vis, npy)
         check_other_order(folder, rig, vis, npy)
         check_bad_input(folder, rig, vis)
+        check_color_morphs(folder)
+        check_reading_again(folder)
         check_model(folder)
         check_bounces(folder)
         check_distance(folder)
