@@ -205,6 +205,103 @@ def colored_face(path):
     write_glb(path, document, bytes(binary))
 
 
+def meshopt(data, stride):
+    """Encodes vertices as mode ATTRIBUTES of EXT_meshopt_compression, version 0, without saving anything: each byte is
+    stored as its difference from that of the vertex before, in groups of 16 literal bytes."""
+    rows = np.frombuffer(data, np.uint8).reshape(-1, stride)
+    block = min(8192 // stride, 256) & ~15
+    before, out = rows[0], bytearray([0xA0])
+    for first in range(0, len(rows), block):
+        part = rows[first : first + block]
+        deltas = np.diff(part, axis=0, prepend=before[None]).astype(np.int8)
+        before = part[-1]
+        zigzag = (deltas << 1 ^ deltas >> 7).astype(np.uint8)
+        groups = -(-len(part) // 16)
+        for k in range(stride):
+            out += b"\xff" * (groups // 4) + bytes([(1 << 2 * (groups % 4)) - 1] if groups % 4 else [])
+            out += zigzag[:, k].tobytes() + b"\0" * (16 * groups - len(part))
+    return bytes(out + b"\0" * (32 - stride) + rows[0].tobytes())
+
+
+def compress(document, binary, accessor):
+    """Moves the vertices of an accessor with a view of its own into a view that is compressed."""
+    a = document["accessors"][accessor]
+    view = document["bufferViews"][a["bufferView"]]
+    stride = view.get("byteStride", view["byteLength"] // a["count"])
+    data = binary[view.get("byteOffset", 0) : view.get("byteOffset", 0) + view["byteLength"]]
+    encoded = meshopt(data, stride)
+    binary.extend(b"\0" * (-len(binary) % 4))
+    view["extensions"] = {"EXT_meshopt_compression": {"buffer": 0, "byteOffset": len(binary), "byteLength": len(encoded),
+                          "byteStride": stride, "count": a["count"], "mode": "ATTRIBUTES"}}  # fmt: skip
+    view["buffer"], view["byteOffset"] = 1, 0
+    binary.extend(encoded)
+    document["buffers"][0]["byteLength"] = len(binary)
+
+
+def compressed_flock(path):
+    """A quantised character among instances of a quantised patch. Vertices of both are compressed."""
+    glb = Glb(sample("quantized"))
+    document, binary = glb.json, bytearray(glb.bin[: glb.json["buffers"][0]["byteLength"]])
+    add = lambda *array, **more: add_array(document, binary, *array, **more)
+    x, z = np.meshgrid(np.arange(5), np.arange(5))
+    places = np.zeros((25, 4), np.int16)
+    places[:, 0], places[:, 2] = x.ravel() * 8000 - 16000, z.ravel() * 8000 - 16000
+    corners = [[i, i + 5, i + 1, i + 1, i + 5, i + 6] for i in range(20) if i % 5 < 4]
+    position = add(places, 5122, "VEC3", normalized=True, min=[-16000, 0, -16000], max=[16000, 0, 16000])
+    document["bufferViews"][-1] |= {"byteStride": 8, "target": 34962}
+    indices = add(np.array(corners, np.uint16).ravel(), 5123, "SCALAR")
+    moved = add(np.array([[0, -0.05, 0], [0, 0.9, 0.3], [9, 0, 0]], np.float32), 5126, "VEC3")
+    document["meshes"].append({"primitives": [{"attributes": {"POSITION": position}, "indices": indices}]})
+    document["nodes"].append({"mesh": len(document["meshes"]) - 1, "name": "flock",
+                              "extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": moved}}}})  # fmt: skip
+    document["scenes"][document.get("scene", 0)]["nodes"].append(len(document["nodes"]) - 1)
+    character = next(n for n in glb.drawn() if "mesh" in glb.nodes[n])
+    own = document["meshes"][document["nodes"][character]["mesh"]]["primitives"][0]["attributes"]
+    compress(document, binary, position)
+    compress(document, binary, own["POSITION"])
+    size = max(view["byteLength"] for view in document["bufferViews"])
+    document["buffers"].append({"byteLength": size, "extensions": {"EXT_meshopt_compression": {"fallback": True}}})
+    document["extensionsRequired"] += ["EXT_meshopt_compression", "EXT_mesh_gpu_instancing"]
+    document["extensionsUsed"] = list(document["extensionsRequired"])
+    write_glb(path, document, bytes(binary))
+
+
+def check_compressed(folder):
+    """Instances, quantised numbers and compressed vertices of one file come through: a patch has the mean of what its
+    instances see, and the file moves as before."""
+    rig, out = os.path.join(folder, "flock.glb"), os.path.join(folder, "flock.ao.glb")
+    compressed_flock(rig)
+    vis, _, _, ambient = baked(folder, rig, "--fps", "3")
+    with h5py.File(vis) as f:
+        positions = f["frames/positions"][:][:, f["mesh/source_vertex"][:]]
+    x, z = np.meshgrid(np.arange(5) * 8000 - 16000, np.arange(5) * 8000 - 16000)
+    patch = np.stack([x.ravel(), 0 * x.ravel(), z.ravel()], 1) / 32767
+    assert np.abs(positions[0, -25:] - patch - [9, 0, 0]).max() < 1e-5
+    report = os.path.join(folder, "report.json")
+    for kind in ("static", "play"):
+        must(PACK, "export", vis, rig, "-o", out, "--as", kind, "--report", report)
+        notes = json.load(open(report))["figures"].get("notes", [])
+        assert any("EXT_mesh_gpu_instancing" in note for note in notes), notes
+        only_appended(rig, out)
+        glb, mean, found, first = Glb(out), ambient.mean(0), 0, 0
+        for n in glb.drawn():
+            if "mesh" not in glb.nodes[n]:
+                continue
+            (primitive,) = glb.json["meshes"][glb.nodes[n]["mesh"]]["primitives"]
+            count = glb.json["accessors"][primitive["attributes"]["POSITION"]]["count"]
+            times = 3 if "extensions" in glb.nodes[n] else 1
+            wanted = mean[first : first + times * count].reshape(times, count)
+            color = glb.accessor(primitive["attributes"]["COLOR_0"])
+            assert np.abs(color[:, 0] - wanted.mean(0)).max() < 2e-6, (kind, n)
+            assert times == 1 or np.ptp(wanted, 0).max() > 0.2  # the instances see unlike things
+            first, found = first + times * count, found + times
+        assert found == 5 and first == len(mean), (found, first)
+        again = os.path.join(folder, "again.vis.h5")
+        must(BAKE, "visibility", out, "-o", again, "--rays", "16", "--fps", "3")
+        with h5py.File(again) as f:
+            assert np.array_equal(f["frames/positions"][:][:, f["mesh/source_vertex"][:]], positions)
+
+
 def check_color_morphs(folder):
     """What morph targets of the file add to its colours is darkened: exactly by a mean, and with the error that is told
     where the occlusion follows the clips."""
@@ -440,6 +537,7 @@ def main():
         check_table(folder, rig, vis, npy)
         check_other_order(folder, rig, vis, npy)
         check_bad_input(folder, rig, vis)
+        check_compressed(folder)
         check_color_morphs(folder)
         check_reading_again(folder)
         check_model(folder)
