@@ -285,6 +285,7 @@ void runScene(ReferenceCommand& command, const CommonOptions& common, Report& re
     input.scale = scene.scale;
     input.back_of_vertex = scene.back_of_vertex;
     input.twins = scene.twins;
+    input.front_alone = scene.front_alone;
     input.pictures = scene.pictures;
     const Image image = renderReference(input, scene.camera, light, command.options, common.threads, common.progress);
     report.phase("write");
@@ -349,6 +350,7 @@ void runReference(ReferenceCommand& command, const CommonOptions& common, Report
     if (!blockers.blockers.triangles.empty()) input.blockers = &blockers.blockers;
     input.occluder_positions = blockers.occluder_positions;
     input.back_of_vertex = blockers.other_side;
+    input.front_alone = blockers.front_alone;
     input.albedo = colors.albedo;
     input.transmission = colors.transmission;
     const PicturePart part{0, pictures ? &*pictures : nullptr};

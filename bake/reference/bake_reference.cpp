@@ -118,17 +118,26 @@ struct CameraRay {
     int number = 0;
 };
 
-// Returns what a camera ray meets behind the holes of pictures.
+// Tells whether a camera ray goes on behind what it met: through a hole of a picture, or the back of a triangle that is
+// seen from its front alone.
+bool passes(const ReferenceScene& scene, const CameraRay& ray, const SurfaceHit& hit) {
+    const std::span<const std::uint8_t> front_alone = scene.input.front_alone;
+    if (hit.triangle < front_alone.size() && front_alone[hit.triangle] && dot(toDouble(hit.normal), ray.direction) > 0)
+        return true;
+    SurfacePlace place;
+    const PictureSurface* pictures = picturesAt(scene.input, cornersOf(scene.input, hit, ray.direction), place);
+    return pictures && pictures->isHole(place, chanceOf(ray.pixel, ray.number, place.triangle));
+}
+
+// Returns what a camera ray sees.
 std::optional<SurfaceHit> seenBy(const ReferenceScene& scene, const CameraRay& ray) {
     const Vec3d direction = ray.direction;
     Vec3 eye = ray.eye;
-    constexpr int kMostHoles = 64;
+    constexpr int kMostPassed = 64;
     constexpr double kBehind = 1e-5;  // in the ray tracer's frame
     std::optional<SurfaceHit> hit = scene.scene.closestHit(eye, toFloat(direction));
-    for (int holes = 0; hit && holes < kMostHoles; ++holes) {
-        SurfacePlace place;
-        const PictureSurface* pictures = picturesAt(scene.input, cornersOf(scene.input, *hit, direction), place);
-        if (!pictures || !pictures->isHole(place, chanceOf(ray.pixel, ray.number, place.triangle))) return hit;
+    for (int passed = 0; hit && passed < kMostPassed; ++passed) {
+        if (!passes(scene, ray, *hit)) return hit;
         eye = toFloat(toDouble(eye) + direction * (double(hit->distance) + kBehind));
         hit = scene.scene.closestHit(eye, toFloat(direction));
     }

@@ -58,7 +58,10 @@ struct ReferenceFrame {
     // the bias as well.
     std::span<const std::uint32_t> back_of_vertex = {};
     std::span<const std::uint32_t> twins = {};  // [T] of a scene, as twinTriangles() says; empty: there are none
-    std::span<const Vec3> albedo = {};          // [V] what the mesh reflects; needed with bounces
+    // [T] 1: the camera sees the triangle from its front alone, as the player draws it where
+    // other backs of the mesh are triangles of their own. It casts all the same. Empty: all are seen from both sides.
+    std::span<const std::uint8_t> front_alone = {};
+    std::span<const Vec3> albedo = {};  // [V] what the mesh reflects; needed with bounces
     // [V] what a two-sided mesh sends to the side of the vertex of the light on its other side; empty: nothing
     std::span<const Vec3> transmission = {};
     // Pictures on the mesh, which stand in the place of the BRDFs of their triangles.

@@ -92,6 +92,7 @@ ReferenceBlockers blockersOfFrame(const VisibilityHeader& header, std::size_t fr
     out.blockers.addSurface(header.mesh, header.skin ? &*header.skin : nullptr);
     if (header.skin && !header.mesh.two_sided && occluders.empty() && out.blockers.twins.empty()) return out;
     if (!out.blockers.twins.empty()) out.other_side = twinVertices(header.mesh, out.blockers.twins);
+    for (std::uint32_t t = 0; t < out.blockers.twins.size(); ++t) out.front_alone.push_back(out.blockers.twins[t] == t);
     const std::span<const Vec3> rest(header.mesh.rest_positions);
     out.blockers.add(header.mesh.frontTriangles(), rest.first(header.mesh.frontVertexCount()), placesOf(header));
     std::vector<std::string> clips = header.frames.clip_names;

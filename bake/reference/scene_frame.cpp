@@ -128,6 +128,9 @@ public:
         for (std::size_t t = first_triangle_; t < out_.mesh.triangles.size(); ++t)
             out_.twins.push_back(
                 std::uint32_t(sides.twins.empty() ? t : first_triangle_ + sides.twins[t - first_triangle_]));
+        const bool culled = asset.mesh.cull_backs && !asset.mesh.two_sided;
+        for (std::size_t t = first_triangle_; t < out_.mesh.triangles.size(); ++t)
+            out_.front_alone.push_back(culled && out_.twins[t] == t);
         const std::vector<std::uint16_t> material_of_slot =
             look == SceneLook::kNone ? std::vector<std::uint16_t>(slotCount(asset), 0) : addLook(one, asset, look);
         for (std::size_t v = 0; v < posed.positions.size(); ++v)

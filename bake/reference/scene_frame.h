@@ -24,7 +24,8 @@ struct SceneFrame {
     bool ends_at_horizon = false;               // a ground with heights goes on for ever: no light comes from below
     std::vector<std::string> materials;         // names in the assets; the last is the ground's
     std::vector<std::uint16_t> brdf_of_vertex;  // [V], index into materials
-    std::vector<std::uint32_t> twins;  // [T], as twinTriangles() says; of two the ray tracer meets the first alone
+    std::vector<std::uint32_t> twins;       // [T], as twinTriangles() says; of two the ray tracer meets the first alone
+    std::vector<std::uint8_t> front_alone;  // [T] as ReferenceFrame has it
     std::vector<std::shared_ptr<const PictureSurface>> surfaces;  // that `pictures` point to
     std::vector<PicturePart> pictures;                            // on the members that have some
     std::vector<std::uint32_t> back_of_vertex;  // [V], what shades the other side; triangles have fronts alone

@@ -74,13 +74,21 @@ void exportNumpy(const FrameReader& frames, const ExportRows& rows, const std::f
 // shows.
 void exportPositions(const VisibilityReader& bake, const ExportRows& rows, const std::filesystem::path& output);
 
-// Returns the values of COLOR_0 of a target: its own ones, or white, times `factor` [vertices]. There are 4 numbers a
-// vertex where the own ones have alpha or `components` is 4, and else 3.
+// COLOR_0 of a target: its own colours, or white.
 struct VertexColors {
-    int components = 3;
-    std::vector<float> values;
-    bool own = false;
+    int components = 3;         // 4 where the own colours have alpha, or where 4 were asked for
+    std::vector<float> values;  // [vertices, components]
 };
 VertexColors ownColors(ExportedGlb& out, const GlbTarget& target, int components);
+// What a morph target of the file adds to COLOR_0.
+struct ColorMorph {
+    std::size_t morph = 0;      // of the primitive's targets
+    std::vector<float> values;  // [vertices, components]; an alpha that the file does not have is 0
+};
+std::vector<ColorMorph> ownColorMorphs(ExportedGlb& out, const GlbTarget& target, int components);
+// Multiplies colours [vertices, components] by `factor` [vertices]. Alpha stays.
+void multiplyColors(std::span<float> colors, int components, std::span<const Vec3> factor);
+// Writes COLOR_0, and says in the primitive what its colours were before, so that our own readers take these.
+void writeColors(ExportedGlb& out, const GlbTarget& target, const VertexColors& colors);
 
 }  // namespace penumbra

@@ -1,7 +1,10 @@
 // Writes vertex colours that follow the clips of a .glb: COLOR_0 has the mean, and morph targets of COLOR_0 have the
 // patterns that a clip's weights add to it. glTF 2.0 alone plays it.
 #include <algorithm>
+#include <cmath>
+#include <cstdio>
 #include <map>
+#include <optional>
 #include <set>
 
 #include "formats/common/errors.h"
@@ -96,12 +99,16 @@ public:
 
     void write();
     const std::vector<MorphedNode>& nodes() const { return nodes_; }
+    // The root mean square over vertices and frames of what is wrong where one morph target of the file that changes
+    // COLOR_0 has the weight 1, of the worst of them; unset: no target does.
+    std::optional<double> colorMorphError() const { return color_morph_error_; }
 
 private:
     ExportedGlb& out_;
     const PrincipalWeights& patterns_;
     const UsedPoints& used_;
     std::vector<MorphedNode> nodes_;
+    std::optional<double> color_morph_error_;
     std::map<std::pair<std::size_t, int>, std::size_t> zeros_;  // accessors by count and components
 
     std::size_t zeros(std::size_t count, int components) {
@@ -109,36 +116,72 @@ private:
         if (is_new) at->second = addZeros(out_.glb, count, components);
         return at->second;
     }
-    std::vector<float> valuesOfPattern(const GlbTarget& target, std::span<const float> pattern) const;
+    std::vector<Vec3> factorOfPattern(const GlbTarget& target, std::span<const float> pattern) const;
+    double playedVariance(std::size_t pattern) const;
+    void darkenMorphs(const GlbTarget& target, int components, std::span<const Vec3> mean,
+                      std::span<const double> variance);
     void writeMesh(std::size_t mesh, std::span<const GlbTarget* const> targets);
     void writePrimitive(std::size_t mesh, std::size_t primitive, const GlbTarget* target);
-    std::vector<std::size_t> writeColors(const GlbTarget& target, int& components);
+    std::vector<std::size_t> writePatterns(const GlbTarget& target, int& components);
     void extendWeights(std::size_t mesh, std::size_t own);
 };
 
-std::vector<float> PlayWriter::valuesOfPattern(const GlbTarget& target, std::span<const float> pattern) const {
+std::vector<Vec3> PlayWriter::factorOfPattern(const GlbTarget& target, std::span<const float> pattern) const {
     std::vector<float> of_points(used_.place.size());
     for (std::size_t u = 0; u < used_.points.size(); ++u) of_points[used_.points[u]] = pattern[u];
-    return valuesOf(out_.rig, target, valuesOfRows(out_.rows, of_points));
+    std::vector<Vec3> factor;
+    for (const float x : valuesOf(out_.rig, target, valuesOfRows(out_.rows, of_points))) factor.push_back({x, x, x});
+    return factor;
+}
+
+// The mean square of a pattern's weight over all frames. The weights of two patterns are orthogonal.
+double PlayWriter::playedVariance(std::size_t pattern) const {
+    double squares = 0;
+    for (std::size_t i = pattern; i < patterns_.weights.size(); i += patterns_.count)
+        squares += double(patterns_.weights[i]) * double(patterns_.weights[i]);
+    return squares * double(patterns_.count) / double(patterns_.weights.size());
+}
+
+// A player adds, so the product (c + sum of w t) (mean + sum of k p) lacks w k t p: what morph targets of the file add
+// to colours is darkened by the mean. `variance` [vertices] is that of the occlusion that is played.
+void PlayWriter::darkenMorphs(const GlbTarget& target, int components, std::span<const Vec3> mean,
+                              std::span<const double> variance) {
+    const auto size = std::size_t(components);
+    for (ColorMorph& own : ownColorMorphs(out_, target, components)) {
+        double squares = 0;
+        for (std::size_t i = 0; i < own.values.size(); ++i)
+            if (i % size < 3) squares += double(own.values[i]) * double(own.values[i]) * variance[i / size];
+        const double error = std::sqrt(squares / (3 * double(variance.size())));
+        color_morph_error_ = std::max(color_morph_error_.value_or(0), error);
+        multiplyColors(own.values, components, mean);
+        const std::size_t accessor = addAccessor(out_.glb, own.values, components, AccessorUse::kVertices);
+        primitiveOf(out_.glb, target).at("targets").at(own.morph)["COLOR_0"] = accessor;
+    }
 }
 
 // Writes the mean into COLOR_0. Returns the accessors of the patterns, each the own colour times the pattern.
-std::vector<std::size_t> PlayWriter::writeColors(const GlbTarget& target, int& components) {
+std::vector<std::size_t> PlayWriter::writePatterns(const GlbTarget& target, int& components) {
     const VertexColors own = ownColors(out_, target, 3);
     components = own.components;
-    const auto size = std::size_t(components);
-    const auto accessorOf = [&](std::span<const float> pattern, float alpha_factor) {
-        const std::vector<float> factor = valuesOfPattern(target, pattern);
-        std::vector<float> colors = own.values;
-        for (std::size_t i = 0; i < colors.size(); ++i) colors[i] *= i % size == 3 ? alpha_factor : factor[i / size];
-        return addAccessor(out_.glb, colors, components, AccessorUse::kVertices);
-    };
+    VertexColors shown = own;
+    const std::vector<Vec3> mean = factorOfPattern(target, patterns_.mean);
+    multiplyColors(shown.values, components, mean);
+    writeColors(out_, target, shown);
     std::vector<std::size_t> accessors;
-    const std::size_t mean = accessorOf(patterns_.mean, 1);
-    primitiveOf(out_.glb, target).at("attributes")["COLOR_0"] = mean;
+    std::vector<double> variance(mean.size());
     const std::size_t points = used_.points.size();
-    for (std::size_t k = 0; k < patterns_.count; ++k)
-        accessors.push_back(accessorOf(std::span(patterns_.components).subspan(k * points, points), 0));
+    for (std::size_t k = 0; k < patterns_.count; ++k) {
+        const std::vector<Vec3> factor =
+            factorOfPattern(target, std::span(patterns_.components).subspan(k * points, points));
+        std::vector<float> colors = own.values;
+        multiplyColors(colors, components, factor);
+        for (std::size_t i = 3; components == 4 && i < colors.size(); i += 4) colors[i] = 0;
+        accessors.push_back(addAccessor(out_.glb, colors, components, AccessorUse::kVertices));
+        const double squares = playedVariance(k);
+        for (std::size_t v = 0; v < variance.size(); ++v)
+            variance[v] += squares * double(factor[v].x) * double(factor[v].x);
+    }
+    darkenMorphs(target, components, mean, variance);
     return accessors;
 }
 
@@ -150,7 +193,7 @@ void PlayWriter::writePrimitive(std::size_t mesh, std::size_t primitive, const G
     };
     int components = 3;
     std::vector<std::size_t> colors;
-    if (target) colors = writeColors(*target, components);
+    if (target) colors = writePatterns(*target, components);
     if (patterns_.count == 0) return;  // a list without entries is no glTF
     const auto position = place().at("attributes").at("POSITION").get<std::size_t>();
     const auto vertices = out_.glb.document["accessors"].at(position).at("count").get<std::size_t>();
@@ -238,6 +281,14 @@ PrincipalWeights exportPlay(const FrameReader& reader, const ExportOptions& opti
     markExport(out.glb, {{"version", 1}, {"as", "play"}, {"components", patterns.count}});
     PlayWriter writer(out, patterns, used);
     writer.write();
+    if (const std::optional<double> error = writer.colorMorphError()) {
+        char text[24];
+        std::snprintf(text, sizeof text, "%.2g", *error);
+        out.glb.notes.push_back(out.glb.path.string() +
+                                ": morph targets of COLOR_0: what they add is darkened by the mean occlusion, which is "
+                                "wrong by up to " +
+                                text + " (rms) at the weight 1");
+    }
     if (patterns.count > 0)
         addPlayTracks(out.glb, out.numbers, writer.nodes(), tracksOf(played, patterns), patterns.count);
     else

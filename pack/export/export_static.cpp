@@ -82,14 +82,21 @@ private:
 };
 
 void StaticWriter::writeColor(const GlbTarget& target, const std::vector<float>& e) {
+    std::vector<Vec3> factor;
+    if (options_.value == TableValue::kBounced)
+        for (const Vec3 light : valuesOf(out_.rig, target, values_.bounced))  // glTF has no colours above 1
+            factor.push_back({std::min(light.x, 1.0f), std::min(light.y, 1.0f), std::min(light.z, 1.0f)});
+    else
+        for (const float visible : e) factor.push_back({visible, visible, visible});
     VertexColors colors = ownColors(out_, target, 4);
-    const bool of_bounces = options_.value == TableValue::kBounced;
-    const std::vector<Vec3> bounced = of_bounces ? valuesOf(out_.rig, target, values_.bounced) : std::vector<Vec3>();
-    for (std::size_t v = 0; v < e.size(); ++v)
-        for (int c = 0; c < 3; ++c)
-            colors.values[4 * v + std::size_t(c)] *=
-                of_bounces ? std::min(bounced[v][c], 1.0f) : e[v];  // glTF has no colours above 1
-    add(target, "COLOR_0", colors.values, 4);
+    multiplyColors(colors.values, 4, factor);
+    writeColors(out_, target, colors);
+    // (c + sum of w t) o = c o + sum of w (t o)
+    for (ColorMorph& own : ownColorMorphs(out_, target, 4)) {
+        multiplyColors(own.values, 4, factor);
+        const std::size_t accessor = addAccessor(out_.glb, own.values, 4, AccessorUse::kVertices);
+        primitiveOf(out_.glb, target).at("targets").at(own.morph)["COLOR_0"] = accessor;
+    }
 }
 
 void StaticWriter::writeDirections(const GlbTarget& target, const std::vector<float>& e) {
@@ -128,26 +135,6 @@ void bringToPrimitive(const ColoredPart& part, std::span<Vec3> directions) {
     for (int row = 0; row < 3; ++row)
         for (int column = 0; column < 3; ++column) linear(row, column) = part.to_rest[std::size_t(4 * row + column)];
     for (Vec3& b : directions) b = toFloat(normalized(transposed(linear) * toDouble(b)));
-}
-
-VertexColors ownColors(ExportedGlb& out, const GlbTarget& target, int components) {
-    const nlohmann::ordered_json& attributes = primitiveOf(out.glb, target).at("attributes");
-    const std::size_t vertices = out.rig.part_colors[target.parts[0]].vertices;
-    VertexColors colors;
-    colors.components = components;
-    if (!attributes.contains("COLOR_0")) {
-        colors.values.assign(vertices * std::size_t(components), 1);
-        return colors;
-    }
-    const GltfArray own = out.numbers.read(attributes["COLOR_0"].get<std::size_t>(), "COLOR_0");
-    if ((own.components != 3 && own.components != 4) || own.count() != vertices)
-        throw InvalidInput(out.glb.path.string() + ": COLOR_0 does not have 3 or 4 numbers for each vertex");
-    colors.own = true;
-    if (own.components == 4) colors.components = 4;
-    for (std::size_t v = 0; v < vertices; ++v)
-        for (std::size_t c = 0; c < std::size_t(colors.components); ++c)
-            colors.values.push_back(c < own.components ? float(own.values[v * own.components + c]) : 1.0f);
-    return colors;
 }
 
 double exportStatic(const FrameReader& frames, const ExportOptions& options, ExportedGlb& out) {

@@ -39,17 +39,6 @@ std::size_t splitMeshes(GlbTree& document, std::vector<GlbTarget>& targets) {
     return mesh_of_node.size();
 }
 
-// Morph targets of the file that change colours.
-void noteColorTargets(const std::vector<GlbTarget>& targets, GrowingGlb& glb) {
-    for (const GlbTarget& target : targets)
-        for (const GlbTree& morph : primitiveOf(glb, target).value("targets", GlbTree::array()))
-            if (morph.contains("COLOR_0")) {
-                glb.notes.push_back(glb.path.string() +
-                                    ": morph targets of COLOR_0: what they add is not darkened by the occlusion");
-                return;
-            }
-}
-
 }  // namespace
 
 std::vector<GlbTarget> findTargets(const Rig& rig, const ExportRows& rows, GrowingGlb& glb) {
@@ -67,7 +56,6 @@ std::vector<GlbTarget> findTargets(const Rig& rig, const ExportRows& rows, Growi
         const auto mesh = glb.document.at("nodes").at(node).at("mesh").get<std::size_t>();
         targets.push_back({node, mesh, primitive, {part}});
     }
-    noteColorTargets(targets, glb);
     if (instanced)
         glb.notes.push_back(glb.path.string() +
                             ": instances of EXT_mesh_gpu_instancing share one mesh, which gets the mean "

@@ -141,6 +141,29 @@ def check_pictures(folder):
         assert means[key(1)] < means[key(0.5)] < means[key(0)], means
 
 
+def check_backs_seen(folder):
+    """From below, the floor has no back and lets the eye through to the back of the card, in all pictures alike."""
+    bake(folder / "sides.glb", folder / "sides.vis.h5")
+    good("fit", "visibility", folder / "sides.vis.h5", "--model", "linear", "--features", "joint-angles", "-o",
+         folder / "s.model.h5")
+    good("pack", "asset", folder / "s.model.h5", "--brdf", folder / "b.brdf.h5", "--light", folder / "s.light.h5", "-o",
+         folder / "s.pnb")
+    camera = "yaw=0,pitch=-70"
+    scene = {"version": 1, "characters": [{"asset": "s.pnb"}], "camera": camera}
+    (folder / "scene.json").write_text(json.dumps(scene))
+    view = ["--size", "96x96", "--channel", "normals"]
+    pictures = {"player": ["player", "render", folder / "s.pnb", "--frame", 0, "--camera", camera],
+                "reference": ["bake", "reference", folder / "sides.vis.h5", "--frame", 0, "--samples", 4,
+                              "--camera", camera],
+                "scene": ["bake", "reference", "--scene", folder / "scene.json", "--samples", 4]}
+    for name, command in pictures.items():
+        good(*command, *view, "-o", folder / "n.png")
+        picture = np.asarray(Image.open(folder / "n.png").convert("RGBA"), float)
+        # A normal that points down has the code 0 in green, one that points up 255.
+        up = picture[..., 1][picture[..., 3] == 255]
+        assert len(up) > 1000 and up.max() < 64, (name, len(up), up.max())
+
+
 with tempfile.TemporaryDirectory() as name:
-    for check in (check_light, check_sides, check_notes, check_pictures):
+    for check in (check_light, check_sides, check_notes, check_pictures, check_backs_seen):
         check(pathlib.Path(name))

@@ -7,36 +7,18 @@ usage: test_blender.py BIN [--cycles]"""
 import importlib.util
 import os
 import pathlib
-import shutil
 import subprocess
 import sys
 import tempfile
 
 import h5py
 import numpy as np
+from run_blender import run
 
 BIN = os.path.abspath(sys.argv[1])
 HERE = os.path.dirname(os.path.abspath(__file__))
 SCRIPTS = os.path.join(HERE, "..", "..", "scripts", "blender")
 MOST_RMS, LEAST_SPEED = 0.03, 5.0
-
-
-def run(script, *words):
-    """Runs a script in Blender, without the user's own settings, and returns what it prints."""
-    blender = os.environ.get("PENUMBRA_BLENDER") or shutil.which("blender")
-    if not blender:
-        print("skipped: no Blender (PENUMBRA_BLENDER or PATH)")
-        sys.exit(77)
-    with tempfile.TemporaryDirectory() as own:
-        os.mkdir(os.path.join(own, "addons"))
-        environment = dict(os.environ, BLENDER_USER_SCRIPTS=own, BLENDER_USER_CONFIG=own)
-        command = [blender, "-b", "-t", "1", "--factory-startup", "--python-exit-code", "3"]
-        command += ["--python", os.path.join(HERE, script), "--", *words]
-        result = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=400)
-    if result.returncode != 0:
-        said = result.stdout[-4000:] + result.stderr[-4000:]
-        sys.exit(f"test_blender: {script} ended with {result.returncode}\n{said}")
-    return result.stdout
 
 
 def check_refused(what, argument, part):

@@ -150,6 +150,17 @@ def check_play(folder):
     return vis
 
 
+def add_array(document, binary, array, component, kind, **more):
+    """Adds an accessor with a buffer view of its own, and returns its number."""
+    binary.extend(b"\0" * (-len(binary) % 4))
+    document["bufferViews"].append({"buffer": 0, "byteOffset": len(binary), "byteLength": array.nbytes})
+    binary.extend(array.tobytes())
+    document["buffers"][0]["byteLength"] = len(binary)
+    view = len(document["bufferViews"]) - 1
+    document["accessors"].append({"bufferView": view, "componentType": component, "count": len(array), "type": kind} | more)
+    return len(document["accessors"]) - 1
+
+
 def many_things(path):
     """A rig with all that an export must take care of: two nodes of one mesh, quantised positions, colours of its own
     with alpha, a gap between texture coordinates, an extension that nobody knows, a primitive of lines."""
@@ -159,13 +170,8 @@ def many_things(path):
     primitive = document["meshes"][mesh]["primitives"][0]
     count = document["accessors"][primitive["attributes"]["POSITION"]]["count"]
 
-    def add(array, component, kind, **more):
-        binary.extend(b"\0" * (-len(binary) % 4))
-        document["bufferViews"].append({"buffer": 0, "byteOffset": len(binary), "byteLength": array.nbytes})
-        binary.extend(array.tobytes())
-        view = len(document["bufferViews"]) - 1
-        document["accessors"].append({"bufferView": view, "componentType": component, "count": len(array), "type": kind} | more)
-        return len(document["accessors"]) - 1
+    def add(*array, **more):
+        return add_array(document, binary, *array, **more)
 
     colors = np.random.default_rng(2).integers(0, 256, (count, 4)).astype(np.uint8)
     primitive["attributes"]["COLOR_0"] = add(colors, 5121, "VEC4", normalized=True)
@@ -182,8 +188,174 @@ def many_things(path):
         roots.append(len(document["nodes"]) - 1)
     document["extensionsUsed"] = document.get("extensionsUsed", []) + ["ACME_unheard"]
     document["nodes"][0].setdefault("extensions", {})["ACME_unheard"] = {"z": 1, "a": [1e-7, {"b": None}]}
-    document["buffers"][0]["byteLength"] = len(binary)
     write_glb(path, document, bytes(binary))
+
+
+def colored_face(path):
+    """A face whose vertices have colours, which some of its morph targets change."""
+    glb = Glb(sample("face"))
+    document, binary = glb.json, bytearray(glb.bin[: glb.json["buffers"][0]["byteLength"]])
+    random = np.random.default_rng(4)
+    for primitive in document["meshes"][0]["primitives"]:
+        count = document["accessors"][primitive["attributes"]["POSITION"]]["count"]
+        numbers = lambda low, high: random.uniform(low, high, (count, 3)).astype(np.float32)
+        primitive["attributes"]["COLOR_0"] = add_array(document, binary, numbers(0.3, 0.6), 5126, "VEC3")
+        for target in primitive["targets"][::2]:
+            target["COLOR_0"] = add_array(document, binary, numbers(-0.1, 0.1), 5126, "VEC3")
+    write_glb(path, document, bytes(binary))
+
+
+def meshopt(data, stride):
+    """Encodes vertices as mode ATTRIBUTES of EXT_meshopt_compression, version 0, without saving anything: each byte is
+    stored as its difference from that of the vertex before, in groups of 16 literal bytes."""
+    rows = np.frombuffer(data, np.uint8).reshape(-1, stride)
+    block = min(8192 // stride, 256) & ~15
+    before, out = rows[0], bytearray([0xA0])
+    for first in range(0, len(rows), block):
+        part = rows[first : first + block]
+        deltas = np.diff(part, axis=0, prepend=before[None]).astype(np.int8)
+        before = part[-1]
+        zigzag = (deltas << 1 ^ deltas >> 7).astype(np.uint8)
+        groups = -(-len(part) // 16)
+        for k in range(stride):
+            out += b"\xff" * (groups // 4) + bytes([(1 << 2 * (groups % 4)) - 1] if groups % 4 else [])
+            out += zigzag[:, k].tobytes() + b"\0" * (16 * groups - len(part))
+    return bytes(out + b"\0" * (32 - stride) + rows[0].tobytes())
+
+
+def compress(document, binary, accessor):
+    """Moves the vertices of an accessor with a view of its own into a view that is compressed."""
+    a = document["accessors"][accessor]
+    view = document["bufferViews"][a["bufferView"]]
+    stride = view.get("byteStride", view["byteLength"] // a["count"])
+    data = binary[view.get("byteOffset", 0) : view.get("byteOffset", 0) + view["byteLength"]]
+    encoded = meshopt(data, stride)
+    binary.extend(b"\0" * (-len(binary) % 4))
+    view["extensions"] = {"EXT_meshopt_compression": {"buffer": 0, "byteOffset": len(binary), "byteLength": len(encoded),
+                          "byteStride": stride, "count": a["count"], "mode": "ATTRIBUTES"}}  # fmt: skip
+    view["buffer"], view["byteOffset"] = 1, 0
+    binary.extend(encoded)
+    document["buffers"][0]["byteLength"] = len(binary)
+
+
+def compressed_flock(path):
+    """A quantised character among instances of a quantised patch. Vertices of both are compressed."""
+    glb = Glb(sample("quantized"))
+    document, binary = glb.json, bytearray(glb.bin[: glb.json["buffers"][0]["byteLength"]])
+    add = lambda *array, **more: add_array(document, binary, *array, **more)
+    x, z = np.meshgrid(np.arange(5), np.arange(5))
+    places = np.zeros((25, 4), np.int16)
+    places[:, 0], places[:, 2] = x.ravel() * 8000 - 16000, z.ravel() * 8000 - 16000
+    corners = [[i, i + 5, i + 1, i + 1, i + 5, i + 6] for i in range(20) if i % 5 < 4]
+    position = add(places, 5122, "VEC3", normalized=True, min=[-16000, 0, -16000], max=[16000, 0, 16000])
+    document["bufferViews"][-1] |= {"byteStride": 8, "target": 34962}
+    indices = add(np.array(corners, np.uint16).ravel(), 5123, "SCALAR")
+    moved = add(np.array([[0, -0.05, 0], [0, 0.9, 0.3], [9, 0, 0]], np.float32), 5126, "VEC3")
+    document["meshes"].append({"primitives": [{"attributes": {"POSITION": position}, "indices": indices}]})
+    document["nodes"].append({"mesh": len(document["meshes"]) - 1, "name": "flock",
+                              "extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": moved}}}})  # fmt: skip
+    document["scenes"][document.get("scene", 0)]["nodes"].append(len(document["nodes"]) - 1)
+    character = next(n for n in glb.drawn() if "mesh" in glb.nodes[n])
+    own = document["meshes"][document["nodes"][character]["mesh"]]["primitives"][0]["attributes"]
+    compress(document, binary, position)
+    compress(document, binary, own["POSITION"])
+    size = max(view["byteLength"] for view in document["bufferViews"])
+    document["buffers"].append({"byteLength": size, "extensions": {"EXT_meshopt_compression": {"fallback": True}}})
+    document["extensionsRequired"] += ["EXT_meshopt_compression", "EXT_mesh_gpu_instancing"]
+    document["extensionsUsed"] = list(document["extensionsRequired"])
+    write_glb(path, document, bytes(binary))
+
+
+def check_compressed(folder):
+    """Instances, quantised numbers and compressed vertices of one file come through: a patch has the mean of what its
+    instances see, and the file moves as before."""
+    rig, out = os.path.join(folder, "flock.glb"), os.path.join(folder, "flock.ao.glb")
+    compressed_flock(rig)
+    vis, _, _, ambient = baked(folder, rig, "--fps", "3")
+    with h5py.File(vis) as f:
+        positions = f["frames/positions"][:][:, f["mesh/source_vertex"][:]]
+    x, z = np.meshgrid(np.arange(5) * 8000 - 16000, np.arange(5) * 8000 - 16000)
+    patch = np.stack([x.ravel(), 0 * x.ravel(), z.ravel()], 1) / 32767
+    assert np.abs(positions[0, -25:] - patch - [9, 0, 0]).max() < 1e-5
+    report = os.path.join(folder, "report.json")
+    for kind in ("static", "play"):
+        must(PACK, "export", vis, rig, "-o", out, "--as", kind, "--report", report)
+        notes = json.load(open(report))["figures"].get("notes", [])
+        assert any("EXT_mesh_gpu_instancing" in note for note in notes), notes
+        only_appended(rig, out)
+        glb, mean, found, first = Glb(out), ambient.mean(0), 0, 0
+        for n in glb.drawn():
+            if "mesh" not in glb.nodes[n]:
+                continue
+            (primitive,) = glb.json["meshes"][glb.nodes[n]["mesh"]]["primitives"]
+            count = glb.json["accessors"][primitive["attributes"]["POSITION"]]["count"]
+            times = 3 if "extensions" in glb.nodes[n] else 1
+            wanted = mean[first : first + times * count].reshape(times, count)
+            color = glb.accessor(primitive["attributes"]["COLOR_0"])
+            assert np.abs(color[:, 0] - wanted.mean(0)).max() < 2e-6, (kind, n)
+            assert times == 1 or np.ptp(wanted, 0).max() > 0.2  # the instances see unlike things
+            first, found = first + times * count, found + times
+        assert found == 5 and first == len(mean), (found, first)
+        again = os.path.join(folder, "again.vis.h5")
+        must(BAKE, "visibility", out, "-o", again, "--rays", "16", "--fps", "3")
+        with h5py.File(again) as f:
+            assert np.array_equal(f["frames/positions"][:][:, f["mesh/source_vertex"][:]], positions)
+
+
+def check_color_morphs(folder):
+    """What morph targets of the file add to its colours is darkened: exactly by a mean, and with the error that is told
+    where the occlusion follows the clips."""
+    rig, out = os.path.join(folder, "colored.glb"), os.path.join(folder, "colored.ao.glb")
+    colored_face(rig)
+    vis, clips, times, ambient = baked(folder, rig, "--fps", "4")
+    must(PACK, "export", vis, rig, "-o", out)
+    weights = np.random.default_rng(5).uniform(0, 1, len(Glb(rig).json["meshes"][0]["primitives"][0]["targets"]))
+    for (_, a, rows), (_, b, _) in zip(primitives(Glb(rig)), primitives(Glb(out))):
+        wanted = shown(Glb(rig), a, weights, "COLOR_0") * ambient[:, rows].mean(0)[:, None]
+        found = shown(Glb(out), b, weights, "COLOR_0")
+        # Floats: 3e-7 was measured.
+        assert np.abs(found[:, :3] - wanted).max() < 2e-6 and (found[:, 3] == 1).all()
+    report = os.path.join(folder, "report.json")
+    must(PACK, "export", vis, rig, "-o", out, "--as", "play", "--components", "0", "--report", report)
+    before, after = Glb(rig), Glb(out)
+    own = len(weights)
+    for f, (clip, time) in enumerate(zip(clips, times)):
+        for (_, a, rows), (node, b, _) in zip(primitives(before), primitives(after)):
+            played = np.r_[weights, weights_at(after, clip, node, time)[own:]]
+            base = before.accessor(a["attributes"]["COLOR_0"])
+            added = shown(before, a, weights, "COLOR_0") - base
+            mean = ambient[:, rows].mean(0)[:, None]
+            assert np.abs(shown(after, b, played, "COLOR_0") - base * ambient[f, rows][:, None] - added * mean).max() < 3e-6
+    errors = []
+    for _, a, rows in primitives(before):
+        spread = (ambient[:, rows] ** 2).mean(0) - ambient[:, rows].mean(0) ** 2
+        for target in a["targets"][::2]:
+            errors.append(np.sqrt((before.accessor(target["COLOR_0"]) ** 2 * spread[:, None]).mean()))
+    note = next(n for n in json.load(open(report))["figures"]["notes"] if "morph targets of COLOR_0" in n)
+    told = float(note.split("by up to ")[1].split()[0])
+    assert abs(told - max(errors)) < 0.06 * max(errors) and told > 1e-3, (told, errors)
+
+
+def check_reading_again(folder):
+    """The occlusion of an export is no colour of the surface for those who bake the exported file."""
+    rig, plain = os.path.join(folder, "colored.glb"), sample("face")
+    out, albedo = os.path.join(folder, "again.glb"), os.path.join(folder, "albedo.vis.h5")
+    bake = ["--rays", "16", "--fps", "1", "-o", albedo, "--quantity", "transfer", "--bounces", "1"]
+
+    def albedo_of(path):
+        must(BAKE, "visibility", path, *bake)
+        with h5py.File(albedo) as f:
+            return f["mesh/albedo"][:][f["mesh/source_vertex"][:]]
+
+    vis, own = baked(folder, rig, "--fps", "1")[0], albedo_of(rig)
+    assert np.ptp(own) > 0.1
+    for options in (["--as", "static"], ["--no-color"], ["--as", "play", "--components", "2"]):
+        must(PACK, "export", vis, rig, "-o", out, *options)
+        assert np.array_equal(albedo_of(out), own), options
+    # Without colours of its own the file has none afterwards, either.
+    refused(1, "has no base colour", BAKE, "visibility", plain, *bake)
+    must(PACK, "export", baked(folder, plain, "--fps", "1")[0], plain, "-o", out)
+    refused(1, "has no base colour", BAKE, "visibility", out, *bake)
 
 
 def check_static(folder):
@@ -365,6 +537,9 @@ def main():
         check_table(folder, rig, vis, npy)
         check_other_order(folder, rig, vis, npy)
         check_bad_input(folder, rig, vis)
+        check_compressed(folder)
+        check_color_morphs(folder)
+        check_reading_again(folder)
         check_model(folder)
         check_bounces(folder)
         check_distance(folder)

@@ -3,10 +3,12 @@
 usage: test_web_export.py BIN [--all]
 
 The packages of npm come by scripts/setup --web. Without them the test is skipped. --all (scripts/test --tools) also
-draws with Babylon.js, and tables and exports with an error.
+draws with Babylon.js, and static exports, tables and exports with an error.
 """
+import base64
 import ctypes.util
 import http.server
+import itertools
 import json
 import os
 import shutil
@@ -75,8 +77,11 @@ def ambient_of(vis):
 
 
 def write_case(folder, export, vis, more):
-    """What the pages compare with: the truth of some frames, by mesh and primitive of the exported file."""
+    """What the pages compare with: the truth of some frames, by mesh and primitive of the exported file. Of a static
+    export that is the mean in every frame."""
     ambient, clips, times = ambient_of(vis)
+    if Glb(export).json["asset"]["extras"]["penumbra_export"]["as"] == "static":
+        ambient = np.repeat(ambient.mean(0, keepdims=True), len(ambient), 0)
     chosen = np.linspace(0, len(times) - 1, 5).astype(int)
     glb, truth, first = Glb(export), {}, 0
     for n in glb.drawn():
@@ -133,18 +138,18 @@ def main():
             must(PACK, "export", vis, rig, "-o", out[3], "--as", "play", "--components", "4")
             must(PACK, "export", vis, rig, "-o", out[1], "--as", "play", "--components", "0", "--report", report)
             count = json.load(open(report))["figures"]["components"]
-            write_case(folder, out[1], vis, {"components": count})
-            pages = ["three_play.html"] + (["babylon_play.html"] if ALL else [])
-            for one in pages:
+            pages = ["three_colors.html"] + (["babylon_colors.html"] if ALL else [])
+            kinds = [(out[1], count, "%d components" % count)] + ([(out[0], 0, "static")] if ALL else [])
+            for (file, components, kind), one in itertools.product(kinds, pages):
+                write_case(folder, file, vis, {"components": components})
                 found = page(one, port, profile)
                 for shot in found["out"]:
-                    print("%s %s, %d components: %s" % (found["reader"], name, count, shot))
+                    print("%s %s, %s: %s" % (found["reader"], name, kind, shot))
                     # The sum of floats is rounded once more on the way to 8 bits: at most one pixel in a thousand differs.
                     assert shot["pixels"] > 5000 and shot["rms"] < 2e-4 and shot["max"] <= 1.001 / 255, shot
                 if "picture" in found and len(sys.argv) > 3:
-                    import base64
-
-                    open(os.path.join(sys.argv[3], name + ".png"), "wb").write(base64.b64decode(found["picture"].split(",")[1]))
+                    with open(os.path.join(sys.argv[3], name + ".png"), "wb") as picture:
+                        picture.write(base64.b64decode(found["picture"].split(",")[1]))
             if not ALL:
                 continue
             must(PACK, "export", vis, rig, "-o", out[3], "--as", "play", "--components", "4", "--report", report)

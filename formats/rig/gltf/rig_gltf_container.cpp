@@ -10,6 +10,7 @@
 #include "formats/common/errors.h"
 #include "formats/rig/gltf/rig_gltf.h"
 #include "formats/rig/gltf/rig_meshopt.h"
+#include "formats/rig/own_color.h"
 #include "formats/rig/rig_build.h"
 
 namespace penumbra {
@@ -251,9 +252,19 @@ Json targetNames(Json& object) {
     return texts ? names : Json();
 }
 
+// Takes the colours that a primitive had before an export darkened them (own_color.h).
+void takeOwnColor(Json& primitive) {
+    const auto extras = primitive.find("extras"), attributes = primitive.find("attributes");
+    if (extras == primitive.end() || !extras->is_object() || !extras->contains(kColorMark)) return;
+    if ((*extras)[kColorMark] != kMarkOfOcclusion || attributes == primitive.end() || !attributes->is_object()) return;
+    attributes->erase("COLOR_0");
+    if (const auto own = attributes->find(kOwnColor); own != attributes->end()) (*attributes)["COLOR_0"] = Json(*own);
+}
+
 void dropExtensions(Json& objects) {
     for (Json& object : objects) {
         if (!object.is_object()) continue;
+        takeOwnColor(object);
         Json names = targetNames(object);
         for (const char* key : {"extensions", "extras", "camera"}) object.erase(key);
         if (!names.empty()) object["extras"]["targetNames"] = std::move(names);
