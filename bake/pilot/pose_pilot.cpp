@@ -15,7 +15,6 @@
 #include <numeric>
 
 #include "bake/fields/part_fields.h"
-#include "bake/source/frame_choice.h"
 #include "bake/visibility/bake_visibility.h"
 #include "formats/common/child_process.h"
 #include "formats/common/errors.h"
@@ -37,11 +36,6 @@ constexpr double kFieldMegabytes = 1;  // of the fields
 constexpr const char* kSampledLabel = "sampled poses";
 constexpr const char* kMixedLabel = "mixed poses";
 
-FrameList thinned(const FrameList& all, std::size_t most) {
-    const std::size_t count = all.frameCount();
-    return sliceFrames(all, {0, count, std::max<std::size_t>(1, (count + most - 1) / most)});
-}
-
 // The frames of a list, without the clips that have none of them.
 FrameList selectFrames(const FrameList& all, std::span<const std::size_t> frames) {
     FrameList out;
@@ -53,6 +47,14 @@ FrameList selectFrames(const FrameList& all, std::span<const std::size_t> frames
         out.time.push_back(all.time[f]);
     }
     return out;
+}
+
+// At most so many frames, evenly spread. A clip that has none of them is left out: no list of poses may name it.
+FrameList thinned(const FrameList& all, std::size_t most) {
+    const std::size_t count = all.frameCount(), step = std::max<std::size_t>(1, (count + most - 1) / most);
+    std::vector<std::size_t> kept;
+    for (std::size_t f = 0; f < count; f += step) kept.push_back(f);
+    return selectFrames(all, kept);
 }
 
 // A list of poses that has frames of clips only.
