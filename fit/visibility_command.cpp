@@ -83,6 +83,10 @@ void define(CLI::App& app, VisibilityCommand& command) {
     addChoice(app, "--near", options.near, kNearUses,
               "whether a composed model takes near parts as geometry, too, with gains; auto: where cross-validation "
               "over training clips prefers that");
+    app.add_option(
+           "--compared-vertices", options.compared_vertices,
+           "vertices at which the report holds the fields of a composed model against rays; 0: none, in less time")
+        ->check(within(0, 1000000));
     addKind(app, "--features", options.features, kFeatureKinds,
             "what the numbers are predicted from; zh-lobes know joint-angles alone");
     addOrAuto(app, "--clusters", options.clusters, within(1, 1000000), "number of clusters, or auto");
@@ -119,6 +123,8 @@ FitOptions resolveOptions(const VisibilityCommand& command, FitOptions options) 
     if (!composed && command.app->count("--local-model") > 0)
         throw UsageError("--local-model: only --model composed has one");
     if (!composed && command.app->count("--near") > 0) throw UsageError("--near: only --model composed has near parts");
+    if (!composed && command.app->count("--compared-vertices") > 0)
+        throw UsageError("--compared-vertices: only --model composed has fields");
     options.model = composed ? command.local_model : kindNamed(kModelKinds, model).value();
     for (const std::string& file : command.fields) options.fields.push_back(readFields(file));
     return options;

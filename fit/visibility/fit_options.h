@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "fit/visibility/local_numbers.h"
+#include "formats/common/far_by_rays.h"
 #include "formats/stage/field_file.h"
 #include "formats/stage/model_file.h"
 
@@ -33,6 +34,8 @@ struct FitOptions {
     // moments.
     std::vector<FieldFile> fields;
     NearUse near = NearUse::kAuto;  // only composed models read it
+    // At so many vertices the report holds the far parts of a composed model against rays (far_error.h); 0: at none.
+    int compared_vertices = int(kComparedVertices);
     // The training frames, as clip names and times. Without a list, all frames that are not held out.
     std::optional<FrameList> train_frames;
     Convention convention;  // D5

@@ -285,8 +285,9 @@ FitResult fitVisibility(const VisibilityReader& reader, const PoseTable& poses, 
         const std::optional<NearReport> near = chooseNearParts(job, model);
         phase("fit");
         finishComposed(fitComposedClusters(job, model), split, result);
-        if (!model.deforming)
-            result.report.composed->far = measureFar({reader, poses, clusters, split, options.threads}, model);
+        const FarSample sample{std::size_t(options.compared_vertices)};
+        if (!model.deforming && sample.vertices > 0)
+            result.report.composed->far = measureFar({reader, poses, clusters, split, options.threads}, model, sample);
         result.report.composed->near = near;
         return result;
     }

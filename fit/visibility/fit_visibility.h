@@ -24,9 +24,10 @@ struct ComposedReport {
     double residual_cross_validated = 0;           // relative error of the residual model; 1 is as good as none
     bool residual_kept = false;
     bool near_kept = false;
-    std::optional<NearReport> near;    // where cross-validation chose between near parts and none
-    bool mean_kept = false;            // its mean alone counts too, even where its components do not pay
-    std::optional<FarError> far = {};  // what the fields cost; unset for a deforming mesh, which has no parts to trace
+    std::optional<NearReport> near;  // where cross-validation chose between near parts and none
+    bool mean_kept = false;          // its mean alone counts too, even where its components do not pay
+    // What the fields cost. Unset where no vertices are compared, and for a deforming mesh: it has no parts to trace.
+    std::optional<FarError> far = {};
 };
 
 struct FitReport {

@@ -18,8 +18,9 @@ from programs import BIN, digest, good, must, refused, run
 SAMPLES = os.path.join(BIN, "..", "samples")
 MAN = os.path.join(SAMPLES, "capsule_man.glb")
 BEND = os.path.join(SAMPLES, "bend.glb")
-# Few frames and few made poses: a choice takes some seconds.
-FEW = ["--fps", "3", "--holdout", "squat", "--sample", "6", "--mix", "6", "--cover", "4", "--rays", "16"]
+# A choice takes a fit for each combination and fold, so most of what follows is asked of a rig of two joints, which has
+# one combination beside the clips. The frames are those of its first clip: the other clips have none of them.
+SMALL = ["--fps", "4", "--frames", "0:9", "--rays", "16"]
 
 
 def auto(out, *words, rig=MAN):
@@ -31,7 +32,8 @@ def auto(out, *words, rig=MAN):
 def check_choice(folder):
     """The table has every combination, and the list is that of the options which were chosen, byte by byte."""
     out = os.path.join(folder, "man.poses.h5")
-    figures, said = auto(out, *FEW)
+    frames = ["--fps", "2", "--holdout", "squat"]
+    figures, said = auto(out, *frames, "--sample", "6", "--mix", "6", "--cover", "4", "--rays", "16")
     choice = figures["auto"]
     kinds = [row["options"] for row in choice["tried"]]
     assert kinds[:5] == ["--choose all", "--choose all --sample 6", "--mix 6", "--mix 6 --cover 4",
@@ -47,38 +49,38 @@ def check_choice(folder):
     assert f"chosen, to type in place of --auto: {choice['chosen']}" in said, said
     assert "pilot: " in said and " minutes" in said, said
     typed = os.path.join(folder, "typed.poses.h5")
-    must(os.path.join(BIN, "penumbra-bake"), "poses", MAN, *FEW[:4], *choice["chosen"].split(), "-o", typed)
+    must(os.path.join(BIN, "penumbra-bake"), "poses", MAN, *frames, *choice["chosen"].split(), "-o", typed)
     assert digest(typed) == digest(out)
-    # The same seed gives the same errors and the same bytes, whatever the number of threads.
-    again = os.path.join(folder, "again.poses.h5")
-    other = auto(again, *FEW, "--threads", "1")[0]["auto"]
-    assert [row["errors"] for row in other["tried"]] == [row["errors"] for row in choice["tried"]], (other, choice)
-    assert digest(again) == digest(out)
 
 
 def check_budget(folder):
     """No list takes longer than the minutes. Where the clips alone do, they stay alone, and nothing is tried."""
     out = os.path.join(folder, "budget.poses.h5")
-    words = ["--fps", "3", "--holdout", "squat", "--rays", "16", "--sample", "8", "--minutes"]
-    figures, said = auto(out, *words, "1e-9")
+    words = [*SMALL, "--sample", "8", "--minutes"]
+    figures, said = auto(out, *words, "1e-9", rig=BEND)
     assert figures["auto"]["tried"] == [] and figures["auto"]["chosen"] == "--choose all", figures["auto"]
     assert "the clips alone take" in said and figures["sampled"] == 0, said
     with h5py.File(out) as f:
         assert len(f["frames/time"]) == figures["candidates"]
     # Time for some five poses beside the clips; probes of one machine differ.
     minutes = figures["auto"]["clip_minutes"] * (1 + 5 / figures["candidates"])
-    figures, _ = auto(out, *words, minutes, "--mix", "1", "--cover", "1")
+    figures, _ = auto(out, *words, minutes, rig=BEND)
     rows = figures["auto"]["tried"]
     assert all(row["minutes"] <= minutes for row in rows[1:]), (minutes, rows)
 
 
 def check_one_clip(folder):
-    """With one clip the folds are blocks of it. A rig without limbs has no mixed poses."""
-    figures, said = auto(os.path.join(folder, "bend.poses.h5"), "--clips", "bend", "--fps", "8", "--rays", "16", "--sample",
-                         "3", rig=BEND)
-    assert figures["auto"]["pilot"]["folds"] == 4 and list(figures["frames_by_clip"])[0] == "bend", figures
-    assert not figures["auto"]["can_mix"] and "no limbs" in said, said
-    assert [row["options"] for row in figures["auto"]["tried"]][:2] == ["--choose all", "--choose all --sample 3"]
+    """With one clip the folds are blocks of it. A rig without limbs has no mixed poses. The same seed gives the same
+    errors and the same bytes, whatever the number of threads."""
+    out, again = os.path.join(folder, "bend.poses.h5"), os.path.join(folder, "again.poses.h5")
+    figures, said = auto(out, *SMALL, "--sample", "3", rig=BEND)
+    choice = figures["auto"]
+    assert choice["pilot"]["folds"] == 4 and list(figures["frames_by_clip"])[0] == "bend", figures
+    assert not choice["can_mix"] and "no limbs" in said, said
+    assert [row["options"] for row in choice["tried"]][:2] == ["--choose all", "--choose all --sample 3"]
+    other = auto(again, *SMALL, "--sample", "3", "--threads", "1", rig=BEND)[0]["auto"]
+    assert [row["errors"] for row in other["tried"]] == [row["errors"] for row in choice["tried"]], (other, choice)
+    assert digest(again) == digest(out)
 
 
 def check_all_frames(folder):
@@ -105,7 +107,7 @@ def check_failures(folder):
     lonely = os.path.join(folder, "lonely")
     os.makedirs(lonely)
     shutil.copy(bake, lonely)
-    alone = [os.path.join(lonely, "penumbra-bake"), "poses", MAN, "-o", out, "--auto", *FEW]
+    alone = [os.path.join(lonely, "penumbra-bake"), "poses", BEND, "-o", out, "--auto", *SMALL, "--sample", "3"]
     result = run(*alone, env={**os.environ, "PATH": lonely})
     assert result.returncode == 1 and "--auto: needs penumbra-fit" in result.stderr, result
     fit = os.path.join(lonely, "penumbra-fit")

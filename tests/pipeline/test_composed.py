@@ -11,7 +11,7 @@ import tempfile
 import h5py
 import numpy as np
 
-from programs import must, refused
+from programs import digest, must, refused
 
 BIN = sys.argv[1]
 BAKE, FIT, PACK = (os.path.join(BIN, "penumbra-" + name) for name in ("bake", "fit", "pack"))
@@ -93,10 +93,16 @@ def check_near(vis, fields, folder):
         with h5py.File(out) as f:
             assert ("near_gains" in f["composition"]) == found[near]["composed"]["near_parts"], near
     assert (found["off"]["composed"]["near_parts"], found["on"]["composed"]["near_parts"]) == (False, True)
+    # The rays beside the fields are for the report alone.
+    quick = os.path.join(folder, "quick.model.h5")
+    figures = fit(vis, quick, "--fields", fields, "--near", "off", "--compared-vertices", 0)
+    assert figures["composed"].keys() == found["off"]["composed"].keys() - {"far_sample"}, figures
+    assert digest(quick) == digest(os.path.join(folder, "near_off.model.h5"))
     two = found["auto"]["composed"]["near_cross_validated_relative_error"]
     chosen = "on" if two["with_near_parts"] < two["local_alone"] else "off"
     assert found["auto"]["held_out"] == found[chosen]["held_out"], (found, two)
-    refused(1, "--near", FIT, "visibility", vis, "-o", os.path.join(folder, "no.model.h5"), "--near", "on")
+    for word, value in (("--near", "on"), ("--compared-vertices", "0")):
+        refused(1, word, FIT, "visibility", vis, "-o", os.path.join(folder, "no.model.h5"), word, value)
 
 
 def check_threads(vis, fields, folder):
