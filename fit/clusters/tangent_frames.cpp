@@ -5,8 +5,9 @@
 //
 // Naive: project one axis on all tangent planes. Where a normal lies along the axis, tangents spin around it.
 //
-// Here: the field needs to be smooth only inside a cluster. A few candidates are singular at different places, and each
-// cluster takes the one that turns least over its own edges. The candidates are listed in tangent_frames.h.
+// Here: each cluster has a field of its own. A few candidates are singular at different places, and each cluster takes
+// the one that turns least over its own edges. The candidates are listed in tangent_frames.h. Then join_tangents.cpp
+// makes the fields agree where clusters meet.
 
 #include "fit/clusters/tangent_frames.h"
 
@@ -14,6 +15,7 @@
 #include <cmath>
 #include <utility>
 
+#include "fit/clusters/join_tangents.h"
 #include "fit/numerics/pca.h"
 #include "formats/common/parallel_for.h"
 #include "sh/tangent.h"
@@ -117,6 +119,7 @@ std::vector<Vec3> restTangents(const Mesh& mesh, const std::vector<Vec3>& rest_n
         const Field& best = fields[std::size_t(std::min_element(cost.begin(), cost.end()) - cost.begin())];
         for (std::uint32_t v : clusters.vertices[c]) tangents[v] = evaluate(best, rest_normals[v]);
     });
+    joinTangents(mesh.triangles, rest_normals, clusters.cluster_of_vertex, tangents);
     return tangents;
 }
 

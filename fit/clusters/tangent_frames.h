@@ -1,6 +1,6 @@
 #pragma once
-// Chooses tangents that are smooth over the surface inside a cluster. They are also smooth in time, because the
-// rotation of the cluster's joint carries them.
+// Chooses tangents that are smooth over the surface. They are also smooth in time, because the rotation of the
+// cluster's joint carries them.
 #include <vector>
 
 #include "fit/clusters/vertex_clusters.h"
