@@ -49,7 +49,7 @@ Group makeGroup(const Source& source, std::vector<std::uint32_t> vertices) {
 }
 
 // Returns the squared distance between the mean weights (or mean places) of two groups.
-double squaredDistance(const Source& source, const Group& a, const Group& b) {
+double squaredGroupDistance(const Source& source, const Group& a, const Group& b) {
     if (source.parts) {
         const Vec3d d = a.place_sum / double(a.vertices.size()) - b.place_sum / double(b.vertices.size());
         return dot(d, d);
@@ -65,7 +65,7 @@ double squaredDistance(const Source& source, const Group& a, const Group& b) {
 // Returns what a union adds to the sum of squared distances from the mean.
 double wardCost(const Source& source, const Group& a, const Group& b) {
     const double na = double(a.vertices.size()), nb = double(b.vertices.size());
-    return na * nb / (na + nb) * squaredDistance(source, a, b);
+    return na * nb / (na + nb) * squaredGroupDistance(source, a, b);
 }
 
 void mergeInto(std::vector<Group>& groups, std::size_t target, std::size_t source) {
@@ -87,8 +87,8 @@ void mergeTiny(const Source& by, std::vector<Group>& groups, std::size_t least) 
         const std::size_t source = std::size_t(smallest - groups.begin());
         std::size_t nearest = source == 0 ? 1 : 0;
         for (std::size_t g = 0; g < groups.size(); ++g)
-            if (g != source &&
-                squaredDistance(by, groups[g], groups[source]) < squaredDistance(by, groups[nearest], groups[source]))
+            if (g != source && squaredGroupDistance(by, groups[g], groups[source]) <
+                                   squaredGroupDistance(by, groups[nearest], groups[source]))
                 nearest = g;
         mergeInto(groups, nearest, source);
     }

@@ -81,13 +81,13 @@ Radiance onSharedGrid(const ShadingTest& test, const RgbBrdf& brdf, int threads)
 // Returns a grid for one view that is dense around its mirror direction r: angles a sinh(b u) from r, azimuths about r.
 std::vector<WeightedDirection> gridAbout(Vec3d view) {
     constexpr int kAngles = 96, kTurns = 64;
-    constexpr double kWidth = 0.003;  // a in radians: a third of the nodes are nearer to r than 7 times this
+    constexpr double kNearAngle = 0.003;  // a in radians: a third of the nodes are nearer to r than 7 times this
     const Vec3d r{-view.x, -view.y, view.z};
     const Vec3d side = normalized(cross(std::abs(r.z) < 0.9 ? Vec3d{0, 0, 1} : Vec3d{1, 0, 0}, r)), up = cross(r, side);
-    const double b = std::asinh(std::numbers::pi / kWidth);
+    const double b = std::asinh(std::numbers::pi / kNearAngle);
     std::vector<WeightedDirection> grid;
     for (const auto& [u, weight] : gaussInterval(kAngles)) {
-        const double angle = kWidth * std::sinh(b * u), step = kWidth * b * std::cosh(b * u) * weight;
+        const double angle = kNearAngle * std::sinh(b * u), step = kNearAngle * b * std::cosh(b * u) * weight;
         for (int j = 0; j < kTurns; ++j) {
             const double azimuth = 2 * std::numbers::pi * (j + 0.5) / kTurns;
             const Vec3d direction =

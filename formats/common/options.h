@@ -108,14 +108,18 @@ CLI::Validator numberThat(const std::string& wanted, const std::string& range, c
     return CLI::Validator(problem, range);
 }
 
-// Whole numbers where T is a type of such. `unit` follows the range in the message.
+// Whole numbers where T is a type of such. `unit` follows the range in the message. A real number is rounded to T
+// first, as the option will be: 0.01 in a text is nearer to 1/100 than a bound of 0.01 in the source, and below it.
 template <class T>
 CLI::Validator within(T least, T most, const std::string& unit = "") {
     std::ostringstream range;
     range << least << ".." << most;
     return numberThat("be " + range.str() + (unit.empty() ? "" : " " + unit), range.str(),
                       [least, most](long double x) {
-                          return x >= least && x <= most && (!std::is_integral_v<T> || x == std::floor(x));
+                          if constexpr (std::is_floating_point_v<T>)
+                              return T(x) >= least && T(x) <= most;
+                          else
+                              return x >= least && x <= most && x == std::floor(x);
                       });
 }
 

@@ -89,7 +89,11 @@ Plane surroundings(const EnvironmentMap& map) {
     std::sort(order.begin(), order.end(),
               [&](int a, int b) { return light.values[std::size_t(a)] < light.values[std::size_t(b)]; });
     std::vector<Vec3d> directions;
-    for (int p : order) directions.push_back(light.direction(p / light.columns, p % light.columns));
+    std::vector<double> steradians;
+    for (int p : order) {
+        directions.push_back(light.direction(p / light.columns, p % light.columns));
+        steradians.push_back(light.steradians(p / light.columns));
+    }
     Plane sky(kSkyRows, kSkyColumns);
     std::vector<std::pair<double, double>> around;  // solid angle of all up to here, luminance
     for (int row = 0; row < kSkyRows; ++row)
@@ -99,8 +103,7 @@ Plane surroundings(const EnvironmentMap& map) {
             double sum = 0;
             for (std::size_t i = 0; i < order.size(); ++i)
                 if (dot(directions[i], center) > std::cos(kAroundLight))
-                    around.push_back(
-                        {sum += light.steradians(order[i] / light.columns), light.values[std::size_t(order[i])]});
+                    around.push_back({sum += steradians[i], light.values[std::size_t(order[i])]});
             const auto middle = std::lower_bound(around.begin(), around.end(), std::pair(sum / 2, 0.0));
             sky.at(row, column) = middle->second;
         }
@@ -111,12 +114,16 @@ Plane surroundings(const EnvironmentMap& map) {
 Plane blurred(const Plane& light) {
     Plane out(kRows, kColumns);
     const int reach = int(std::ceil(kBlur / std::numbers::pi * kRows));
+    std::vector<Vec3d> directions;
+    for (int row = 0; row < kRows; ++row)
+        for (int turn = 0; turn < kColumns; ++turn) directions.push_back(light.direction(row, turn));
     std::array<double, kColumns> kernel;
     for (int row = 0; row < kRows; ++row)
         for (int from = std::max(0, row - reach); from <= std::min(kRows - 1, row + reach); ++from) {
             const double weight = light.steradians(from);
+            const Vec3d* around = &directions[std::size_t(from * kColumns)];
             for (int turn = 0; turn < kColumns; ++turn) {
-                const double cosine = dot(light.direction(row, 0), light.direction(from, turn));
+                const double cosine = dot(directions[std::size_t(row * kColumns)], around[turn]);
                 const double x = cosine > std::cos(kBlur) ? std::acos(std::min(cosine, 1.0)) / kBlur : 1;
                 kernel[std::size_t(turn)] = weight * (1 - x * x) * (1 - x * x);
             }

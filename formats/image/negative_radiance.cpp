@@ -12,7 +12,7 @@ namespace penumbra {
 
 namespace {
 
-constexpr int kReach = 8;  // pixels; the side of a block of the codec
+constexpr int kCodecBlock = 8;  // pixels; the side of a block of the codec
 
 struct Around {
     std::vector<std::size_t> pixels;
@@ -22,8 +22,8 @@ struct Around {
 Around lookAround(const EnvironmentMap& map, const std::vector<double>& steradians, int x, int y, int channel) {
     Around around;
     const int width = map.image.width;
-    for (int j = std::max(0, y - kReach); j <= std::min(map.image.height - 1, y + kReach); ++j)
-        for (int i = x - kReach; i <= x + kReach; ++i) {
+    for (int j = std::max(0, y - kCodecBlock); j <= std::min(map.image.height - 1, y + kCodecBlock); ++j)
+        for (int i = x - kCodecBlock; i <= x + kCodecBlock; ++i) {
             if ((i < 0 || i >= width) && map.layout != MapLayout::kLatLong) continue;
             const std::size_t at = std::size_t(j) * std::size_t(width) + std::size_t(((i % width) + width) % width);
             const double value = map.image.pixels[at][channel];

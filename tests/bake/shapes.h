@@ -85,29 +85,24 @@ inline Shape clutter(int rings) {
     return s;
 }
 
-// Tests for any hit beyond the origin, as Moeller and Trumbore 1997, in double.
-inline bool blocked(Vec3d origin, Vec3d direction, const std::vector<Vec3>& positions,
-                    const std::vector<Triangle>& triangles) {
-    for (const Triangle& t : triangles) {
-        const Vec3d a = toDouble(positions[t[0]]), e1 = toDouble(positions[t[1]]) - a,
-                    e2 = toDouble(positions[t[2]]) - a;
-        const Vec3d p = cross(direction, e2);
-        const double determinant = dot(e1, p);
-        if (determinant == 0) continue;
-        const Vec3d s = origin - a, q = cross(s, e1);
-        const double u = dot(s, p) / determinant, v = dot(direction, q) / determinant;
-        if (u >= 0 && v >= 0 && u + v <= 1 && dot(e2, q) / determinant > 0) return true;
-    }
-    return false;
-}
+// A triangle as rays from one point meet it (Moeller and Trumbore 1997), in double: what all directions share.
+struct SeenTriangle {
+    Vec3d e1, e2, s, q;  // the edges from a; from a to the point; s x e1
+    double height;       // e2 . q
+};
+
+std::vector<SeenTriangle> seenFrom(Vec3d origin, const Shape& shape);
+
+// Tests for any hit beyond the origin.
+bool blocked(const std::vector<SeenTriangle>& seen, Vec3d direction);
 
 // Computes the hemisphere moments of one point over the plain Fibonacci set of 2 x 1024 directions, without the
 // bake's code.
 inline std::vector<double> bruteForceMoments(int order, Vec3d point, Vec3d normal, double lift, const Shape& shape) {
     static const std::vector<Vec3d> directions = fibonacciSphere(2048);
+    const std::vector<SeenTriangle> seen = seenFrom(point + normal * lift, shape);
     std::vector<std::uint8_t> visible;
-    for (const Vec3d& d : directions)
-        visible.push_back(dot(d, normal) > 0 && !blocked(point + normal * lift, d, shape.positions, shape.triangles));
+    for (const Vec3d& d : directions) visible.push_back(dot(d, normal) > 0 && !blocked(seen, d));
     std::vector<double> b(std::size_t(coefficientCount(order)));
     projectVisibility(order, directions, visible, b);
     return b;

@@ -152,8 +152,9 @@ TEST(PartTracer, ThereIsNoInsideBehindASheet) {
     for (const Vec3 point : kBehindTheCape) {
         const PointOfField traced = tracer.trace(point, Distances::kAll);
         EXPECT_GT(traced.distance, 0);
+        const std::vector<shapes::SeenTriangle> seen = shapes::seenFrom(toDouble(point), shape);
         double blocked = 0;
-        for (const Vec3d d : rays) blocked += shapes::blocked(toDouble(point), d, shape.positions, shape.triangles);
+        for (const Vec3d d : rays) blocked += shapes::blocked(seen, d);
         EXPECT_NEAR(double(traced.blocked[0]), -std::sqrt(4 * std::numbers::pi) * blocked / 2000, 0.02 * 3.5);
     }
     // The nearest surface that counts is the ball's, and the ball still has an inside. Triangles right before the sheet

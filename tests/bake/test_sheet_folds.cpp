@@ -25,13 +25,14 @@ std::vector<double> bruteForce(const Shape& scene, Vec3d start, Vec3d normal, st
     std::uniform_real_distribution<double> uniform(0, 1);
     const Vec3d side = normalized(cross(normal, std::abs(normal.x) < 0.5 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0}));
     const Vec3d other = cross(normal, side);
+    const std::vector<shapes::SeenTriangle> seen = shapes::seenFrom(start, scene);
     std::vector<double> y(kSize), b(kSize);
     for (int i = 0; i < kSteps; ++i)
         for (int j = 0; j < kSteps; ++j) {
             const double z = (i + uniform(random)) / kSteps, a = 2 * std::numbers::pi * (j + uniform(random)) / kSteps;
             const double r = std::sqrt(1 - z * z);
             const Vec3d d = side * (r * std::cos(a)) + other * (r * std::sin(a)) + normal * z;
-            if (shapes::blocked(start, d, scene.positions, scene.triangles)) continue;
+            if (shapes::blocked(seen, d)) continue;
             evalBasis(kOrder, d, y);
             for (std::size_t k = 0; k < kSize; ++k) b[k] += y[k] * 2 * std::numbers::pi / (kSteps * kSteps);
         }

@@ -16,11 +16,12 @@ SmallMatrix filled(int rows, int columns, double salt) {
 }
 
 // For a tall matrix the residual is orthogonal to every column. For a wide one there is no residual, and x is a sum of
-// rows, which makes it the shortest.
+// rows, which makes it the shortest. Products are lazy here, as tests/CMakeLists.txt says.
 TEST(MinNorm, SolvesTheNormalEquations) {
     for (const auto& [rows, columns] : {std::pair{7, 3}, {15, 15}, {9, 1}, {3, 7}, {1, 15}}) {
         const SmallMatrix a = filled(rows, columns, 0.3), b = filled(rows, 3, 5);
-        const SmallMatrix left = a.transpose() * (a * solveMinNorm(a, b) - b);
+        const SmallMatrix residual = a.lazyProduct(solveMinNorm(a, b)) - b;
+        const SmallMatrix left = a.transpose().lazyProduct(residual);
         EXPECT_LT(left.norm(), 1e-11) << rows << " x " << columns;
     }
 }

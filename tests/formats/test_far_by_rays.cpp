@@ -47,7 +47,7 @@ TEST(SurfaceTree, ARayPassesWhatNoTriangleStops) {
     int passed = 0;
     for (const Vec3d d : fibonacciSphere(2000)) {
         const Vec3 from = toFloat(Vec3d{number(), number(), number()}), way = toFloat(d);
-        const bool blocked = shapes::blocked(toDouble(from), toDouble(way), shape.positions, shape.triangles);
+        const bool blocked = shapes::blocked(shapes::seenFrom(toDouble(from), shape), toDouble(way));
         passed += !blocked;
         EXPECT_EQ(tree.passing(from, way, {}), blocked ? 0 : 1);
     }

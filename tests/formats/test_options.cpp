@@ -17,7 +17,7 @@ struct Values {
     std::optional<FrameRange> frames;
     std::optional<Vec3> background;
     std::uint64_t seed = 1;
-    double share = 1, factor = 1;
+    double share = 1, factor = 1, part = 0.1;
     int rays = 16, width = 1, height = 1;
     std::string file, words;
 };
@@ -34,6 +34,7 @@ std::string parse(const std::string& line, Values& values) {
     app.add_option("--share", values.share)->check(aShare());
     app.add_option("--factor", values.factor)->check(aboveZero());
     app.add_option("--rays", values.rays)->check(within(16, 1 << 16, "directions"));
+    app.add_option("--part", values.part)->check(within(0.01, 0.3));
     app.add_option("--file", values.file)->check(endsIn({".png", ".exr"}));
     app.add_option("--frames-as-text", values.words)->check(readableBy(parseFrameRange));
     try {
@@ -63,6 +64,14 @@ TEST(Options, AreReadAsTheirTypes) {
     EXPECT_EQ(values.width * 1000 + values.height, 640480);
     EXPECT_EQ(parse("--background transparent", values), "");
     EXPECT_EQ(values.background, std::nullopt);
+}
+
+// As real numbers of the text, 0.01 lies below the double of that name, and 0.3 above.
+TEST(Options, BothEndsOfARangeAreInIt) {
+    for (const char* value : {"0.01", ".01", "1e-2", "0.3", "0.1"})
+        EXPECT_EQ(refusal(std::string("--part ") + value), "") << value;
+    for (const char* value : {"0.0099999999", "0.3000000001", "nan", "x"})
+        EXPECT_EQ(refusal(std::string("--part ") + value), std::string("--part: must be 0.01..0.3, not ") + value);
 }
 
 TEST(Options, ABackslashMakesACommaPartOfAName) {

@@ -3,11 +3,13 @@ documented, and no sanitizer complains. scripts/test runs it with the programs o
 
 usage: smoke.py BIN
 """
+import concurrent.futures
 import os
 import random
 import subprocess
 import sys
 import tempfile
+import threading
 
 import numpy as np
 
@@ -19,6 +21,7 @@ TINY = ["--size", "24x24"]
 TEXTURED = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "fuzz", "corpus", "fuzz_base_colors", "textured.glb")
 BOUNCE = ["--quantity", "transfer", "--bounces", "1"]
 count = 0
+counting = threading.Lock()  # of `count`
 
 
 def environment():
@@ -31,7 +34,8 @@ def environment():
 def run(codes, tool, *words):
     """Runs a program, which must end with one of the codes and without a word of a sanitizer."""
     global count
-    count += 1
+    with counting:
+        count += 1
     words = [str(word) for word in words]
     result = subprocess.run([os.path.join(BIN, "penumbra-" + tool), *words], capture_output=True, timeout=120, env=environment())
     said = result.stderr.decode(errors="replace")
@@ -244,14 +248,20 @@ def damaged_files():
               ("a.truth.pnb", lambda bad: ("player", "render", "linear.pnb", *TINY, "--channel", "error", "--truth", bad, "-o", "no.png")),
               (TEXTURED, lambda bad: bake(bad, *BOUNCE))]
     chance = random.Random(14)
+    runs = []
     for path, command in kinds:
         with open(path, "rb") as file:
             content = file.read()
         for bad, codes in spoiled(content, chance):
-            name = "bad" + os.path.basename(path)[os.path.basename(path).index("."):]
+            # Runs go on at the same time, so each reads and writes files of its own.
+            name = f"bad{len(runs)}" + os.path.basename(path)[os.path.basename(path).index("."):]
             with open(name, "wb") as file:
                 file.write(bad)
-            run(codes, *command(name))
+            words = [str(word) for word in command(name)]
+            runs.append((codes, *(f"no{len(runs)}{word[2:]}" if word.startswith("no.") else word for word in words)))
+    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+        for done in [pool.submit(run, *one) for one in runs]:
+            done.result()
 
 
 def main():

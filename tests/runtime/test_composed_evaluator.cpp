@@ -200,6 +200,28 @@ TEST(ComposedEvaluator, NearPartsAreThoseOfThePlainForm) {
     }
 }
 
+// A ball as a vertex sees it.
+struct SeenBall {
+    Vec3 way;  // from the vertex to the centre
+    float distance2, radius2;
+};
+
+std::vector<SeenBall> ballsSeenFrom(const FarTables& tables, std::uint16_t part, std::span<const Affine> bones,
+                                    Vec3 position) {
+    std::vector<SeenBall> balls;
+    for (const std::uint16_t p : tables.partsSeenBy(part)) {
+        const FieldTable& ball = tables.fields().tables[p];
+        const Vec3 way = bones[tables.fields().joints[p]].point(ball.center) - position;
+        balls.push_back({way, dot(way, way), ball.radius * ball.radius});
+    }
+    return balls;
+}
+
+bool blocks(const SeenBall& ball, Vec3 direction) {
+    const float along = dot(ball.way, direction);
+    return along > 0 && ball.distance2 - along * along <= ball.radius2;
+}
+
 // What the far balls leave visible at all vertices of a pose, counted over directions above each horizon.
 std::vector<float> countedFar(const AssetView& asset, std::span<const Affine> bones) {
     const CompositionView& composition = *asset.model.composition;
@@ -217,22 +239,16 @@ std::vector<float> countedFar(const AssetView& asset, std::span<const Affine> bo
         std::array<float, kFarNumbers>& row = rows.emplace_back();
         for (std::size_t e = 0; e < kFarNumbers; ++e) row[e] = float(2 * d.weight * y[std::size_t(even[e])]);
     }
-    for (std::size_t v = 0; v < count; v += kStep)
+    for (std::size_t v = 0; v < count; v += kStep) {
+        const std::vector<SeenBall> balls = ballsSeenFrom(tables, composition.part_of_vertex[v], bones, positions[v]);
+        const Vec3d side = toDouble(cross(normals[v], tangents[v]));
         for (std::size_t i = 0; i < directions.size(); ++i) {
-            const WeightedDirection& d = directions[i];
-            const Vec3 s = toFloat(toDouble(tangents[v]) * d.direction.x +
-                                   toDouble(cross(normals[v], tangents[v])) * d.direction.y +
-                                   toDouble(normals[v]) * d.direction.z);
-            bool open = true;
-            for (const std::uint16_t p : tables.partsSeenBy(composition.part_of_vertex[v])) {
-                const FieldTable& ball = tables.fields().tables[p];
-                const Vec3 way = bones[tables.fields().joints[p]].point(ball.center) - positions[v];
-                const float along = dot(way, s), square = ball.radius * ball.radius;
-                open = open && (along <= 0 || dot(way, way) - along * along > square);
-            }
-            if (!open) continue;
+            const Vec3d local = directions[i].direction;
+            const Vec3 s = toFloat(toDouble(tangents[v]) * local.x + side * local.y + toDouble(normals[v]) * local.z);
+            if (std::ranges::any_of(balls, [s](const SeenBall& ball) { return blocks(ball, s); })) continue;
             for (std::size_t e = 0; e < kFarNumbers; ++e) far[v * kFarNumbers + e] += rows[i][e];
         }
+    }
     return far;
 }
 
