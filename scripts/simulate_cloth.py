@@ -3,11 +3,11 @@
 usage: blender -b --factory-startup --python scripts/simulate_cloth.py -- flag    -o FLAG.npz    [--take N] [--frames N]
        blender -b --factory-startup --python scripts/simulate_cloth.py -- curtain -o CURTAIN.npz [--take N] [--frames N]
 
-Runs inside of Blender (3.4 or later; `scripts/setup --blender` installs it), a second or two a frame. `flag` is pinned
-at one edge in a wind that turns and swells. `curtain` hangs by its gathered upper edge, and a ball goes through it.
---take seeds the wind or the path of the ball, so that every take is another motion of the same cloth. The files have
-the keys of formats/README.md, "Point caches that bakes read", with z up; scripts/cloth_ball makes the curtain's
-occluder and inputs.
+Runs inside of Blender (3.4 or later; `scripts/setup --blender` installs it), one to two seconds a frame on one busy
+core. `flag` is pinned at one edge in a wind that turns and swells. `curtain` hangs by its gathered upper edge, and a
+ball goes through it. --take seeds the wind or the path of the ball, so that every take is another motion of the same
+cloth. The files have the keys of formats/README.md, "Point caches that bakes read", with z up; scripts/cloth_ball makes
+the curtain's occluder and inputs.
 """
 import math
 import pathlib
@@ -59,7 +59,7 @@ def key(thing, frame, **values):
 
 
 def flag(chance, last):
-    """A flag of 1.5 x 1 m that is pinned at its left edge. It may pass through itself, which saves most of the time."""
+    """A flag of 1.5 x 1 m that is pinned at its left edge. It may pass through itself."""
     columns, rows = 57, 37
     thing = sheet("flag", columns, rows, lambda u, v: (1.5 * u, 0.02 * math.sin(9 * u), v))
     cloth = make_cloth(thing, [v * columns for v in range(rows)], 0.3, False)
