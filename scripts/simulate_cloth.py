@@ -92,7 +92,8 @@ def curtain(chance, last):
     side = 1
     for frame in range(WARM_UP + 30, last + 30, 30):
         side = side if chance.random() < 0.25 else -side
-        key(ball, frame, location=(chance.uniform(-0.6, 0.6), side * chance.uniform(0.15, 0.5), chance.uniform(0.2, 1.1)))
+        along, away, height = chance.uniform(-0.6, 0.6), chance.uniform(0.15, 0.5), chance.uniform(0.2, 1.1)
+        key(ball, frame, location=(along, side * away, height))
     return thing, cloth, ball
 
 
