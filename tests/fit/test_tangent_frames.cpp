@@ -116,19 +116,18 @@ TEST(TangentFrames, OfAFlatSheetAreParallelAcrossClusters) {
     EXPECT_LT(largestAngle(mesh, normals, tangents), 0.01 * kDegree);
 }
 
-// Three quarters of a sphere in nine clusters: without joining, tangents jump by up to 180 degrees between them. No
-// turn of whole clusters takes all of that away, and blending must. The rim alone turns by 15 degrees an edge with one
-// cluster (above); measured TODO.
-TEST(TangentFrames, OfABallJumpNowhereBetweenClusters) {
-    const Mesh mesh = cap(120 * kDegree, 24, 72);
+// A hemisphere in nine clusters, whose own fields differ by up to 147 degrees where they meet. Turning whole clusters
+// leaves 66 degrees, because the surface is curved, and blending must do the rest; measured 8.8.
+TEST(TangentFrames, OfAHemisphereJumpNowhereBetweenClusters) {
+    const Mesh mesh = cap(90 * kDegree, 24, 72);
     const std::vector<Vec3>& normals = mesh.rest_positions;
     const VertexClusters clusters = clustersBy(mesh, 9, [](Vec3 p) {
         const int around = int((std::atan2(double(p.z), double(p.x)) + std::numbers::pi) / (0.5 * std::numbers::pi));
-        return p.y > 0.8f ? 8 : std::min(around, 3) + (p.y > 0.2f ? 0 : 4);
+        return p.y > 0.9f ? 8 : std::min(around, 3) + (p.y > 0.5f ? 0 : 4);
     });
     const std::vector<Vec3> tangents = restTangents(mesh, normals, clusters, 1);
     expectUnitAndOrthogonal(normals, tangents);
-    EXPECT_LT(largestAngle(mesh, normals, tangents), 20 * kDegree);
+    EXPECT_LT(largestAngle(mesh, normals, tangents), 12 * kDegree);
 }
 
 TEST(TangentFrames, FollowARigidMotion) {
