@@ -121,6 +121,18 @@ std::vector<bool> morphingParts(const Mesh& mesh, const std::vector<std::uint16_
     return morphing;
 }
 
+// Skin binds parts that share an edge of the mesh, whatever way the skeleton takes: legs that hang from a bone of their
+// own beside the spine still bend the belly. As rigid far parts they would sink into each other and go dark.
+void makeTouchingLocal(const Mesh& mesh, PartTable& table) {
+    const std::size_t parts = table.partCount();
+    for (const Triangle& triangle : mesh.triangles)
+        for (const std::uint32_t u : triangle)
+            for (const std::uint32_t v : triangle) {
+                const std::size_t a = table.part_of_vertex[u], b = table.part_of_vertex[v];
+                if (a != b) table.steps[a * parts + b] = 1;
+            }
+}
+
 // A field holds one shape. A part that morphs is next to all others, so that models learn what it blocks from its
 // weights.
 void makeMorphingLocal(const Mesh& mesh, PartTable& table) {
@@ -163,6 +175,7 @@ PartTable makePartTable(const Mesh& mesh, const Skin& skin) {
     for (const Triangle& triangle : mesh.triangles)
         table.part_of_triangle.push_back(table.part_of_joint[ownerOfTriangle(triangle, owner)]);
     table.steps = stepsOf(skin, table.joint_of_part, has_part);
+    makeTouchingLocal(mesh, table);
     makeMorphingLocal(mesh, table);
     return table;
 }

@@ -24,8 +24,8 @@ struct PartTable {
     std::vector<std::uint16_t> part_of_joint;     // [J]
     std::vector<std::uint16_t> part_of_vertex;    // [V]
     std::vector<std::uint16_t> part_of_triangle;  // [T]
-    // [P, P] the distance in the skeleton: how many bones with a part of their own lie on the way from one to the
-    // other. 255: there is no way, because they hang from different roots. 1: one of the two morphs (kMaxMorph).
+    // [P, P] how many bones with a part of their own lie on the way from one to the other in the skeleton. 255: there
+    // is no way, they hang from different roots. 1: they share an edge of the mesh, or one of them morphs (kMaxMorph).
     std::vector<std::uint8_t> steps;
 
     std::size_t partCount() const { return joint_of_part.size(); }
