@@ -12,8 +12,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::array<std::string_view, 5> kCharacters = {".glb", ".gltf", ".vrm", ".fbx", ".dae"};
-constexpr std::array<std::string_view, 4> kShown = {".pnb", ".json", ".exr", ".hdr"};
+constexpr std::array<std::string_view, 5> kCharacterFiles = {".glb", ".gltf", ".vrm", ".fbx", ".dae"};
+constexpr std::array<std::string_view, 4> kShownFiles = {".pnb", ".json", ".exr", ".hdr"};
 constexpr std::size_t kMaxRecent = 8;
 
 bool hasOne(const fs::path& path, auto&& extensions) {
@@ -24,7 +24,7 @@ fs::path assetBeside(const fs::path& character) { return fs::path(character).rep
 
 bool opens(const fs::path& path) {
     std::error_code failed;
-    return hasOne(path, kShown) || (hasOne(path, kCharacters) && fs::exists(assetBeside(path), failed));
+    return hasOne(path, kShownFiles) || (hasOne(path, kCharacterFiles) && fs::exists(assetBeside(path), failed));
 }
 
 }  // namespace
@@ -51,7 +51,7 @@ FolderList listFolder(const fs::path& folder) {
 }
 
 fs::path shownFile(const fs::path& path) {
-    if (!hasOne(path, kCharacters)) return path;
+    if (!hasOne(path, kCharacterFiles)) return path;
     const fs::path asset = assetBeside(path);
     if (!fs::exists(asset))
         throw InvalidInput(path.filename().string() + ": there is no " + asset.filename().string() +
