@@ -44,7 +44,7 @@ struct AssetCommand {
     std::optional<TextureStorage> textures;
     std::string lod;  // a file, or a node of `rig`
     fs::path rig;
-    bool no_playback = false;
+    bool no_playback = false, strict = false;
     const CLI::App* app = nullptr;
 
     // Refuses options that what is packed cannot have.
@@ -178,6 +178,12 @@ struct Looks {
     }
 };
 
+// Tells what materials have that is not seen, or refuses it.
+void warnOfMaterials(const AssetCommand& command, const std::vector<std::string>& notes) {
+    if (command.strict && !notes.empty()) throw Unsupported(notes.front());
+    for (const std::string& note : notes) reportWarning("penumbra-pack", note);
+}
+
 // Adds the materials that the source file describes, says them, and returns those of the slots of the mesh. Without a
 // mesh they are those of the whole file.
 std::vector<std::string> addSourceMaterials(const AssetCommand& command, const Mesh* mesh, const CommonOptions& common,
@@ -193,8 +199,8 @@ std::vector<std::string> addSourceMaterials(const AssetCommand& command, const M
     } catch (const InvalidInput& error) {
         throw InvalidInput(command.materials_of.string() + ": " + error.what());
     }
-    for (const std::string& warning : made.warnings)
-        reportWarning("penumbra-pack", command.materials_of.string() + ": " + warning);
+    for (std::string& warning : made.warnings) warning = command.materials_of.string() + ": " + warning;
+    warnOfMaterials(command, made.warnings);
     for (const std::string& line : made.said)
         if (!common.quiet) std::printf("  %s\n", line.c_str());
     report.figures["slots"] = made.said;
@@ -252,8 +258,10 @@ SurfaceLook readSurface(const AssetCommand& command, const Model& model, const C
     RigSurface read = surfaceOf(rig, name);
     fitSurface(rig, model.mesh, name, read.surface);
     const std::vector<std::string> said = setLooks(looks, model.mesh.slots, name, read);
-    report.willRead(storeTextures(*command.textures, command.output.parent_path(), name, read.surface));
-    for (const std::string& note : read.notes) reportWarning("penumbra-pack", note);
+    const StoredTextures stored = storeTextures(*command.textures, command.output.parent_path(), name, read.surface);
+    report.willRead(stored.files);
+    read.notes.insert(read.notes.end(), stored.notes.begin(), stored.notes.end());
+    warnOfMaterials(command, read.notes);
     SurfaceLook look{std::move(read.surface), {}};
     addSurfaceMaterials(look, common.threads);
     for (const std::string& line : said)
@@ -375,6 +383,10 @@ void defineAsset(CLI::App& app, AssetCommand& command) {
     addChoice(app, "--textures", command.textures, kTextureWords,
               "the pictures of --materials-of: inside the asset, by the names of their files, or left out")
         ->default_str("none")
+        ->needs(app.get_option("--materials-of"));
+    app.add_flag("--strict", command.strict,
+                 "refuse materials of --materials-of of which something would be left out, as a picture that cannot be "
+                 "read")
         ->needs(app.get_option("--materials-of"));
     CLI::Option* lod = app.add_option(
         "--lod", command.lod,

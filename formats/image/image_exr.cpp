@@ -75,6 +75,11 @@ Imath::Box2i chooseWindow(const Imf::Header& header, const std::string& name, co
         1 - double(std::max(0, std::min(data.max.x, display.max.x) + 1 - std::max(data.min.x, display.min.x))) *
                 std::max(0, std::min(data.max.y, display.max.y) + 1 - std::max(data.min.y, display.min.y)) /
                 (double(widthOf(display)) * heightOf(display));
+    if (missing == 1) {
+        notes.warnings.push_back(both +
+                                 ", and they do not meet: every pixel is filled, and nothing of the file is seen");
+        return display;
+    }
     char share[32];
     std::snprintf(share, sizeof share, "%.3g%%", 100 * missing);
     notes.lines.push_back(both + ": " + share + " of the pixels are filled");

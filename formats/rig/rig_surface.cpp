@@ -43,8 +43,8 @@ void addSlot(SurfaceBuilder& builder, std::size_t p) {
     const ColoredPart& part = builder.rig.part_colors[p];
     const MaterialColor& material = part.color.material;
     const std::string where = builder.file + ": slot '" + builder.rig.mesh.slots[part.slot] + "'";
-    if (!material.problem.empty()) throw InvalidInput(material.problem);
-    if (!part.color.textures_problem.empty()) throw InvalidInput(part.color.textures_problem);
+    for (const std::string& problem : {material.problem, part.color.textures_problem})
+        if (!problem.empty()) builder.out.notes.push_back(problem + kNumbersAlone);
     SlotSurface& slot = builder.out.surface.slots[part.slot];
     slot.base = material.base.value_or(Vec3{1, 1, 1});
     slot.alpha = material.alpha_mode == AlphaMode::kOpaque ? 1 : material.alpha;
@@ -55,6 +55,7 @@ void addSlot(SurfaceBuilder& builder, std::size_t p) {
         slot.use(TextureRole::kBaseColor) = builder.use(material.texture, wrapByte(material.wrap_u, material.wrap_v),
                                                         builder.setOf(p, part.color.uv, where));
     for (const PartTexture& texture : part.color.textures) {
+        if (texture.uv.empty()) continue;  // what textures_problem is about
         slot.use(texture.role) =
             builder.use(texture.texture, wrapByte(texture.wrap_u, texture.wrap_v), builder.setOf(p, texture.uv, where));
         if (texture.role == TextureRole::kNormal) slot.normal_scale = texture.strength;

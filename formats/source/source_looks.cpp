@@ -77,7 +77,9 @@ std::vector<std::string> setLooks(const SourceLooks& looks, const std::vector<st
         if (!look) continue;
         const std::string where = name + ": slot '" + slot + "': material '" + look->material + "': ";
         if (!look->problem.empty()) throw InvalidInput(where + look->problem);
-        setLook(look->principled, surface.surface.slots[s]);
+        SlotSurface& shown = surface.surface.slots[s];
+        // A glow whose picture cannot be had would be everywhere.
+        setLook(shown.use(TextureRole::kEmissive).any() ? look->principled : shownLook(*look), shown);
         for (const std::string& note : look->notes) surface.notes.push_back(where + note);
         std::string drawn;
         for (const std::string& texture : look->textures) {

@@ -5,6 +5,7 @@
 #include "formats/common/errors.h"
 #include "formats/common/write_file.h"
 #include "formats/image/texture_file.h"
+#include "formats/rig/rig_surface.h"
 
 namespace penumbra {
 
@@ -62,6 +63,33 @@ fbs::SlotSurface storedSlot(SlotSurface slot, std::size_t first_material) {
     return out;
 }
 
+// Reads the bytes of a picture. Returns why it is none, or "".
+std::string readPicture(SurfaceTexture& texture, const std::string& where) {
+    try {
+        if (!texture.file.empty()) texture.bytes = readTextureBytes(texture.file);
+    } catch (const IoError& error) {
+        return where + ": " + error.what();
+    }
+    try {
+        (void)decodeTexture(texture.bytes, where);
+    } catch (const InvalidInput& error) {
+        return error.what();
+    } catch (const Unsupported& error) {
+        return error.what();
+    }
+    return "";
+}
+
+// Gives the pictures of a slot their new numbers. A glow without its picture would be everywhere.
+void renumberTextures(std::span<const std::uint16_t> new_of_old, SlotSurface& slot) {
+    const bool glows = slot.use(TextureRole::kEmissive).any();
+    for (TextureUse& use : slot.uses) {
+        if (use.any()) use.texture = new_of_old[use.texture];
+        if (!use.any()) use = {};
+    }
+    if (glows && !slot.use(TextureRole::kEmissive).any()) slot.emissive = {};
+}
+
 Offset<fbs::Texture> writeTexture(FlatBufferBuilder& builder, const SurfaceTexture& texture) {
     const auto name = builder.CreateString(texture.name);
     if (!texture.file.empty()) return fbs::CreateTexture(builder, name, builder.CreateString(texture.file.string()));
@@ -70,28 +98,29 @@ Offset<fbs::Texture> writeTexture(FlatBufferBuilder& builder, const SurfaceTextu
 
 }  // namespace
 
-std::vector<fs::path> storeTextures(TextureStorage storage, const fs::path& folder, const std::string& name,
-                                    MeshSurface& surface) {
-    std::vector<fs::path> files;
+StoredTextures storeTextures(TextureStorage storage, const fs::path& folder, const std::string& name,
+                             MeshSurface& surface) {
+    StoredTextures stored;
+    std::vector<SurfaceTexture> kept;
+    std::vector<std::uint16_t> new_of_old;
     for (SurfaceTexture& texture : surface.textures) {
-        const std::string where = name + ": " + texture.name;
-        if (!texture.file.empty()) {
-            files.push_back(texture.file);
-            try {
-                texture.bytes = readTextureBytes(texture.file);
-            } catch (const IoError& error) {
-                throw IoError(where + ": " + error.what());
-            }
-        }
-        (void)decodeTexture(texture.bytes, where);
-        if (texture.file.empty()) continue;
-        if (storage == TextureStorage::kEmbed) {
-            texture.file.clear();
+        const std::string problem = readPicture(texture, name + ": " + texture.name);
+        if (!texture.file.empty() && !texture.bytes.empty()) stored.files.push_back(texture.file);
+        new_of_old.push_back(kNoTexture);
+        if (!problem.empty()) {
+            stored.notes.push_back(problem + kNumbersAlone);
             continue;
         }
-        texture.file = fs::relative(texture.file, folder.empty() ? fs::path(".") : folder);
+        if (storage == TextureStorage::kEmbed)
+            texture.file.clear();
+        else if (!texture.file.empty())
+            texture.file = fs::relative(texture.file, folder.empty() ? fs::path(".") : folder);
+        new_of_old.back() = std::uint16_t(kept.size());
+        kept.push_back(std::move(texture));
     }
-    return files;
+    surface.textures = std::move(kept);
+    for (SlotSurface& slot : surface.slots) renumberTextures(new_of_old, slot);
+    return stored;
 }
 
 Offset<fbs::Surface> writeSurface(FlatBufferBuilder& builder, const SurfaceLook& look,

@@ -19,12 +19,17 @@ struct SurfaceLook {
     std::vector<BrdfFile> materials;
 };
 
+// The files of pictures that were read, and what is wrong with those that are left out.
+struct StoredTextures {
+    std::vector<std::filesystem::path> files;
+    std::vector<std::string> notes;
+};
 // Reads the files of the pictures into the surface (kEmbed), or makes their paths relative to `folder`, where the asset
 // will lie (kLink); pictures inside the rig are embedded in any case. All have their bytes afterwards. Opens each once,
-// so that none is missing or damaged later. Returns the files. Throws the errors of readTexture(), after `name` of the
-// rig.
-std::vector<std::filesystem::path> storeTextures(TextureStorage storage, const std::filesystem::path& folder,
-                                                 const std::string& name, MeshSurface& surface);
+// so that none is missing or damaged later. A picture that cannot be read is left out: its slots have the numbers of
+// their materials alone. `name` of the rig starts the notes.
+StoredTextures storeTextures(TextureStorage storage, const std::filesystem::path& folder, const std::string& name,
+                             MeshSurface& surface);
 
 // Numbers what is drawn of the surface and writes it. `triangles` are those of the asset's mesh of `vertices` vertices.
 // `first_material` is the number of the look's first material in the asset.

@@ -295,6 +295,10 @@ TEST(LightPictures, WindowsAreCutOrFilled) {
     // 4. A photograph has the size of its frame.
     EXPECT_THROW(readImage(scratch("padded.exr")), Unsupported);
     EXPECT_EQ(readImage(scratch("overscan.exr")).height, 16);
+    // 5. Nothing of the file is in its frame.
+    writeChannels("beside.exr", windows(sphere, {{40, 2}, {47, 5}}), rgbOf(32));
+    EXPECT_THAT(readMap("beside.exr", fill).notes.warnings, testing::Contains(HasSubstr("every pixel is filled")));
+    EXPECT_THAT(filled.notes.warnings, testing::IsEmpty());
 }
 
 // --- Repair ----------------------------------------------------------------------------------------------------------

@@ -135,6 +135,28 @@ def check_parts(folder, material):
     compare(folder, "parts", folder / "parts.pnb", 5)
 
 
+def check_lost_pictures(folder, material):
+    """A picture that cannot be read is named and left out, and the others are as they were. --strict refuses it."""
+    save_sheet(folder / "lost.glb", [COLORS, METAL, BUMPS, GLOW], {**material, "emissiveFactor": [1, 1, 1]})
+    make_model(folder, "lost")
+    words = ["--materials-of", folder / "lost.glb", "--textures"]
+    whole = pack(folder, "lost", folder / "whole.pnb", *words, "embed", "--strict").stderr
+    assert whole == "", whole
+    seen = shot(folder, folder / "whole.pnb")
+    (folder / "lost0.png").write_bytes(COLORS[:60])  # the colours are cut short
+    (folder / "lost3.png").unlink()  # that of glow and occlusion is gone
+    for storage in ("embed", "link"):
+        told = pack(folder, "lost", folder / "less.pnb", *words, storage).stderr
+        assert told.count("warning") == 2 and "images[0]" in told and "images[3]" in told, told
+        assert told.count("stand alone") == 2, told
+        less = shot(folder, folder / "less.pnb")
+        covered = (less[..., 3] > 250) & (seen[..., 3] > 250)
+        # Neither colours nor a glow, but bumps and shine.
+        assert np.ptp(less[covered][:, :3], axis=1).max() < 4 and np.ptp(less[covered][:, 0]) > 20
+    refused = pack(folder, "lost", folder / "none.pnb", *words, "embed", "--strict", code=5)
+    assert "images[0]" in refused.stderr and not (folder / "none.pnb").exists(), refused.stderr
+
+
 def check(folder):
     good("fit", "light", "--analytic", "uniform", "-o", folder / "l.light.h5")
     base = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "metallicFactor": 0, "roughnessFactor": 0.6}}
@@ -170,15 +192,12 @@ def check(folder):
     compare(folder, "every", folder / "every.pnb", 14)
     check_scene(folder, base)
     check_parts(folder, base)
+    check_lost_pictures(folder, every)
     # What is wrong is named, and nothing is written.
     save_sheet(folder / "other.glb", [COLORS], base, n=8)
     refused = pack(folder, "flat", folder / "x.pnb", "--materials-of", folder / "other.glb", "--textures", "embed", code=3)
     assert "mesh" in refused.stderr and not (folder / "x.pnb").exists(), refused.stderr
-    (folder / "flat0.png").write_bytes(COLORS[:60])
-    refused = pack(folder, "flat", folder / "x.pnb", *rig, "--textures", "embed", code=3)
-    assert "images[0]" in refused.stderr and not (folder / "x.pnb").exists(), refused.stderr
     (folder / "flat0.png").unlink()
-    pack(folder, "flat", folder / "x.pnb", *rig, "--textures", "link", code=2)
     lost = run_tool("player", "render", folder / "link.pnb", "-o", folder / "x.png", *VIEW)
     assert lost.returncode == 2 and "flat0.png" in lost.stderr, lost.stderr
 
