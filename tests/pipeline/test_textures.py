@@ -153,8 +153,8 @@ def check_lost_pictures(folder, material):
         covered = (less[..., 3] > 250) & (seen[..., 3] > 250)
         # Neither colours nor a glow, but bumps and shine.
         assert np.ptp(less[covered][:, :3], axis=1).max() < 4 and np.ptp(less[covered][:, 0]) > 20
-    refused = pack(folder, "lost", folder / "none.pnb", *words, "embed", "--strict", code=5)
-    assert "images[0]" in refused.stderr and not (folder / "none.pnb").exists(), refused.stderr
+    refused = pack(folder, "lost", folder / "refused.pnb", *words, "embed", "--strict", code=5)
+    assert "images[0]" in refused.stderr and not (folder / "refused.pnb").exists(), refused.stderr
 
 
 def check(folder):
