@@ -14,8 +14,12 @@ import pathlib
 import random
 import sys
 
-import bpy
 import numpy as np
+
+try:
+    import bpy
+except ModuleNotFoundError:  # outside of Blender
+    bpy = None
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 from usage import ArgumentParser  # noqa: E402
@@ -115,12 +119,13 @@ def triangles(mesh):
 
 def main():
     parser = ArgumentParser(__doc__)
-    parser.prog = "simulate_cloth"
     parser.add_argument("cloth", choices=["flag", "curtain"])
     parser.add_argument("-o", "--output", required=True)
     parser.add_argument("--take", type=int, default=1)
     parser.add_argument("--frames", type=int, default=100)
-    words = parser.parse_args(sys.argv[sys.argv.index("--") + 1:])
+    words = parser.parse_args(sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else sys.argv[1:])
+    if bpy is None:
+        parser.error("runs inside of Blender: blender -b --factory-startup --python simulate_cloth.py -- ...")
     scene = bpy.context.scene
     for thing in list(bpy.data.objects):
         bpy.data.objects.remove(thing)
