@@ -29,6 +29,11 @@ void checkCharacter(const VisibilityHeader& header, const std::string& file, con
     for (std::size_t p = 0; same && p < table.partCount(); ++p)
         same = fields.fields.parts[p].joint == table.joint_of_part[p];
     if (!same) throw InvalidInput(nameOf(fields) + ": the fields are of another character than " + file);
+    // The bake has traced the parts within some steps, so both must count them alike.
+    if (fields.steps != table.steps)
+        throw InvalidInput(nameOf(fields) +
+                           ": the steps between parts are counted in another way than today; make the fields and " +
+                           file + " anew");
 }
 
 // The bake names its occluders by their content.

@@ -26,7 +26,8 @@ struct ComposedReport {
     bool near_kept = false;
     std::optional<NearReport> near;  // where cross-validation chose between near parts and none
     bool mean_kept = false;          // its mean alone counts too, even where its components do not pay
-    // What the fields cost. Unset where no vertices are compared, and for a deforming mesh: it has no parts to trace.
+    // The error that the fields cost. It is unset where no vertices are compared, and for a deforming mesh, which has
+    // no parts to trace.
     std::optional<FarError> far = {};
 };
 

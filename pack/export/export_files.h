@@ -80,7 +80,7 @@ struct VertexColors {
     std::vector<float> values;  // [vertices, components]
 };
 VertexColors ownColors(ExportedGlb& out, const GlbTarget& target, int components);
-// What a morph target of the file adds to COLOR_0.
+// A morph target of the file adds this to COLOR_0.
 struct ColorMorph {
     std::size_t morph = 0;      // of the primitive's targets
     std::vector<float> values;  // [vertices, components]; an alpha that the file does not have is 0

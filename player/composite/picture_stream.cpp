@@ -139,6 +139,10 @@ void PictureSink::write(std::size_t number, const TexturePicture& picture) {
         *out_ << y4mHeaderLine(*header_);
         begun_ = true;
     }
+    if (picture.width != header_->width || picture.height != header_->height)
+        throw InvalidInput((path_ == "-" ? "standard output" : path_.string()) +
+                           ": all pictures of a video have one size, here " + std::to_string(header_->width) + " x " +
+                           std::to_string(header_->height));
     planes_.resize(header_->frameBytes());
     planesFromRgb(*header_, picture.rgb, planes_);
     writeY4mFrame(*out_, *header_, planes_);

@@ -55,6 +55,7 @@ public:
     std::filesystem::path fileOf(std::size_t number) const;
     // Tells whether the file of a picture is there and whole, and of this size.
     bool has(std::size_t number, int width, int height) const;
+    // Throws InvalidInput for a picture of another size than those before it in a stream.
     void write(std::size_t number, const TexturePicture& picture);
     void write(std::size_t number, const Image& picture);
     void finish();  // the stream becomes a file

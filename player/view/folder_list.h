@@ -1,5 +1,5 @@
 #pragma once
-// What the window can open of a folder.
+// Finds what the window can open in a folder.
 #include <filesystem>
 #include <string>
 #include <vector>

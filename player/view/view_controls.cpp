@@ -257,7 +257,7 @@ constexpr Control kControls[] = {
      &kCastModeMenu, joinsCasts},
     {ControlPanel::kShow, "brush", nullptr, "Left drag raises the ground, Shift + left drag lowers it (0)",
      switchOf<&ViewState::tool, &PointerTool::brush, &GroundBrush::on>("brush"), hasHeights},
-    {ControlPanel::kShow, "radius", "radius", "Of the brush (, and .)",
+    {ControlPanel::kShow, "radius", "radius", "How wide the brush is (, and .)",
      kBrush<&GroundBrush::radius>({kMinBrush, kMaxBrush, "%.2f m", true}), brushes},
     {ControlPanel::kShow, "strength", "strength", "How fast the brush raises its middle (Shift with , and .)",
      kBrush<&GroundBrush::strength>({kMinBrush, kMaxBrush, "%.2f m a second", true}), brushes},

@@ -41,7 +41,7 @@ bool ViewHistory::go(ViewState& state, int steps) {
     state.display = view.display;
     state.automatic_exposure = view.automatic_exposure;
     if (state.automatic_exposure) state.display.exposure = exposure;
-    for (std::size_t i = 0; i < state.characters.size(); ++i) state.characters[i] = view.characters[i];
+    state.characters = view.characters;
     state.selected = view.selected;
     state.slot = view.slot;
     state.inspect = view.inspect;

@@ -10,7 +10,7 @@ struct Rectangle {
     int x = 0, y = 0, width = 0, height = 0;
 };
 
-// What the panels take of a window. In a small window they leave most of it to the picture.
+// The room that the panels take of a window. In a small window they leave most of it to the picture.
 struct PanelSizes {
     float side = 0, timeline = 0;  // width of the panel at the left, height of the one below
 };

@@ -9,8 +9,8 @@
 
 namespace penumbra {
 
-// What the window begins with where nothing was kept yet: tones are filmic, so that lit skin does not burn out, and the
-// hint is on.
+// Returns what the window begins with where nothing was kept yet: tones are filmic, so that lit skin does not burn out,
+// and the hint is on.
 ViewState firstState();
 
 struct ViewSettings {

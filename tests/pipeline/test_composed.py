@@ -5,6 +5,7 @@ usage: test_composed.py BIN
 import csv
 import json
 import os
+import shutil
 import sys
 import tempfile
 
@@ -151,6 +152,13 @@ def check_refusals(vis, fields, folder):
     with h5py.File(other, "r+") as f:
         f.attrs["mesh_sha256"] = "0" * 64
     refused(3, "another character", *composed, other)
+    # Steps as an earlier program counted them: the bake has traced other parts.
+    earlier = os.path.join(folder, "earlier.fields.h5")
+    shutil.copy(fields, earlier)
+    with h5py.File(earlier, "r+") as file:
+        steps = file["/skin/steps"]
+        steps[...] = np.where(steps[...] == 1, 2, steps[...])
+    refused(3, "steps between parts", *composed, earlier)
     with open(other, "wb") as cut:
         cut.write(open(fields, "rb").read()[:-1000])
     refused(3, "other.fields.h5", *composed, other)

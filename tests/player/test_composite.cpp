@@ -347,6 +347,18 @@ TEST(Composer, WorksInLinearLight) {
     EXPECT_EQ(out.rgb[22], std::uint8_t(0.4 * 255 + 0.5 * plate.codes.rgb[22] + 0.5));
 }
 
+TEST(PictureSink, AVideoHasPicturesOfOneSize) {
+    const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "one_size.y4m";
+    PictureSink sink(file, nullptr, 25);
+    const auto picture = [](int width, int height) {
+        return TexturePicture{width, height, std::vector<std::uint8_t>(std::size_t(3 * width * height), 90)};
+    };
+    sink.write(0, picture(6, 4));
+    EXPECT_THROW(sink.write(1, picture(8, 4)), InvalidInput);
+    EXPECT_THROW(sink.write(1, picture(6, 5)), InvalidInput);
+    EXPECT_NO_THROW(sink.write(1, picture(6, 4)));
+}
+
 TEST(PlateGrain, IsMeasuredAndGiven) {
     std::mt19937 random(1);
     std::normal_distribution<double> noise(0, 4);

@@ -1,6 +1,5 @@
 #include <imgui.h>
 
-#include "player/view/folder_list.h"
 #include "player/view/window/view_widgets.h"
 
 namespace penumbra {
@@ -25,10 +24,8 @@ void recentFiles(ViewState& state) {
 
 }  // namespace
 
-void filePanel(ViewState& state) {
+void filePanel(const FolderList& list, ViewState& state) {
     if (!state.window.recent.empty()) recentFiles(state);
-    if (!state.window.browsed) return;  // one of those was chosen
-    const FolderList list = listFolder(*state.window.browsed);
     ImGui::TextDisabled("Folder");
     ImGui::TextWrapped("%s", list.folder.c_str());
     if (!list.problem.empty()) ImGui::TextColored(ImColor(kMarked), "%s", list.problem.c_str());

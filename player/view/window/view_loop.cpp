@@ -123,6 +123,7 @@ private:
     void advanceTime();
     void updatePicture(const Rectangle& picture);
     void updateExposure(const Rectangle& picture);
+    void listFiles();
     void drawFrame();
     void write(const std::filesystem::path& path, const Image& image);
     void takeScreenshot(const Rectangle& part);
@@ -253,7 +254,7 @@ void ViewLoop::takeTurntablePicture(const Rectangle& picture) {
         figures_.message = kWrote + turn_path_.string();
         if (!quiet_) std::printf("%s: turntable, %s\n", turn_path_.c_str(), describe(*scene_, state_).c_str());
         std::fflush(stdout);
-    } catch (const IoError& error) {
+    } catch (const std::runtime_error& error) {  // nothing can be written, or the window got another size
         figures_.message = error.what();
     }
     turn_.reset();
@@ -317,6 +318,7 @@ void ViewLoop::drawFrame() {
         showsPanels(state_) ? pictureArea(width, height, window_->scale()) : Rectangle{0, 0, width, height};
     updatePicture(picture);
     updateExposure(picture);
+    listFiles();
     drawn_.update(frameKey(*scene_, state_));
     gl::BindFramebuffer(GL_FRAMEBUFFER, 0);
     timer_->begin();
@@ -335,6 +337,13 @@ void ViewLoop::drawFrame() {
     checkGl("drawing a frame");
     window_->present();
     ++result_.frames;
+}
+
+// Reads the folder that is shown, when it is opened and not at every frame.
+void ViewLoop::listFiles() {
+    if (!state_.window.browsed) return figures_.folder.forget();
+    figures_.folder.update(*state_.window.browsed,
+                           [&](FolderList& list) { list = listFolder(*state_.window.browsed); });
 }
 
 // Tells whether the state changes by itself.

@@ -143,7 +143,7 @@ void buildPanels(const Scene& scene, ViewState& state, const ViewFigures& figure
     const PanelSizes panels = panelSizes(size.x, size.y, unit);
     beginFixed("side", 0, 0, panels.side, size.y);
     if (state.window.browsed)
-        filePanel(state);
+        filePanel(*figures.folder, state);
     else if (state.window.help)
         helpPanel(state);
     else

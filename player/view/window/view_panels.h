@@ -1,6 +1,8 @@
 #pragma once
 // The panels beside the picture, and what the mouse does in it. They draw by Dear ImGui between
 // ViewWindow::beginPanels() and drawPanels(), and change nothing but the state.
+#include "player/view/cached.h"
+#include "player/view/folder_list.h"
 #include "player/view/view_painter.h"
 
 namespace penumbra {
@@ -14,6 +16,7 @@ struct ViewFigures {
     bool software = true;
     double frame = 0;     // milliseconds from frame to frame while frames follow one another
     std::string message;  // about the last thing that went wrong or was written
+    Cached<std::filesystem::path, FolderList> folder;  // what is in state.window.browsed
 };
 
 // `unit` is ImGui coordinates per 1/96 inch. `picture` is in ImGui coordinates.

@@ -87,7 +87,7 @@ struct Figure {
     std::function<std::string(std::size_t)> text;  // under the pointer
 };
 
-// What the height of a strip stands for: from a figure that all frames reach to the largest. A clip whose figures are
+// A strip has this range of figures: from one that all frames reach to the largest. A clip whose figures are
 // alike shows them low, and not as a slab.
 struct StripRange {
     float low = 0, high = 0;

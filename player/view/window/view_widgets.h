@@ -2,6 +2,7 @@
 // The parts of the window's panels. They draw by Dear ImGui within a window of it, and change nothing but the state.
 #include <string>
 
+#include "player/view/folder_list.h"
 #include "player/view/view_controls.h"
 #include "player/view/view_layout.h"
 
@@ -38,8 +39,8 @@ void drawMessage(const std::string& message, const Rectangle& picture);
 // Says how to begin.
 void drawHint(const Rectangle& picture);
 
-// Lists the files that were opened last and those of a folder, state.window.browsed; a click chooses one.
-void filePanel(ViewState& state);
+// Shows the files that were opened last and those of a folder; a click chooses one, or another folder.
+void filePanel(const FolderList& list, ViewState& state);
 
 // Builds what is under the picture: play, speed, time; a bar that scrubs; and a strip for each figure of the clip's
 // frames.
