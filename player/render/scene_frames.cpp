@@ -27,7 +27,9 @@ SceneFrames::SceneFrames(const PosedScene& scene, const RenderOptions& options, 
     if (truth) attachTruth(*truth);
     sunlight_ = sceneSunlight(scene, looks_);
     if (scene.field()) makeField();
-    if (!scene.file().ground || scene.field() || sunlight_.suns.empty()) return;
+    if (!scene.file().ground || scene.field()) return;
+    ground_ = groundMesh(*scene.file().ground);
+    if (sunlight_.suns.empty()) return;
     const auto side = std::size_t(scene.file().ground->resolution);
     ground_lobes_.assign(side * side, sunlight_.ground);
 }
@@ -108,10 +110,9 @@ void SceneFrames::evaluateGround() {
         return;
     }
     if (!compares()) {
-        ground_ = groundVertices(scene_, threads_);
+        castOnGround(scene_.cast(), threads_, ground_);
         return;
     }
-    ground_ = groundMesh(*scene_.file().ground);
     castOverSphere(scene_.cast(), {}, castOrderOf(scene_.castWay().mode), receiversOf(ground_), threads_,
                    casts_.back());
 }
@@ -233,15 +234,19 @@ std::vector<Vec3> SceneFrames::groundValues() {
     if (compares())
         return groundInMode(scene_.castWay().mode, casts_.back(), shaded ? scene_.light() : nullptr,
                             scene_.lightRotation(), scene_.file().ground->albedo);
-    if (shaded) return groundRadiance(ground_, sunlight_.light, scene_.lightRotation(), scene_.file().ground->albedo);
+    if (shaded)
+        return groundRadiance(ground_, sunlight_.light, scene_.lightRotation(), scene_.file().ground->albedo, threads_);
     for (const float e : scene_.field() ? fieldAmbient(scene_.field()->convention(), field_) : groundAmbient(ground_))
         values.push_back({e, 0, 0});
     return values;
 }
 
-void SceneFrames::shade() {
+void SceneFrames::frameCamera() {
     view_ = sceneView(scene_, options_, members_);
     view_.error_max = options_.error_max;
+}
+
+void SceneFrames::shade() {
     shadeMembers();
     if (scene_.file().ground && (scene_.field() || !scene_.file().ground->catcher)) values_.back() = groundValues();
 }

@@ -37,6 +37,8 @@ public:
     // The steps of a frame, in their order.
     void evaluateMembers();
     void evaluateGround();
+    // Looks at the members as they stand, by the camera of the options. Frames that follow keep it until the next call.
+    void frameCamera();
     void shade();
     // Lights the members as `light` does, turned as the scene's light is, from the next step on. It has at most the
     // order of the scene's light. Its suns shine where that has suns. `light` outlives this object, or the next call.

@@ -129,15 +129,15 @@ TEST_F(SceneOnGpuTest, PicturesAreThoseOfTheCpu) {
 }
 
 // Characters whose meshes are fine enough for anchors, so near that some casters are summed there and some are not.
-// Measured: 2e-3 on them, and 0.3 on the ground, which the CPU interpolates where it is smooth. Without anchors on the
-// GPU the worst is 0.6 to 2.4.
+// Measured: 2e-3. Without anchors on the GPU the worst is 0.6 to 2.4. The points of the ground are so far apart that it
+// has no anchors, which a GPU does not have there.
 TEST_F(SceneOnGpuTest, AnchorsAreThoseOfTheCpu) {
     const std::string fields = R"({"asset": "fine.pnb", "position": [-0.2, 0, 0.1], "yaw": 50},
                                   {"asset": "fine.pnb", "position": [0.35, 0, 0], "yaw": -70, "time": 0.1})",
                       spheres = R"({"asset": "fine_spheres.pnb", "position": [-0.1, 0, -0.6], "yaw": 160},
                                    {"asset": "fine_spheres.pnb", "position": [0.5, 0, -0.6]})";
     for (const std::string& members : {spheres, fields + "," + spheres}) {  // programs take seconds to compile
-        const auto [worst, has_shadow] = difference(members, Channel::kAmbient, 128);
+        const auto [worst, has_shadow] = difference(members, Channel::kAmbient, 12);
         std::printf("anchors: within %.1e of a step\n", worst);
         EXPECT_LT(worst, 0.5);
         EXPECT_TRUE(has_shadow);
