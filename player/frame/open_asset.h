@@ -1,5 +1,6 @@
 #pragma once
 #include "formats/asset/asset_file.h"
+#include "formats/asset/mapped_file.h"
 
 namespace penumbra {
 
