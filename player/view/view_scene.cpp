@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "player/frame/framed_rest.h"
+#include "player/frame/truth_frames.h"
 #include "player/view/vertex_figures.h"
 #include "player/view/view_controls.h"
 #include "player/view/view_look.h"
@@ -74,6 +75,23 @@ const VisibilityFactor* shownFactor(const Scene& scene, const ViewState& state) 
     return found != factors.end() ? &*found : factors.empty() ? nullptr : &factors.front();
 }
 
+std::optional<std::size_t> truthFrameOf(const Character& character, const PoseKey& pose) {
+    if (!character.truth || pose.part > 0 || pose.file_pose || pose.weights) return std::nullopt;
+    return findTruthFrame(character.asset, *character.truth, pose.frame);
+}
+
+std::string_view whyNoTruth(const Scene& scene, const ViewState& state) {
+    if (!scene.hasTruth()) return "no baked truth (--truth)";
+    bool clip_has = false;
+    for (std::size_t i = 0; i < scene.characters.size(); ++i) {
+        const Character& character = *scene.characters[i];
+        const ClipView& clip = character.asset.animation.clips[state.characters[i].clip];
+        if (truthFrameOf(character, poseKey(scene, state, i))) return {};
+        clip_has |= character.truth && hasTruthOf(character.asset, *character.truth, clip);
+    }
+    return clip_has ? "no baked truth of this pose" : "no baked truth of this clip";
+}
+
 namespace {
 
 std::string_view nameOf(Shadows shadows) {
@@ -114,6 +132,10 @@ std::string describe(const Scene& scene, const ViewState& state) {
                        (state.show.component ? "component " + std::to_string(*state.show.component)
                                              : std::string(nameOf(state.show.channel))) +
                        ", " + std::string(nameOf(shownCompare(state)));
+    const bool wants_truth =
+        shownCompare(state) != Compare::kModel || (state.show.channel == Channel::kError && !state.show.component);
+    if (const std::string_view problem = whyNoTruth(scene, state); wants_truth && !problem.empty())
+        text += ", " + std::string(problem);
     const bool shaded = state.show.channel == Channel::kShaded && !state.show.component;
     if (shaded)
         text += ", material " + std::string(scene.material_names[chosenMaterial(state)]) + parameterText(scene, state) +

@@ -191,6 +191,13 @@ bool stripsAreComplete(const Scene& scene, const ViewState& state);
 // such factor. Null where nothing is picked, or the character is not composed.
 const VisibilityFactor* shownFactor(const Scene& scene, const ViewState& state);
 
+// Returns which frame of the truth a character shows in a pose. A pose between sampled frames, one of a file and one
+// with weights of the user have none.
+std::optional<std::size_t> truthFrameOf(const Character& character, const PoseKey& pose);
+// Says why nobody's baked truth can be shown now: no file has any, or none of the clip, or none of the pose. Empty
+// where a character has some. Characters without truth show the model in its place.
+std::string_view whyNoTruth(const Scene& scene, const ViewState& state);
+
 // Returns, for instance, "clip walk, frame 3, shaded, model, material lambert, light sky".
 std::string describe(const Scene& scene, const ViewState& state);
 
