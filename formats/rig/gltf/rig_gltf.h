@@ -12,15 +12,11 @@
 #include <vector>
 
 #include "formats/rig/gltf/rig_gltf_extensions.h"
+#include "formats/rig/gltf/rig_gltf_look.h"
 #include "formats/rig/rig_file.h"
 #include "formats/rig/source_look.h"
 
 namespace penumbra {
-
-// RigNote::feature and RigNote::effect of a material.
-struct GltfEffect {
-    std::string feature, effect;
-};
 
 // Which texture coordinates a picture takes.
 struct GltfUv {
@@ -29,8 +25,8 @@ struct GltfUv {
 };
 
 struct GltfMaterial {
-    std::string name;  // "" where it has none
-    std::vector<GltfEffect> effects;
+    std::string name;                 // "" where it has none
+    std::vector<GltfEffect> effects;  // in bakes
     MaterialColor color;
     SourceLook look;
     GltfUv uv;                          // of the base colour
