@@ -102,6 +102,7 @@ struct PartColor {
     std::vector<float> alphas;              // [vertices]; empty: 1
     std::vector<PartTexture> textures;      // of other roles than kBaseColor, each at most once
     std::string textures_problem = "";      // a message that says why `textures` are not all; "" when they are
+    std::vector<TangentTurn> turns = {};    // [vertices] of the normal map; empty: none
 };
 
 // Where a part stands in the .glb or .gltf that it comes from; -1: it comes from another file.

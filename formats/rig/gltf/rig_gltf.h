@@ -79,6 +79,12 @@ void readInfluences(const GltfFile& file, const tinygltf::Primitive& primitive, 
 void readNormals(const GltfFile& file, const tinygltf::Primitive& primitive, const std::string& where,
                  RigSource& source, SourcePart& part);
 
+// Returns how TANGENT of a primitive lies to the coordinates `uv` of its normal map, one for each vertex: the mean over
+// the vertex' triangles. Returns nothing where it has no TANGENT, or where no turn is more than a step of 8 bits.
+std::vector<TangentTurn> readTangentTurns(const GltfFile& file, const tinygltf::Primitive& primitive,
+                                          const std::string& where, const SourcePart& part,
+                                          const std::vector<std::array<double, 2>>& uv);
+
 // Reads what a primitive whose positions are already read looks like. Damage goes into the part's problem.
 void readPartColor(const GltfFile& file, const tinygltf::Primitive& primitive, const std::string& where,
                    SourcePart& part);

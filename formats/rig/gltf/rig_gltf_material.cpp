@@ -226,14 +226,17 @@ std::vector<std::array<double, 2>> readTextureUv(const GltfFile& file, const tin
 }
 
 void readPartTextures(const GltfFile& file, const tinygltf::Primitive& primitive, const std::string& where,
-                      const GltfMaterial& material, PartColor& color) try {
+                      const GltfMaterial& material, SourcePart& part) try {
+    PartColor& color = part.color;
     color.textures_problem = material.textures_problem;
     for (std::size_t i = 0; i < material.textures.size(); ++i) {
         PartTexture& texture = color.textures.emplace_back(material.textures[i]);
         texture.uv = readTextureUv(file, primitive, material.textures_uv[i], where, "further");
+        if (texture.role == TextureRole::kNormal)
+            color.turns = readTangentTurns(file, primitive, where, part, texture.uv);
     }
 } catch (const InvalidInput& error) {
-    color.textures_problem = error.what();
+    part.color.textures_problem = error.what();
 }
 
 }  // namespace
@@ -289,7 +292,7 @@ void readPartColor(const GltfFile& file, const tinygltf::Primitive& primitive, c
         if (!has_material) part.color.material.base = Vec3{1, 1, 1};
     }
     if (material.color.texture) part.color.uv = readTextureUv(file, primitive, material.uv, where, "base colour");
-    readPartTextures(file, primitive, where, material, part.color);
+    readPartTextures(file, primitive, where, material, part);
 } catch (const InvalidInput& error) {
     part.color = {damagedColor(part.color.material, error.what()), {}, {}, {}, {}, ""};
 }
