@@ -19,6 +19,7 @@
 #include "formats/common/warning.h"
 #include "formats/image/exposure.h"
 #include "formats/image/light_picture_flags.h"
+#include "formats/image/surface_textures.h"
 #include "formats/rig/rig_options_json.h"
 #include "formats/rig/rig_surface.h"
 #include "formats/source/source_looks.h"
@@ -62,6 +63,7 @@ struct ReferenceCommand {
     std::string camera;
     std::optional<float> exposure;       // unset: automaticExposure()
     std::optional<Vec3> png_background;  // of a shaded PNG; options.background is then unset
+    bool strict = false;
 
     std::vector<std::filesystem::path> inputs() const {
         std::vector<std::filesystem::path> files = singleFilesOf(occluders);
@@ -228,12 +230,16 @@ std::optional<PictureSurface> picturesOf(const ReferenceCommand& command, const 
     const Rig rig = readRig({command.materials_of}, options);
     report.willRead(rig.files_read);
     RigSurface read = surfaceOf(rig, name);
+    fitSurface(rig, mesh, name, read.surface);
+    const OpenedTextures opened = openTextures(name, read.surface);
+    report.willRead(opened.files);
+    read.notes.insert(read.notes.end(), opened.notes.begin(), opened.notes.end());
+    (void)setLooks(readSourceLooks(command.materials_of), mesh.slots, name, read);
+    if (command.strict && !read.notes.empty()) throw Unsupported(read.notes.front());
+    for (const std::string& note : read.notes) reportWarning("penumbra-bake", note);
     if (read.surface.textures.empty() && read.surface.colors.empty() &&
         std::ranges::none_of(read.surface.slots, &SlotSurface::blends))
         return {};
-    fitSurface(rig, mesh, name, read.surface);
-    (void)setLooks(readSourceLooks(command.materials_of), mesh.slots, name, read);
-    for (const std::string& note : read.notes) reportWarning("penumbra-bake", note);
     std::vector<std::uint16_t> slot_of_triangle;
     for (const Triangle& triangle : mesh.triangles)
         slot_of_triangle.push_back(mesh.slot_of_vertex.empty() ? 0 : mesh.slot_of_vertex[triangle[0]]);
@@ -390,6 +396,10 @@ void defineReference(CLI::App& app, ReferenceCommand& command) {
                    "RIG.glb (.gltf, .vrm, .fbx, .dae, .x): every slot has the material that the file describes, "
                    "with its pictures; --slot goes before it")
         ->excludes(scene);
+    app.add_flag("--strict", command.strict,
+                 "refuse materials of --materials-of of which something would be left out, as a picture that cannot be "
+                 "read")
+        ->needs(app.get_option("--materials-of"));
     app.add_option("--occluder", command.occluders,
                    "of the bake, each as it was given there and in that order; not drawn")
         ->allow_extra_args(false)

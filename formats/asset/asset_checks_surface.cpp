@@ -90,6 +90,8 @@ std::optional<SurfaceView> surfaceOfAsset(const fbs::Asset& asset, const Field& 
     checkFinite(at / "uv", surface.uv);
     surface.colors = spanOf<VertexColor>(stored.colors(), at / "colors");
     if (!surface.colors.empty()) checkCount(at / "colors", surface.colors, drawn);
+    surface.turns = spanOf<TangentTurn>(stored.turns(), at / "turns");
+    if (!surface.turns.empty()) checkCount(at / "turns", surface.turns, drawn);
     if (stored.textures())
         for (const fbs::Texture* texture : *stored.textures()) {
             const Field here = (at / "textures")[surface.textures.size()];
@@ -115,7 +117,7 @@ std::optional<SurfaceView> surfaceOfAsset(const fbs::Asset& asset, const Field& 
 
 std::size_t SurfaceView::byteCount() const {
     std::size_t bytes = seam_vertices.size_bytes() + seam_corners.size_bytes() + seam_of_corner.size_bytes() +
-                        uv.size_bytes() + colors.size_bytes() + slots.size_bytes();
+                        uv.size_bytes() + colors.size_bytes() + turns.size_bytes() + slots.size_bytes();
     for (const TextureView& texture : textures) bytes += texture.bytes.size();
     return bytes;
 }

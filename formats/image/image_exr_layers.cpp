@@ -127,6 +127,17 @@ std::string describeFile(const Imf::MultiPartInputFile& file) {
     return oneLine(text);
 }
 
+// The same names are those of places and normals, so nothing tells that they are colours.
+constexpr const char* kXyzAdvice =
+    ". If X, Y, Z are CIE XYZ, write the file as R, G, B of a colour space that --colorspace knows";
+
+bool holdsXyz(const Imf::MultiPartInputFile& file) {
+    for (int part = 0; part < file.parts(); ++part)
+        for (const auto& [prefix, group] : groupsOf(file.header(part).channels()))
+            if (group.contains("x") && group.contains("y") && group.contains("z")) return true;
+    return false;
+}
+
 }  // namespace
 
 std::vector<ExrLayer> layersOf(const Imf::MultiPartInputFile& file) {
@@ -142,7 +153,8 @@ std::vector<ExrLayer> layersOf(const Imf::MultiPartInputFile& file) {
 ExrLayer chooseLayer(const Imf::MultiPartInputFile& file, const std::string& wanted, const std::string& name) {
     std::vector<ExrLayer> layers = layersOf(file);
     if (layers.empty())
-        throw InvalidInput(name + ": no picture, which is channels R, G, B or Y; it holds " + describeFile(file));
+        throw InvalidInput(name + ": no picture, which is channels R, G, B, or Y alone; it holds " +
+                           describeFile(file) + (holdsXyz(file) ? kXyzAdvice : ""));
     if (!wanted.empty()) {
         const std::vector<ExrLayer> all = layers;
         std::erase_if(layers, [&](const ExrLayer& layer) { return layer.shown != wanted; });

@@ -87,6 +87,7 @@ std::string evaluatedQuads(bool sunlit, const SurfaceShader& surface = {}) {
 std::string surfaceDefines(const SurfaceShader& surface) {
     if (!surface.on) return "";
     return std::string("#define TEXTURED\n") + (surface.colors ? "#define COLORED\n" : "") +
+           (surface.turns && surface.slopes > 0 ? "#define TURNED\n" : "") +
            (surface.blends ? "#define BLENDED\n" : "") + define("SLOPES", surface.slopes) +
            define("STEPS", surface.steps) + define("TERMS", surface.terms()) + "#define LEAST_ROUGHNESS " +
            glslFloat(kLeastRoughness) + "\n";
