@@ -43,12 +43,6 @@ struct ReferenceFrame {
     const Mesh& mesh;
     const VisibilityFrame& frame;
     bool ground = false;
-    // Where the floor stands and what it reflects; unset: nothing. It reflects light with bounces.
-    struct Floor {
-        double height = 0;  // y, in the model's frame
-        Vec3 albedo;
-    };
-    std::optional<Floor> floor = {};
     std::span<const std::uint16_t> brdf_of_vertex = {};  // [V], index into brdfs; empty: all 0
     const PosedTangents* tangents = nullptr;  // x axes of the BRDFs' frames; null: shadingFrame() makes them up
     // Set for sheets, and with occluders, which are not drawn: rays start by the rules of ray_start.h. If null, rays
@@ -77,6 +71,12 @@ struct ReferenceFrame {
     std::span<const PicturePart> pictures = {};
     // The ray tracer's frame, of which floats are finest near its center; unset: that of the box of the mesh.
     std::optional<SceneScale> scale = {};
+    // Where the floor stands and what it reflects; unset: nothing. It reflects light with bounces.
+    struct Floor {
+        double height = 0;  // y, in the model's frame
+        Vec3 albedo;
+    };
+    std::optional<Floor> floor = {};
 };
 // Renders the picture. Its colours are multiplied by coverage, and its alpha is coverage. The same options give the
 // same pixels for any number of threads.
