@@ -158,6 +158,9 @@ struct ShadeInput {
     const float* indirect = nullptr;
     const Vec3* bounced = nullptr;
     const float* ambient = nullptr;
+    // Irradiance of light that others reflect onto the vertex [V]; null: none. It needs `ambient` too.
+    const Vec3* received = nullptr;
+    bool bounces() const { return indirect || received; }
     bool direct = true;  // false: the light that bounces alone
 };
 

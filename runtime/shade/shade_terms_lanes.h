@@ -263,9 +263,9 @@ inline void shadeSums(const ShadeTerms& terms, const ShadeInput& in, const Piece
     for (std::size_t n = 0; n < terms.count; ++n) {
         const ShadeTerm& term = terms.terms[n];
         sumTerm(term, blocks, sums);
-        if (in.indirect) sumHidden(term, blocks, sums);
+        if (in.bounces()) sumHidden(term, blocks, sums);
         for (int b = 0; b < kBlocks; ++b) {
-            if (in.indirect) {
+            if (in.bounces()) {
                 raiseTo(0, sums.hidden[b]);
                 addBouncedTerm(blocks.bounced[b], b, sums);
             }
@@ -281,12 +281,12 @@ inline void shadeSlopes(const ShadeTerms& terms, const ShadeInput& in, const Pie
     TermSums x, y;
     sumTerm(terms.slopes[0], blocks, x);
     sumTerm(terms.slopes[1], blocks, y);
-    if (in.indirect) {
+    if (in.bounces()) {
         sumHidden(terms.slopes[0], blocks, x);
         sumHidden(terms.slopes[1], blocks, y);
     }
     for (int b = 0; b < kBlocks; ++b) {
-        if (in.indirect) {
+        if (in.bounces()) {
             addBouncedTerm(blocks.bounced[b], b, x);
             addBouncedTerm(blocks.bounced[b], b, y);
         }
@@ -312,7 +312,7 @@ inline void gatherJoint(const ShadeTerms& terms, const ShadeLight& light, const 
         const std::size_t first = piece.first + std::size_t(b) * kLanes;
         gather(in, first, piece.end, blocks.frames[b]);
         gatherRows(in, first, piece.end, numbers);
-        if (in.indirect) gatherBounced(in, first, piece.end, blocks.frames[b], numbers, blocks.bounced[b]);
+        if (in.bounces()) gatherBounced(in, first, piece.end, blocks.frames[b], numbers, blocks.bounced[b]);
         turnToEye(terms, numbers, in, b, blocks);
         meridianBasis(light, terms.view_order, b, blocks);
     }

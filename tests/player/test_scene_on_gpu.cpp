@@ -79,10 +79,11 @@ protected:
         options.samples = 1;
         const auto picture = [&](const std::string& text, EvaluationPath path) {
             options.path = path;
-            const PosedScene scene(parseScene(
-                R"({"version": 1, "characters": [)" + text + R"(], "light": {"rotation": "yaw=40"},)" +
-                    R"("ground": {"height": -0.3, "size": 3, "resolution": )" + std::to_string(resolution) + "}}",
-                "s.json", folder_));
+            const PosedScene scene(
+                parseScene(R"({"version": 1, "characters": [)" + text + R"(], "light": {"rotation": "yaw=40"},)" +
+                               R"("ground": {"height": -0.3, "size": 3, "casts": false, "resolution": )" +
+                               std::to_string(resolution) + "}}",
+                           "s.json", folder_));
             return drawScene(scene, options, 1).image;
         };
         std::string nobody = members;
@@ -157,7 +158,7 @@ TEST_F(SceneOnGpuTest, SunsAreThoseOfTheCpu) {
         const PosedScene scene(
             parseScene(R"({"version": 1, "characters": [{"asset": "sunny.pnb", "position": [-0.2, 0, 0.1], "yaw": 50},
                            {"asset": "sunny.pnb", "position": [0.4, 0, 0], "yaw": -70, "material": "mirror"}],
-                           "light": {"rotation": "yaw=40"}, "ground": {"height": -0.3, "size": 3, "resolution": 24}})",
+                           "light": {"rotation": "yaw=40"}, "ground": {"height": -0.3, "size": 3, "casts": false, "resolution": 24}})",
                        "s.json", folder_));
         return drawScene(scene, options, 1).image;
     };
@@ -254,10 +255,11 @@ TEST_F(SceneOnGpuTest, FarFromTheOriginPicturesAreThoseAtTheOrigin) {
     const std::string dunes = R"(, "heights": {"analytic": "dunes:height=0.5,length=2", "rows": 60, "columns": 60,
                                  "cell": 0.0625, "offset": )";
     for (const EvaluationPath path : {EvaluationPath::kCpu, EvaluationPath::kGlsl}) {
-        const Image level =
-                        picture(path, "[-0.25, 0.125, 0]", "[0.5, 0.25, 0]", R"("height": -0.25, "size": 3)", "0/0/0"),
+        const Image level = picture(path, "[-0.25, 0.125, 0]", "[0.5, 0.25, 0]",
+                                    R"("height": -0.25, "size": 3, "casts": false)", "0/0/0"),
                     far = picture(path, "[40959.75, 9216.125, -2048]", "[40960.5, 0.25, -2048]",
-                                  R"("height": 9215.75, "size": 3, "centre": [40960, 0, -2048])", "40960/9216/-2048");
+                                  R"("height": 9215.75, "size": 3, "casts": false, "centre": [40960, 0, -2048])",
+                                  "40960/9216/-2048");
         EXPECT_EQ(level.alpha, far.alpha);
         EXPECT_EQ(level.pixels, far.pixels);
         const Image field = picture(path, "[-0.25, 0.125, 0]", "[0.5, 0.25, 0]", R"("height": -0.25)" + dunes + "0}",
@@ -441,12 +443,13 @@ TEST_F(SceneOnGpuTest, CostHasEveryStepOfScenesThatFit) {
         const PosedScene scene(parseScene(text + ground + "}}", "s.json", folder_));
         return measureSceneGpuCost(scene, options, 1, 1);
     };
-    const std::optional<SceneGpuCost> measured = cost(R"("resolution": 8)");
+    const std::optional<SceneGpuCost> measured = cost(R"("resolution": 8, "casts": false)");
     ASSERT_TRUE(measured);
     EXPECT_GT(measured->until_done.evaluate, 0);
     EXPECT_GT(measured->until_done.maps, 0);
     EXPECT_GT(measured->until_done.draw, 0);
     EXPECT_FALSE(cost(R"("catcher": true)"));
+    EXPECT_FALSE(cost(R"("resolution": 8)")) << "a level ground that casts";
 }
 
 }  // namespace
