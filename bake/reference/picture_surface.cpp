@@ -109,7 +109,7 @@ PointMaterial PictureSurface::materialAt(const SurfacePlace& at) const {
     const Vec3d base = color(slot.base, TextureRole::kBaseColor) * Vec3d{tint[0], tint[1], tint[2]};
     const std::array<double, 4> metal = look(at, TextureRole::kMetallicRoughness);
     const double metallic = double(slot.metallic) * metal[2];
-    out.roughness = std::max(double(slot.roughness) * metal[1], kLeastRoughness);
+    out.roughness = std::max(double(slot.roughness) * metal[1], kMinRoughness);
     out.diffuse = base * (1 - metallic);
     out.f0 = toDouble(slot.f0) * (1 - metallic) + base * metallic;
     const double f90 = double(slot.f90) * (1 - metallic) + metallic;
@@ -162,7 +162,7 @@ Vec3d PictureSurface::bentNormal(const SurfacePlace& at, const std::array<Vec3d,
 PointBrdfs::PointBrdfs(int threads) : lobes_(kLobeSteps) {
     parallelFor(kLobeSteps, threads, [&](std::size_t step) {
         PointMaterial material;
-        material.roughness = kLeastRoughness + (1 - kLeastRoughness) * double(step) / double(kLobeSteps - 1);
+        material.roughness = kMinRoughness + (1 - kMinRoughness) * double(step) / double(kLobeSteps - 1);
         material.diffuse = {0.3, 0.3, 0.3};
         material.f0 = {0.3, 0.3, 0.3};
         material.f90 = {1, 1, 1};
@@ -179,7 +179,7 @@ SampledBrdf PointBrdfs::brdfOf(const PointMaterial& material) const {
         return k * diffuse(wi, wo) + a * f0(wi, wo) + b * f90(wi, wo);
     };
     if (!(dot(material.f0, material.f0) + dot(material.f90, material.f90) > 0)) return out;
-    const double at = (material.roughness - kLeastRoughness) / (1 - kLeastRoughness) * double(kLobeSteps - 1);
+    const double at = (material.roughness - kMinRoughness) / (1 - kMinRoughness) * double(kLobeSteps - 1);
     out.lobe = lobes_[std::min(std::size_t(std::max(at, 0.0) + 0.5), kLobeSteps - 1)];
     return out;
 }

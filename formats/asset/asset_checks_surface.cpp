@@ -46,19 +46,19 @@ void checkNumbers(const SlotSurface& slot, const Field& at) {
     const auto inRange = [&](const char* name, float value, float least, float most) {
         (at / name).require(value >= least && value <= most, "is out of range");  // also not a number
     };
-    constexpr float kMost = 1e6f;
+    constexpr float kMax = 1e6f;
     for (int c = 0; c < 3; ++c) {
-        inRange("base", slot.base[c], 0, kMost);
-        inRange("emissive", slot.emissive[c], 0, kMost);
+        inRange("base", slot.base[c], 0, kMax);
+        inRange("emissive", slot.emissive[c], 0, kMax);
         inRange("f0", slot.f0[c], 0, 1);
     }
     inRange("f90", slot.f90, 0, 1);
     inRange("metallic", slot.metallic, 0, 1);
     inRange("roughness", slot.roughness, 0, 1);
-    inRange("normal_scale", slot.normal_scale, -kMost, kMost);
+    inRange("normal_scale", slot.normal_scale, -kMax, kMax);
     inRange("occlusion_strength", slot.occlusion_strength, 0, 1);
     inRange("alpha", slot.alpha, 0, 1);
-    if (slot.alpha_cutoff != kBlendAlpha) inRange("alpha_cutoff", slot.alpha_cutoff, 0, kMost);
+    if (slot.alpha_cutoff != kBlendAlpha) inRange("alpha_cutoff", slot.alpha_cutoff, 0, kMax);
 }
 
 void checkMaterials(const SurfaceMaterials& used, const Field& at, std::size_t materials) {

@@ -103,7 +103,7 @@ std::string describeLayers(const std::vector<ExrLayer>& layers) {
 
 // Lists the parts and, of each, the groups of channels: "part depth: Z; part rgba: B, G, R, N (X, Y, Z)".
 std::string describeFile(const Imf::MultiPartInputFile& file) {
-    constexpr std::size_t kMost = 600;  // letters
+    constexpr std::size_t kMax = 600;  // letters
     std::string text;
     for (int part = 0; part < file.parts(); ++part) {
         const Imf::Header& header = file.header(part);
@@ -123,7 +123,7 @@ std::string describeFile(const Imf::MultiPartInputFile& file) {
             text += prefix.empty() ? names : prefix + " (" + names + ")";
         }
     }
-    if (text.size() > kMost) text = text.substr(0, kMost) + " ...";
+    if (text.size() > kMax) text = text.substr(0, kMax) + " ...";
     return oneLine(text);
 }
 

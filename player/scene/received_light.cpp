@@ -12,7 +12,7 @@ namespace penumbra {
 namespace {
 
 constexpr float kHalfSphere = std::numbers::pi_v<float>;  // of a white sky: E in irradiance
-constexpr float kLeastHidden = 1e-3f;                     // of a white sky, below which nothing is received
+constexpr float kMinHidden = 1e-3f;                       // of a white sky, below which nothing is received
 
 // How far two boxes are apart, 0 where they touch.
 float gapBetween(const BoundingBox& a, const BoundingBox& b) {
@@ -62,7 +62,7 @@ void receiveFromGround(const GroundGlow& glow, const HiddenSky& hidden, int thre
     if (hidden.by_ground.empty()) return;
     parallelFor((count + kPiece - 1) / kPiece, threads, [&](std::size_t piece) {
         for (std::size_t v = piece * kPiece; v < std::min(count, (piece + 1) * kPiece); ++v)
-            if (hidden.by_ground[v] > kLeastHidden)
+            if (hidden.by_ground[v] > kMinHidden)
                 vertices.received[v] =
                     glow.radianceAt(vertices.positions[v], vertices.normals[v]) * (kHalfSphere * hidden.by_ground[v]);
     });
@@ -81,14 +81,14 @@ void receiveFromOthers(const SceneMember& member, std::size_t index, std::span<c
     for (const FarRun& run : layout.runs)
         for (std::size_t r = run.first; r < run.first + run.count; ++r) {
             const std::size_t v = layout.receivers[r];
-            if (!(hidden.by_others[v] > kLeastHidden)) continue;
+            if (!(hidden.by_others[v] > kMinHidden)) continue;
             Vec3 mean;
             for (std::size_t k = 4 * r; run.anchor_count > 0 && k < 4 * r + 4; ++k)
                 mean += at_anchor[run.first_anchor + layout.anchor[k]] * layout.weight[k];
             receive(hidden, v, run.anchor_count > 0 ? mean : seenBy(v), vertices);
         }
     for (std::size_t v = member.evaluator.firstFollower(); v < vertices.positions.size(); ++v)
-        if (hidden.by_others[v] > kLeastHidden) receive(hidden, v, seenBy(v), vertices);
+        if (hidden.by_others[v] > kMinHidden) receive(hidden, v, seenBy(v), vertices);
 }
 
 }  // namespace penumbra

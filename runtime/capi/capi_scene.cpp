@@ -53,9 +53,9 @@ void overPoints(const penumbra_scene* scene, std::size_t except, const penumbra_
 }  // namespace
 
 std::size_t requireTransferOrder(int order) {
-    constexpr int kMost = VisibilityTransfer::kMaxTransferOrder;
-    if (order < 1 || order > kMost)
-        throw UsageError("order is " + std::to_string(order) + ", allowed are 1.." + std::to_string(kMost));
+    constexpr int kMax = VisibilityTransfer::kMaxTransferOrder;
+    if (order < 1 || order > kMax)
+        throw UsageError("order is " + std::to_string(order) + ", allowed are 1.." + std::to_string(kMax));
     return std::size_t(coefficientCount(order));
 }
 

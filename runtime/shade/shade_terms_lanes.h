@@ -41,12 +41,12 @@ inline void turnOf(int order, const Lanes& x, const Lanes& y, JointTurn& out) {
 
 // Reads the numbers of 8 vertices, in the order of the convention.
 inline void gatherRows(const ShadeInput& in, std::size_t first, std::size_t end, Lanes* out) {
-    constexpr std::size_t kMost = kMaxOrder * kMaxOrder;
-    float rows[kLanes][kMost];
+    constexpr std::size_t kMax = kMaxOrder * kMaxOrder;
+    float rows[kLanes][kMax];
     for (std::size_t lane = 0; lane < kLanes; ++lane)
         __builtin_memcpy(rows[lane], in.numbers + vertexOf(in, first, end, lane) * std::size_t(in.stride),
                          std::size_t(in.size) * sizeof(float));
-    for (int j = 0; j < in.size; j += 8) transpose(&rows[0][j], kMost, out + j);
+    for (int j = 0; j < in.size; j += 8) transpose(&rows[0][j], kMax, out + j);
 }
 
 // Turns the frame of a block about the normal until the eye has azimuth 0, and what was gathered with it.

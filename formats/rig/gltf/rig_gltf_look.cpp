@@ -61,15 +61,15 @@ Json objectAt(const Json& from, const char* key) {
     return *found;
 }
 
-constexpr double kMostFactor = 1, kMostSpecularColor = 1e3, kMostEmission = 1e6;
+constexpr double kMaxFactor = 1, kMaxSpecularColor = 1e3, kMaxEmission = 1e6;
 
 // The defaults of glTF 2.0, section 5.22: white, metal and rough.
 void readMetallicRoughness(const LookReader& reader, const Json& material) {
     const Json look = objectAt(material, "pbrMetallicRoughness");
     Principled& out = reader.look.principled;
-    out.color = reader.color(look, "baseColorFactor", {1, 1, 1}, kMostFactor);
-    out.metallic = reader.number(look, "metallicFactor", 1, kMostFactor);
-    out.roughness = reader.number(look, "roughnessFactor", 1, kMostFactor);
+    out.color = reader.color(look, "baseColorFactor", {1, 1, 1}, kMaxFactor);
+    out.metallic = reader.number(look, "metallicFactor", 1, kMaxFactor);
+    out.roughness = reader.number(look, "roughnessFactor", 1, kMaxFactor);
     reader.texture(look, "baseColorTexture", "base color");
     reader.texture(look, "metallicRoughnessTexture", "metallic-roughness");
 }
@@ -78,9 +78,9 @@ void readMetallicRoughness(const LookReader& reader, const Json& material) {
 // incidence: that is what this extension asks for.
 void readGlossiness(const LookReader& reader, const Json& extension) {
     Principled& out = reader.look.principled;
-    out.color = reader.color(extension, "diffuseFactor", {1, 1, 1}, kMostFactor);
-    out.specular_color = reader.color(extension, "specularFactor", {1, 1, 1}, kMostFactor);
-    out.roughness = 1 - reader.number(extension, "glossinessFactor", 1, kMostFactor);
+    out.color = reader.color(extension, "diffuseFactor", {1, 1, 1}, kMaxFactor);
+    out.specular_color = reader.color(extension, "specularFactor", {1, 1, 1}, kMaxFactor);
+    out.roughness = 1 - reader.number(extension, "glossinessFactor", 1, kMaxFactor);
     out.metallic = 0;
     out.ior = 0;
     reader.texture(extension, "diffuseTexture", "diffuse");
@@ -95,19 +95,19 @@ void readExtensions(const LookReader& reader, const Json& extensions) {
         out.ior = 1;
     }
     if (const Json specular = objectAt(extensions, "KHR_materials_specular"); !specular.empty()) {
-        out.specular = reader.number(specular, "specularFactor", 1, kMostFactor);
-        out.specular_color = reader.color(specular, "specularColorFactor", {1, 1, 1}, kMostSpecularColor);
+        out.specular = reader.number(specular, "specularFactor", 1, kMaxFactor);
+        out.specular_color = reader.color(specular, "specularColorFactor", {1, 1, 1}, kMaxSpecularColor);
         reader.texture(specular, "specularTexture", "specular");
         reader.texture(specular, "specularColorTexture", "specular color");
     }
     out.emission *=
-        reader.number(objectAt(extensions, "KHR_materials_emissive_strength"), "emissiveStrength", 1, kMostEmission);
+        reader.number(objectAt(extensions, "KHR_materials_emissive_strength"), "emissiveStrength", 1, kMaxEmission);
     for (int c = 0; c < 3; ++c) out.emission[c] = shortestOf(float(out.emission[c]));
 }
 
 // A colour that a picture makes dark in most places must not light the whole surface.
 void readEmission(const LookReader& reader, const Json& material) {
-    reader.look.principled.emission = reader.color(material, "emissiveFactor", {}, kMostFactor);
+    reader.look.principled.emission = reader.color(material, "emissiveFactor", {}, kMaxFactor);
     reader.texture(material, "emissiveTexture", "emissive");
 }
 
