@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "formats/asset/mapped_file.h"
 #include "formats/common/options.h"
 #include "formats/common/write_file.h"
 #include "pack/check/check_asset.h"

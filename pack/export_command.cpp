@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <fstream>
 
+#include "formats/asset/mapped_file.h"
 #include "formats/common/options.h"
 #include "formats/common/warning.h"
 #include "formats/common/write_file.h"

@@ -58,6 +58,7 @@ MAY_INCLUDE = {
     "pack/export": SH | RUNTIME | {"pack/compress"} | FORMATS,
     "pack": SH | RUNTIME | {"pack/compress", "pack/sections", "pack/check", "pack/export"} | FORMATS,
     **{f"runtime{room}": SH | {"formats/common", "formats/asset"} for room in ("", "/papers", "/sun")},
+    "runtime/web": {"runtime"},
     "runtime/evaluate": SH | {"runtime/papers", "formats/common", "formats/asset"},
     "runtime/shade": SH | {"runtime/papers", "runtime/evaluate", "formats/common", "formats/asset"},
     "runtime/cast": SH | {"runtime/evaluate", "runtime/shade", "formats/common", "formats/asset"},
@@ -78,7 +79,7 @@ MAY_INCLUDE = {
                "player/bench", "player/composite"} | VIEW | FORMATS,
 }
 # The evaluator that engines link may see the asset format and what is in every program, but no other file format.
-RUNTIME_FORMATS = {"formats/asset/asset_file.h", "formats/asset/other_sides.h", "formats/common/mesh.h", "formats/common/model_kind.h", "formats/common/fp16.h",
+RUNTIME_FORMATS = {"formats/asset/asset_file.h", "formats/asset/mapped_file.h", "formats/asset/other_sides.h", "formats/common/mesh.h", "formats/common/model_kind.h", "formats/common/fp16.h",
                    "formats/common/errors.h"}
 # Library header -> the files that may name it.
 EDGES = {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstdlib>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -16,6 +17,19 @@ std::pair<std::string_view, std::string_view> cut(std::string_view text, char se
     const std::size_t at = text.find(separator);
     if (at == std::string_view::npos) return {text, {}};
     return {text.substr(0, at), text.substr(at + 1)};
+}
+
+// Returns whether all of `text` is a number.
+bool readNumber(std::string_view text, double& value) {
+#ifdef __cpp_lib_to_chars
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    return error == std::errc() && end == text.data() + text.size();
+#else  // before libc++ 20; WebAssembly has one locale
+    const std::string whole(text);
+    char* end = nullptr;
+    value = std::strtod(whole.c_str(), &end);
+    return !whole.empty() && end == whole.c_str() + whole.size();
+#endif
 }
 
 }  // namespace
@@ -44,8 +58,7 @@ std::string shortest(double value) {
 
 double parseNumber(std::string_view what, std::string_view text, double least, double most) {
     double value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc() || end != text.data() + text.size() || !(value >= least && value <= most))
+    if (!readNumber(text, value) || !(value >= least && value <= most))
         throw std::invalid_argument(std::string(what) + " must be a number from " + shortest(least) + " to " +
                                     shortest(most) + ", not '" + std::string(text) + "'");
     return value;

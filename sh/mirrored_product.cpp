@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "sh/mutex.h"
 #include "sh/quadrature.h"
 #include "sh/reflectance.h"
 #include "sh/sh_product.h"
@@ -84,7 +85,7 @@ void mirrorAtHorizon(int order, std::span<const float> coefficients, std::span<f
 namespace {
 
 const std::vector<EvenTerm>& evenTerms(int order_out, int order_a, int order_b) {
-    static std::mutex mutex;
+    static Mutex mutex;
     static std::array<std::unique_ptr<std::vector<EvenTerm>>, (kMaxOrder + 1) * (kMaxOrder + 1) * (kMaxOrder + 1)>
         cache;
     const std::lock_guard lock(mutex);

@@ -12,6 +12,7 @@
 #include <tuple>
 #include <utility>
 
+#include "sh/mutex.h"
 #include "sh/quadrature.h"
 
 namespace penumbra {
@@ -83,7 +84,7 @@ std::vector<TripleProductEntry> computeTripleProduct(int order_i, int order_j, i
 const std::vector<TripleProductEntry>& tripleProduct(int order_i, int order_j, int order_k) {
     assert(order_i >= 1 && order_i <= kMaxProductOrder && order_j >= 1 && order_j <= kMaxProductOrder && order_k >= 1 &&
            order_k <= kMaxProductOrder);
-    static std::mutex mutex;
+    static Mutex mutex;
     static std::map<std::tuple<int, int, int>, std::unique_ptr<std::vector<TripleProductEntry>>> cache;
     const std::lock_guard lock(mutex);
     auto& slot = cache[{order_i, order_j, order_k}];

@@ -2,6 +2,7 @@
 #include "bake/info/info_files.h"
 #include "formats/asset/asset_file.h"
 #include "formats/asset/cluster_bytes.h"
+#include "formats/asset/mapped_file.h"
 
 namespace penumbra {
 

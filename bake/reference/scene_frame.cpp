@@ -10,6 +10,7 @@
 
 #include "bake/reference/scene_pictures.h"
 #include "formats/asset/asset_file.h"
+#include "formats/asset/mapped_file.h"
 #include "formats/asset/other_sides.h"
 #include "formats/common/errors.h"
 #include "formats/common/twin_triangles.h"

@@ -5,7 +5,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <filesystem>
 #include <memory>
 #include <optional>
 #include <span>
@@ -368,19 +367,5 @@ void readPositions(const AssetView& asset, std::size_t frame, std::span<Vec3> ou
 
 // Writes the moments of one shading point of one frame, [order^2].
 void readTruth(const AssetView& asset, std::size_t frame, std::size_t shading_point, std::span<float> out);
-
-// A read-only memory map that lives as long as the object. Throws IoError.
-class MappedFile {
-public:
-    explicit MappedFile(const std::filesystem::path& path);
-    ~MappedFile();
-    MappedFile(const MappedFile&) = delete;
-    MappedFile& operator=(const MappedFile&) = delete;
-    std::span<const std::byte> bytes() const;
-
-private:
-    void* address_ = nullptr;
-    std::size_t size_ = 0;
-};
 
 }  // namespace penumbra

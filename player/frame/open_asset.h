@@ -1,5 +1,8 @@
 #pragma once
+#include <filesystem>
+
 #include "formats/asset/asset_file.h"
+#include "formats/asset/mapped_file.h"
 
 namespace penumbra {
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "formats/asset/asset_file.h"
+#include "formats/asset/mapped_file.h"
 #include "formats/common/errors.h"
 #include "runtime/cast/cast_product.h"
 #include "runtime/cast/cast_shadow.h"
@@ -23,6 +24,7 @@
 #include "runtime/shade/shading_set.h"
 #include "runtime/shade/visibility_transfer.h"
 #include "runtime/sun/sun_map.h"
+#include "sh/mutex.h"
 
 namespace penumbra {
 
@@ -46,7 +48,7 @@ struct AssetData {
     const VisibilityTransfer& transfer() const { return *transfer_; }  // once there is a rest pose
 
 private:
-    mutable std::mutex mutex_;
+    mutable Mutex mutex_;
     mutable std::optional<Evaluator> rest_;
     mutable std::optional<VisibilityTransfer> transfer_;
 };

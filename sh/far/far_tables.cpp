@@ -9,6 +9,7 @@
 #include <mutex>
 #include <numbers>
 
+#include "sh/mutex.h"
 #include "sh/reflectance.h"
 #include "sh/sh_product.h"
 
@@ -183,7 +184,7 @@ FarScene FarTables::sceneOf(std::size_t part, const FarPart* posed) const {
 }
 
 const FarConstants& productConstants(int order) {
-    static std::mutex mutex;
+    static Mutex mutex;
     static std::array<std::unique_ptr<FarTables>, kMaxOrder + 1> made;
     const std::lock_guard lock(mutex);
     std::unique_ptr<FarTables>& tables = made[std::size_t(order)];

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <functional>
 
+#include "formats/asset/mapped_file.h"
 #include "formats/common/parallel_for.h"
 #include "formats/common/write_file.h"
 #include "pack/pack_asset.h"

@@ -4,6 +4,7 @@
 
 #include "asset_generated.h"
 #include "formats/asset/asset_file.h"
+#include "formats/asset/mapped_file.h"
 #include "formats/common/errors.h"
 #include "formats/common/write_file.h"
 #include "pack/pack_asset.h"

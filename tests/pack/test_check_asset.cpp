@@ -5,6 +5,7 @@
 #include <cstring>
 #include <numbers>
 
+#include "formats/asset/mapped_file.h"
 #include "formats/common/errors.h"
 #include "pack/check/check_asset.h"
 #include "pack/check/check_sums.h"

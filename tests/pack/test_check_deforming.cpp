@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include "formats/asset/mapped_file.h"
 #include "formats/common/errors.h"
 #include "pack/check/check_asset.h"
 #include "pack/pack_asset.h"
