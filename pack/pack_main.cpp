@@ -20,5 +20,5 @@ int main(int argc, char** argv) {
     return runProgram(
         "penumbra-pack", "The run-time asset: packed, and held against truth.",
         {kAssetFormat, kVisibilityFormat, kTransferFormat, kModelFormat, kBrdfFormat, kLightFormat, kBlockersFormat},
-        {assetVerb(), truthVerb(), checkVerb(), exportVerb()}, argc, argv);
+        {assetVerb(), truthVerb(), checkVerb(), exportVerb(), embedVerb()}, argc, argv);
 }

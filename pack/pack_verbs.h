@@ -8,5 +8,6 @@ Verb assetVerb();
 Verb truthVerb();
 Verb checkVerb();
 Verb exportVerb();
+Verb embedVerb();
 
 }  // namespace penumbra

@@ -31,6 +31,9 @@ std::size_t addAccessor(GrowingGlb& glb, std::span<const float> numbers, int com
 // Adds an accessor of zeros, which takes no bytes of the binary chunk.
 std::size_t addZeros(GrowingGlb& glb, std::size_t count, int components);
 
+// Adds a buffer view of any bytes, and returns its index.
+std::size_t addBytes(GrowingGlb& glb, std::span<const std::byte> bytes);
+
 // Returns the bytes of the .glb. Throws Unsupported above the 4 GiB that the format allows.
 std::vector<std::byte> bytesOf(const GrowingGlb& glb);
 

@@ -268,6 +268,10 @@ std::size_t addZeros(GrowingGlb& glb, std::size_t count, int components) {
     return accessors.size() - 1;
 }
 
+std::size_t addBytes(GrowingGlb& glb, std::span<const std::byte> bytes) {
+    return addView(glb, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size());
+}
+
 std::vector<std::byte> bytesOf(const GrowingGlb& glb) {
     GlbJson document = glb.document;
     document["buffers"][0]["byteLength"] = glb.binary.size();
