@@ -1,0 +1,89 @@
+import type { Material, WebGLProgramParametersWithUniforms, WebGLRenderer } from 'three';
+
+/** A text that stands behind another in a shader of three.js. */
+export interface Insertion {
+    after: string;
+    text: string;
+}
+export interface Patch {
+    key: string;
+    vertex: Insertion[];
+    /** The last one is put before its mark instead of behind it: there, the light of the environment is complete. */
+    fragment: Insertion[];
+    uniforms: Record<string, { value: unknown }>;
+}
+
+const LIGHT_IS_COMPLETE = '#include <aomap_fragment>';
+
+// `rgb` is what the environment's diffuse light loses. Specular light follows Lagarde's occlusion, as three's own AO.
+export const DARKEN = `
+    reflectedLight.indirectDiffuse *= 1.0 - penumbra.rgb;
+#if defined( STANDARD )
+    float penumbraFacing = saturate( dot( geometryNormal, geometryViewDir ) );
+    reflectedLight.indirectSpecular *= saturate( pow( penumbraFacing + penumbra.a, exp2( - 16.0 * material.roughness - 1.0 ) ) - 1.0 + penumbra.a );
+#endif
+`;
+
+// An attribute that a geometry lacks is (0, 0, 0, 1): all light. So other meshes may share the material.
+export const BY_VERTEX: Patch = {
+    key: 'penumbra-vertex',
+    vertex: [
+        { after: '#include <common>', text: 'attribute vec4 penumbraLoss;\nvarying vec4 vPenumbraLoss;' },
+        { after: '#include <begin_vertex>', text: 'vPenumbraLoss = penumbraLoss;' },
+    ],
+    fragment: [
+        { after: '#include <common>', text: 'varying vec4 vPenumbraLoss;' },
+        { after: LIGHT_IS_COMPLETE, text: `{ vec4 penumbra = vPenumbraLoss;${DARKEN}}` },
+    ],
+    uniforms: {},
+};
+
+function inserted(source: string, insertions: Insertion[]): string {
+    for (const { after, text } of insertions) {
+        const both = after === LIGHT_IS_COMPLETE ? `${text}\n${after}` : `${after}\n${text}`;
+        source = source.replace(after, () => both);
+    }
+    return source;
+}
+
+type Compile = (shader: WebGLProgramParametersWithUniforms, renderer: WebGLRenderer) => void;
+
+/** A patch of one material, for as many as asked for it. */
+class Patched {
+    private users = 0;
+
+    constructor(
+        private readonly material: Material,
+        patch: Patch,
+    ) {
+        const compile: Compile = material.onBeforeCompile;
+        const cacheKey = material.customProgramCacheKey;
+        material.onBeforeCompile = (shader, renderer) => {
+            compile.call(material, shader, renderer);
+            if (this.users === 0) return;
+            shader.vertexShader = inserted(shader.vertexShader, patch.vertex);
+            shader.fragmentShader = inserted(shader.fragmentShader, patch.fragment);
+            Object.assign(shader.uniforms, patch.uniforms);
+        };
+        // Without a key of its own three.js would take the program of another material.
+        material.customProgramCacheKey = () => (this.users > 0 ? `${patch.key} ` : '') + cacheKey.call(material);
+    }
+    add(): void {
+        if (++this.users === 1) this.material.needsUpdate = true;
+    }
+    remove(): void {
+        if (--this.users === 0) this.material.needsUpdate = true;
+    }
+}
+
+const patches = new WeakMap<Material, Map<string, Patched>>();
+
+/** Adds to what a material does. Its own onBeforeCompile runs first. Returns what undoes it. */
+export function patchMaterial(material: Material, patch: Patch): () => void {
+    const all = patches.get(material) ?? new Map<string, Patched>();
+    patches.set(material, all);
+    const patched = all.get(patch.key) ?? new Patched(material, patch);
+    all.set(patch.key, patched);
+    patched.add();
+    return () => patched.remove();
+}

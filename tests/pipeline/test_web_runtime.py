@@ -1,0 +1,176 @@
+"""The run time as a WebAssembly module, and the npm package around it: as node sees it, held against libpenumbra.
+
+usage: test_web_runtime.py BIN
+
+Builds the preset `wasm`, which takes two minutes of one core the first time. Skipped where scripts/setup --wasm or
+scripts/setup --web has not run.
+"""
+import ctypes
+import gzip
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+
+import numpy as np
+
+from programs import must
+
+BIN = os.path.abspath(sys.argv[1])
+ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", ".."))
+BAKE, FIT, PACK = (os.path.join(BIN, "penumbra-" + name) for name in ("bake", "fit", "pack"))
+LIBRARY = os.path.join(BIN, "..", "runtime", "libpenumbra.so")
+MAN = os.path.join(BIN, "..", "samples", "capsule_man.glb")
+MODULES = os.path.join(os.environ.get("XDG_DATA_HOME", os.path.expanduser("~/.local/share")), "penumbra/web/node_modules")
+POINTS, SPACING = 16, 0.125  # those of web/runtime.mjs
+
+
+def skip(reason):
+    print("skipped:", reason)
+    sys.exit(77)
+
+
+def need_tools():
+    for tool in ("node", "clang++-19", "wasm-ld-19", "wasm-opt"):
+        if not shutil.which(tool):
+            skip(f"no {tool}: scripts/setup --wasm" if tool != "node" else "no node")
+    for part in ("/usr/lib/wasm32-wasi/libc.a", "/usr/lib/llvm-19/lib/wasm32-wasi/libc++abi.a"):
+        if not os.path.exists(part):
+            skip(f"no {part}: scripts/setup --wasm")
+    for package in ("typescript", "esbuild", "@types/three"):
+        if not os.path.isdir(os.path.join(MODULES, package)):
+            skip(f"no npm package {package}: scripts/setup --web")
+
+
+def built(folder):
+    """The npm package, made anew."""
+    subprocess.run(["cmake", "--preset", "wasm"], cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
+    must("cmake", "--build", os.path.join(ROOT, "build/wasm"), "--target", "penumbra-web")
+    package = os.path.join(folder, "penumbra-player")
+    wasm = os.path.join(ROOT, "build/wasm/bin/penumbra-web.wasm")
+    must("node", os.path.join(ROOT, "runtime/web/build.mjs"), wasm, MODULES, package)
+    return package
+
+
+class Error(ctypes.Structure):
+    _fields_ = [("status", ctypes.c_int), ("message", ctypes.c_char * 508)]
+
+
+class Vertices(ctypes.Structure):
+    _fields_ = [*((name, ctypes.c_void_p) for name in ("positions", "normals", "tangents", "coefficients", "bounced")),
+                ("first", ctypes.c_size_t), ("count", ctypes.c_size_t)]
+
+
+class Points(ctypes.Structure):
+    _fields_ = [("positions", ctypes.c_void_p), ("normals", ctypes.c_void_p), ("count", ctypes.c_size_t)]
+
+
+def native(path):
+    """Positions and E of every frame of an asset, and E of points on the ground where it casts."""
+    lib = ctypes.CDLL(LIBRARY)
+    size, handle, error = ctypes.c_size_t, ctypes.c_void_p, Error()
+
+    def call(name, *words):
+        status = getattr(lib, "penumbra_" + name)(*words, ctypes.byref(error))
+        assert status == 0, (name, status, error.message)
+
+    asset, character, scene = handle(), handle(), handle()
+    call("asset_open_file", path.encode(), ctypes.byref(asset))
+    info = (size * 40)()  # penumbra_asset_info: its two ints in a row take one word
+    lib.penumbra_asset_get_info(asset, info)
+    vertices, stride, clusters, frames = info[2], info[27], info[28], info[23]
+    call("character_create", asset, ctypes.byref(character))
+    casts = lib.penumbra_asset_part_count(asset) > 0
+    if casts:
+        call("scene_create", (handle * 1)(asset), size(1), ctypes.byref(scene))
+    arrays = [np.zeros((vertices, n), np.float32) for n in (3, 3, 3, stride)]
+    of = Vertices(*(a.ctypes.data for a in arrays), None, 0, vertices)
+    side = (np.arange(POINTS) - POINTS // 2) * SPACING
+    ground = np.zeros((POINTS, POINTS, 3), np.float32)
+    ground[..., 0], ground[..., 2] = side[None, :], side[:, None]
+    up = np.zeros_like(ground)
+    up[..., 1] = 1
+    points = Points(ground.ctypes.data, up.ctypes.data, POINTS**2)
+    ambient, below, out = np.zeros(vertices, np.float32), np.zeros(POINTS**2, np.float32), []
+    pointer = ctypes.c_void_p
+    for frame in range(frames):
+        call("character_set_frame", character, size(frame))
+        call("character_evaluate", character, size(0), size(clusters), ctypes.byref(of))
+        call("character_skin", character, ctypes.byref(of))
+        call("character_ambient", character, ctypes.byref(of), pointer(ambient.ctypes.data))
+        out += [arrays[0].ravel().copy(), ambient.copy()]
+        if casts:
+            call("scene_set_caster", scene, size(0), character, None)
+            call("scene_ambient", scene, size(2**64 - 1), ctypes.byref(points), pointer(below.ctypes.data))
+            out.append(below.copy())
+    return np.concatenate(out)
+
+
+def make_cases(folder):
+    path = lambda name: os.path.join(folder, name)
+    must(BAKE, "visibility", MAN, "-o", path("man.vis.h5"), "--fps", 8, "--rays", 64, "--local")
+    must(BAKE, "fields", MAN, "-o", path("man.fields.h5"), "--rays", 64)
+    must(FIT, "brdf", "--analytic", "ggx:alpha=0.3,f0=0.9", "-o", path("ggx.brdf.h5"))
+    must(FIT, "light", "--analytic", "sky:elevation=40,azimuth=30", "-o", path("sky.light.h5"))
+    look = ["--brdf", path("ggx.brdf.h5"), "--light", path("sky.light.h5")]
+    for model, words in (("additive", []), ("composed", ["--fields", path("man.fields.h5")])):
+        must(FIT, "visibility", path("man.vis.h5"), "-o", path(model + ".model.h5"), "--model", model, *words)
+        must(PACK, "asset", path(model + ".model.h5"), "-o", path(model + ".pnb"), "--precision", "i8",
+             *(look if model == "additive" else []))
+        native(path(model + ".pnb")).tofile(path(model + ".native"))
+
+
+def check_sizes(package, folder):
+    """What goes over the wire, and what is left of an import that nobody uses."""
+    size = lambda name: len(gzip.compress(open(os.path.join(package, "dist", name), "rb").read(), 9))
+    print(f"penumbra.wasm {size('penumbra.wasm') / 1000:.0f} KB gzip, packed.js {size('packed.js') / 1000:.0f} KB")
+    assert size("penumbra.wasm") <= 520e3 and size("packed.js") <= 540e3
+    page = os.path.join(folder, "unused.mjs")
+    with open(page, "w") as file:
+        file.write("import { load, Character } from 'penumbra-player';\nimport { PenumbraLoader } from 'penumbra-player/three';\n")
+    modules = os.path.join(folder, "node_modules")
+    os.makedirs(modules, exist_ok=True)
+    os.symlink(package, os.path.join(modules, "penumbra-player"))
+    bundle = must(os.path.join(MODULES, "esbuild/bin/esbuild"), page, "--bundle", "--minify", "--format=esm", "--external:three")
+    assert len(bundle) < 100, bundle[:500]
+
+
+def check_page(package, folder, asset):
+    """A character in three.js on WebGL, drawn by software: pictures with and without shadows."""
+    chromium = shutil.which("chromium")
+    if not chromium or not os.path.isdir(os.path.join(MODULES, "playwright-core")):
+        print("the page of three.js was not tried: no Chromium, or no npm package playwright-core (scripts/setup --web)")
+        return
+    files = os.path.join(folder, "files")
+    os.mkdir(files)
+    must(PACK, "embed", asset, MAN, "-o", os.path.join(files, "character.glb"))
+    driver = os.path.join(ROOT, "tests/pipeline/web/chromium.mjs")
+    found = json.loads(must("node", driver, package, MODULES, files, chromium))
+    print(json.dumps(found))
+    assert "error" not in found, found["error"]
+    assert found["plainLoads"] and found["ownCompileRan"]
+    assert found["matchedBy"] == "order" and found["matchError"] < 1e-5
+    assert found["reversed"]["by"] == "place" and found["reversed"]["error"] < 1e-5
+    assert found["unmatched"] == "UNMATCHED"
+    # Shadows only darken, and they are seen; without strength and afterwards the picture is the one from before.
+    assert found["onCharacter"]["changed"] > 0.005 and found["onCharacter"]["brighter"] == 0
+    assert found["onGround"]["changed"] > 0.005 and found["onGround"]["brighter"] == 0
+    assert found["turned"]["changed"] > 0.01
+    assert found["reversedPicture"]["mean"] < 0.01
+    assert found["strength0"]["changed"] == 0 and found["afterDispose"]["changed"] == 0
+
+
+if __name__ == "__main__":
+    need_tools()
+    with tempfile.TemporaryDirectory() as folder:
+        package = built(folder)
+        cases = os.path.join(folder, "cases")
+        os.mkdir(cases)
+        make_cases(cases)
+        print(must("node", os.path.join(ROOT, "tests/pipeline/web/runtime.mjs"), package, cases,
+                   os.path.join(ROOT, "tests/fuzz/corpus/fuzz_asset")))
+        check_sizes(package, folder)
+        check_page(package, folder, os.path.join(cases, "composed.pnb"))
+    print("web runtime: ok")

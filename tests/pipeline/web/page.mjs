@@ -1,0 +1,146 @@
+// A character with soft shadows in three.js: what the test of Chromium looks at. Says its findings as JSON.
+import * as THREE from 'three';
+import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
+import { load } from 'penumbra-player';
+import { PenumbraCharacter, PenumbraEnvironment, PenumbraGround, PenumbraLoader, assetOf } from 'penumbra-player/three';
+
+const SIZE = 256;
+const found = {};
+
+/** A blue sky that is bright on one side, over a dark ground. */
+function sky() {
+    const [width, height] = [64, 32];
+    const data = new Float32Array(4 * width * height);
+    for (let i = 0; i < width * height; ++i) {
+        const up = ((Math.floor(i / width) + 0.5) / height - 0.5) * Math.PI;
+        const around = (((i % width) + 0.5) / width - 0.5) * 2 * Math.PI;
+        const warm = Math.max(0, Math.cos(around) * Math.cos(up)) ** 4;
+        data.set(up < 0 ? [0.05, 0.05, 0.05, 1] : [0.4 + 3 * warm, 0.6 + 2 * warm, 1 + warm, 1], 4 * i);
+    }
+    const texture = new THREE.DataTexture(data, width, height, THREE.RGBAFormat, THREE.FloatType);
+    texture.mapping = THREE.EquirectangularReflectionMapping;
+    texture.needsUpdate = true;
+    return texture;
+}
+
+/** The same triangles with the vertices the other way round. */
+function reversed(geometry) {
+    const out = geometry.clone();
+    const count = geometry.attributes.position.count;
+    for (const [name, attribute] of Object.entries(geometry.attributes)) {
+        const size = attribute.itemSize;
+        const values = new Float32Array(size * count);
+        for (let i = 0; i < count; ++i)
+            for (let k = 0; k < size; ++k) values[size * i + k] = attribute.getComponent(count - 1 - i, k);
+        out.setAttribute(name, new THREE.BufferAttribute(values, size));
+    }
+    const index = geometry.index ? Array.from(geometry.index.array) : Array.from({ length: count }, (_, i) => i);
+    out.setIndex(index.map((i) => count - 1 - i));
+    return out;
+}
+
+async function main() {
+    const runtime = await load();
+    const renderer = new THREE.WebGLRenderer({ preserveDrawingBuffer: true });
+    renderer.setSize(SIZE, SIZE);
+    document.body.append(renderer.domElement);
+    const scene = new THREE.Scene();
+    const texture = sky();
+    scene.environment = new THREE.PMREMGenerator(renderer).fromEquirectangular(texture).texture;
+    const environment = PenumbraEnvironment.fromEquirectangular(texture);
+
+    const loader = new GLTFLoader();
+    const plain = await loader.loadAsync('/files/character.glb');
+    found.plainLoads = !!plain.scene && assetOf(plain) === undefined;
+    loader.register((parser) => new PenumbraLoader(parser, runtime));
+    const gltf = await loader.loadAsync('/files/character.glb');
+    const asset = assetOf(gltf);
+    const root = gltf.scene;
+    scene.add(root);
+    const floor = new THREE.Mesh(new THREE.PlaneGeometry(6, 6).rotateX(-Math.PI / 2), new THREE.MeshStandardMaterial());
+    scene.add(floor);
+    // A turned and moved character must not matter.
+    root.rotation.y = 0.7;
+    root.position.set(0.3, 0, -0.2);
+    const mixer = new THREE.AnimationMixer(root);
+    mixer.clipAction(gltf.animations[0]).play();
+    mixer.setTime(0.3);
+    const camera = new THREE.PerspectiveCamera(40, 1, 0.1, 50);
+    camera.position.set(2.2, 1.8, 3.2);
+    camera.lookAt(0.3, 0.7, -0.2);
+
+    const shot = () => {
+        renderer.render(scene, camera);
+        const pixels = new Uint8Array(4 * SIZE * SIZE);
+        const gl = renderer.getContext();
+        gl.readPixels(0, 0, SIZE, SIZE, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+        return pixels;
+    };
+    const apart = (a, b) => {
+        let [sum, changed, brighter] = [0, 0, 0];
+        for (let i = 0; i < a.length; ++i) {
+            sum += Math.abs(a[i] - b[i]);
+            if (Math.abs(a[i] - b[i]) > 2) ++changed;
+            if (b[i] > a[i] + 2) ++brighter;
+        }
+        return { mean: sum / a.length, changed: changed / a.length, brighter: brighter / a.length };
+    };
+
+    const before = shot();
+    let calls = 0;
+    const meshes = [];
+    root.traverse((object) => object.isMesh && meshes.push(object));
+    meshes[0].material.onBeforeCompile = () => ++calls;
+    meshes[0].material.needsUpdate = true;
+    const character = new PenumbraCharacter(asset, root, { environment });
+    found.matchError = character.matchError;
+    found.matchedBy = character.matchedBy;
+    character.update();
+    const shadowed = shot();
+    found.onCharacter = apart(before, shadowed);
+    found.ownCompileRan = calls > 0;
+    character.strength = 0;
+    character.update();
+    found.strength0 = apart(before, shot());
+    character.strength = 1;
+    character.update();
+    const ground = new PenumbraGround(runtime, floor, [character], { environment, every: 1 });
+    ground.update();
+    found.onGround = apart(shadowed, shot());
+    const first = performance.now();
+    for (let i = 0; i < 5; ++i) character.update();
+    found.updateMs = (performance.now() - first) / 5;
+    environment.setRotation(new THREE.Matrix4().makeRotationY(2));
+    scene.environmentRotation.set(0, 2, 0);
+    character.update();
+    ground.update();
+    found.turned = apart(shadowed, shot());
+    environment.setRotation(new THREE.Matrix4());
+    scene.environmentRotation.set(0, 0, 0);
+    character.dispose();
+    character.dispose();
+    ground.dispose();
+    ground.dispose();
+    found.afterDispose = apart(before, shot());
+
+    const originals = meshes.map((mesh) => mesh.geometry);
+    for (const mesh of meshes) mesh.geometry = reversed(mesh.geometry);
+    const other = new PenumbraCharacter(asset, root, { environment });
+    found.reversed = { error: other.matchError, by: other.matchedBy };
+    other.update();
+    found.reversedPicture = apart(shadowed, shot());
+    other.dispose();
+    meshes.forEach((mesh, i) => (mesh.geometry = originals[i].clone()));
+    const positions = meshes[0].geometry.attributes.position;
+    positions.setX(0, positions.getX(0) + 0.5);
+    try {
+        new PenumbraCharacter(asset, root, { environment });
+        found.unmatched = 'accepted';
+    } catch (error) {
+        found.unmatched = error.code;
+    }
+}
+
+main()
+    .catch((error) => (found.error = `${error.code ?? ''} ${error.stack}`))
+    .finally(() => console.log('FOUND ' + JSON.stringify(found)));
