@@ -1,4 +1,6 @@
 #pragma once
+#include <filesystem>
+
 #include "formats/asset/asset_file.h"
 #include "formats/asset/mapped_file.h"
 
