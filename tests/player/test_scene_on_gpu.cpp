@@ -77,6 +77,7 @@ protected:
         options.channel = channel;
         options.camera = "pitch=35,yaw=20";
         options.samples = 1;
+        options.bounces = Bounces::kDirect;  // the GPU has no light between members
         const auto picture = [&](const std::string& text, EvaluationPath path) {
             options.path = path;
             const PosedScene scene(
@@ -152,6 +153,7 @@ TEST_F(SceneOnGpuTest, SunsAreThoseOfTheCpu) {
     options.channel = Channel::kShaded;
     options.camera = "pitch=35,yaw=20";
     options.samples = 1;
+    options.bounces = Bounces::kDirect;
     const auto picture = [&](EvaluationPath path, SunChoice suns) {
         options.path = path;
         options.suns = suns;
