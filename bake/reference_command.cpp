@@ -223,6 +223,12 @@ RigOptions bakedRigOptions(const std::filesystem::path& bake, const VisibilityHe
     throw InvalidInput(bake.string() + ": " + error.what());
 }
 
+// Tells whether nothing of a surface changes from point to point of a slot.
+bool isPlain(const MeshSurface& surface) {
+    return surface.textures.empty() && surface.colors.empty() &&
+           std::ranges::none_of(surface.slots, &SlotSurface::blends);
+}
+
 // Reads the pictures of --materials-of, whose slots have no other material by --slot; nothing where it has none.
 std::optional<PictureSurface> picturesOf(const ReferenceCommand& command, const VisibilityHeader& header,
                                          Report& report) {
@@ -235,16 +241,17 @@ std::optional<PictureSurface> picturesOf(const ReferenceCommand& command, const 
     const Rig rig = readRig({command.materials_of}, options);
     report.willRead(rig.files_read);
     RigSurface read = surfaceOf(rig, name);
-    fitSurface(rig, mesh, name, read.surface);
+    if (isPlain(read.surface))  // then any mesh with these slots will do
+        read.surface.slots.resize(std::max<std::size_t>(1, mesh.slots.size()));
+    else
+        fitSurface(rig, mesh, name, read.surface);
     const OpenedTextures opened = openTextures(name, read.surface);
     report.willRead(opened.files);
     read.notes.insert(read.notes.end(), opened.notes.begin(), opened.notes.end());
     (void)setLooks(readSourceLooks(command.materials_of), mesh.slots, name, read);
     if (command.strict && !read.notes.empty()) throw Unsupported(read.notes.front());
     for (const std::string& note : read.notes) reportWarning("penumbra-bake", note);
-    if (read.surface.textures.empty() && read.surface.colors.empty() &&
-        std::ranges::none_of(read.surface.slots, &SlotSurface::blends))
-        return {};
+    if (isPlain(read.surface)) return {};
     std::vector<std::uint16_t> slot_of_triangle;
     for (const Triangle& triangle : mesh.triangles)
         slot_of_triangle.push_back(mesh.slot_of_vertex.empty() ? 0 : mesh.slot_of_vertex[triangle[0]]);
