@@ -16,8 +16,7 @@ void defineRender(CLI::App& app, RenderCommand& command) {
     app.add_option("-o,--output", command.output,
                    "OUT.png or OUT.exr (half floats, colours times coverage); the files of a sequence have %d or %0Nd "
                    "in their name, as out.%04d.png")
-        ->required()
-        ->check(endsIn({".png", ".exr"}));
+        ->required();
     CLI::Option* scene =
         app.add_option("--scene", command.scene,
                        "S.json instead of assets: characters on a ground that cast on one another (docs/scene.md)")
@@ -58,6 +57,8 @@ void checkFrames(RenderCommand& command) {
     const bool pattern = FramePattern::looksLikeOne(command.output);
     const bool many_clips = choice.clips.size() > 1 || choice.clips == std::vector<std::string>{"all"};
     choice.sequence = !choice.frame && (choice.frames || many_clips || pattern);
+    const std::string problem = endsIn({".png", ".exr"})(command.output.string());
+    if (!problem.empty()) throw BadOption("output", problem);
     if (choice.sequence || pattern) FramePattern check(command.output);
 }
 

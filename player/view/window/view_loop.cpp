@@ -226,7 +226,9 @@ void ViewLoop::handle(const ViewEvents& events) {
     for (const KeyPress& press : events.keys) {
         const ViewState before = state_;
         applyKey(state_, *scene_, press);
-        figures_.message = state_ == before ? whyNothing(press) : whyUnseen(state_, *scene_, press);
+        const bool changed = state_ != before;
+        const std::string why = changed ? whyUnseen(state_, *scene_, press) : whyNothing(press);
+        if (!changed || !why.empty()) figures_.message = why;
         if (const int steps = std::exchange(state_.window.undone, 0))
             if (!history_.go(state_, steps)) figures_.message = steps < 0 ? "no view before" : "no view after";
         if (!state_.window.screenshot) continue;
