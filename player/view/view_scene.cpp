@@ -68,6 +68,32 @@ ViewState stateFor(const Scene& scene, const ViewState& old) {
     return state;
 }
 
+ViewState carriedOver(const Scene& from, const Scene& to, const ViewState& old) {
+    const auto moved = [](const std::vector<std::string_view>& names, std::size_t at,
+                          const std::vector<std::string_view>& now) -> std::optional<std::size_t> {
+        if (at >= names.size()) return std::nullopt;
+        const auto found = std::ranges::find(now, names[at]);
+        if (found == now.end()) return std::nullopt;
+        return std::size_t(found - now.begin());
+    };
+    ViewState state = old;
+    for (CharacterChoice& character : state.characters)
+        for (std::size_t& material : character.material_of_slot) {
+            const std::optional<std::size_t> now = moved(from.material_names, material, to.material_names);
+            if (!now) {
+                character.material_of_slot.clear();
+                break;
+            }
+            material = *now;
+        }
+    state.lighting.light = moved(from.light_names, old.lighting.light, to.light_names).value_or(0);
+    state.lighting.parameters.clear();
+    for (const auto& [material, value] : old.lighting.parameters)
+        if (const auto now = moved(from.material_names, material, to.material_names))
+            state.lighting.parameters[*now] = value;
+    return state;
+}
+
 const VisibilityFactor* shownFactor(const Scene& scene, const ViewState& state) {
     if (!state.inspect.picked) return nullptr;
     const std::vector<VisibilityFactor>& factors = *scene.characters[state.inspect.picked->character]->posed.factors;

@@ -168,6 +168,9 @@ Scene openScene(std::span<const std::filesystem::path> paths, int threads, const
 const SceneCharacter* memberOf(const Scene& scene, std::size_t character);
 // Returns characters, clips and materials as the files have them. What `old` has chosen stays where it still exists.
 ViewState stateFor(const Scene& scene, const ViewState& old);
+// Returns what a state of one scene has chosen of materials and lights as another scene numbers them, by their names. A
+// character whose material is gone loses its choice, which stateFor() then takes from the file.
+ViewState carriedOver(const Scene& from, const Scene& to, const ViewState& old);
 
 // Gives the state what the scene's file says: clips, times, materials, light and camera.
 void applySceneFile(const Scene& scene, ViewState& state);

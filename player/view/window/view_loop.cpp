@@ -204,6 +204,7 @@ void ViewLoop::takeAway(std::size_t character) {
 void ViewLoop::show(std::vector<std::filesystem::path> files) {
     auto scene = std::make_unique<Scene>(openScene(files, threads_, openChoice()));
     scene->blend = LightBlend(options_.fade);
+    state_ = carriedOver(*scene_, *scene, state_);
     scene_ = std::move(scene);
     files_ = std::move(files);
     history_.forget();
