@@ -132,7 +132,7 @@ void printSummary(const PosesCommand& command, const PosePlan& plan, const PoseL
         std::printf(
             "the rig has no clip: joints turn by up to %.0f degrees / sqrt(joints from the root) about each axis, "
             "at least %.0f; --limits sets others\n",
-            kFreeTurn, kLeastFreeTurn);
+            kFreeTurn, kMinFreeTurn);
     if (list.open_before > 0)
         std::printf("open share of mixed poses: %.4f before the covering ones, %.4f after\n", list.open_before,
                     list.open_after);

@@ -8,6 +8,7 @@
 
 #include "bake/bake_verbs.h"
 #include "bake/reference/bake_reference.h"
+#include "bake/reference/bounced_light.h"
 #include "bake/reference/reference_blockers.h"
 #include "bake/reference/scene_frame.h"
 #include "bake/source/surface_colors.h"
@@ -19,6 +20,7 @@
 #include "formats/common/warning.h"
 #include "formats/image/exposure.h"
 #include "formats/image/light_picture_flags.h"
+#include "formats/image/surface_textures.h"
 #include "formats/rig/rig_options_json.h"
 #include "formats/rig/rig_surface.h"
 #include "formats/source/source_looks.h"
@@ -32,6 +34,7 @@ namespace {
 
 constexpr Word<ReferenceChannel> kChannelWords[] = {
     {"shaded", ReferenceChannel::kShaded}, {"ao", ReferenceChannel::kAmbient}, {"normals", ReferenceChannel::kNormals}};
+constexpr Word<bool> kSelfBounceWords[] = {{"on", true}, {"off", false}};
 
 // Tells an analytic light from a file: the text starts with the name of one.
 bool isAnalytic(const std::string& light) {
@@ -58,10 +61,13 @@ struct ReferenceCommand {
     std::optional<std::size_t> frame;
     std::string light_rotation;
     int light_order = 0;  // 0: the picture itself
-    ColorChoice albedo;   // of --bounces
+    std::optional<int> bounces;
+    bool self_bounces = true;
+    ColorChoice albedo;  // of --bounces
     std::string camera;
     std::optional<float> exposure;       // unset: automaticExposure()
     std::optional<Vec3> png_background;  // of a shaded PNG; options.background is then unset
+    bool strict = false;
 
     std::vector<std::filesystem::path> inputs() const {
         std::vector<std::filesystem::path> files = singleFilesOf(occluders);
@@ -80,6 +86,7 @@ void finishOptions(ReferenceCommand& command) {
     if (command.input.empty() && command.scene.empty())
         throw UsageError("a bake, X.vis.h5, or a --scene S.json is required");
     if (command.scene.empty() && !command.frame) throw UsageError("--frame is required");
+    options.bounces = command.bounces.value_or(command.scene.empty() ? 0 : 1);
     if (const std::string problem = endsIn({".exr", ".png"})(command.output.string()); !problem.empty())
         throw UsageError("-o " + problem);
     // The background of a shaded PNG is put behind the exposed picture.
@@ -216,6 +223,12 @@ RigOptions bakedRigOptions(const std::filesystem::path& bake, const VisibilityHe
     throw InvalidInput(bake.string() + ": " + error.what());
 }
 
+// Tells whether nothing of a surface changes from point to point of a slot.
+bool isPlain(const MeshSurface& surface) {
+    return surface.textures.empty() && surface.colors.empty() &&
+           std::ranges::none_of(surface.slots, &SlotSurface::blends);
+}
+
 // Reads the pictures of --materials-of, whose slots have no other material by --slot; nothing where it has none.
 std::optional<PictureSurface> picturesOf(const ReferenceCommand& command, const VisibilityHeader& header,
                                          Report& report) {
@@ -228,12 +241,17 @@ std::optional<PictureSurface> picturesOf(const ReferenceCommand& command, const 
     const Rig rig = readRig({command.materials_of}, options);
     report.willRead(rig.files_read);
     RigSurface read = surfaceOf(rig, name);
-    if (read.surface.textures.empty() && read.surface.colors.empty() &&
-        std::ranges::none_of(read.surface.slots, &SlotSurface::blends))
-        return {};
-    fitSurface(rig, mesh, name, read.surface);
+    if (isPlain(read.surface))  // then any mesh with these slots will do
+        read.surface.slots.resize(std::max<std::size_t>(1, mesh.slots.size()));
+    else
+        fitSurface(rig, mesh, name, read.surface);
+    const OpenedTextures opened = openTextures(name, read.surface);
+    report.willRead(opened.files);
+    read.notes.insert(read.notes.end(), opened.notes.begin(), opened.notes.end());
     (void)setLooks(readSourceLooks(command.materials_of), mesh.slots, name, read);
+    if (command.strict && !read.notes.empty()) throw Unsupported(read.notes.front());
     for (const std::string& note : read.notes) reportWarning("penumbra-bake", note);
+    if (isPlain(read.surface)) return {};
     std::vector<std::uint16_t> slot_of_triangle;
     for (const Triangle& triangle : mesh.triangles)
         slot_of_triangle.push_back(mesh.slot_of_vertex.empty() ? 0 : mesh.slot_of_vertex[triangle[0]]);
@@ -254,6 +272,16 @@ SurfaceColors colorsOf(const ReferenceCommand& command, const VisibilityHeader& 
     if (const std::string problem = findProblem(colors, header.mesh); !problem.empty())
         throw UsageError("--albedo: " + command.input.string() + " has " + problem);
     return colors;
+}
+
+// What the materials reflect of white light from everywhere, of a membrane its rho. Emission lights nothing.
+std::vector<Vec3> albedosOf(const ReferenceOptions& options) {
+    std::vector<Vec3> out;
+    for (std::size_t m = 0; m < options.brdfs.size(); ++m) {
+        const bool membrane = !options.membranes.empty() && options.membranes[m];
+        out.push_back(membrane ? options.membranes[m]->rho : toFloat(whiteAlbedo(options.brdfs[m])));
+    }
+    return out;
 }
 
 void runScene(ReferenceCommand& command, const CommonOptions& common, Report& report) {
@@ -282,6 +310,15 @@ void runScene(ReferenceCommand& command, const CommonOptions& common, Report& re
     input.unseen_positions = scene.unseen_positions;
     input.unseen_triangles = scene.unseen_triangles;
     input.ground = scene.ends_at_horizon;
+    input.floor = scene.floor;
+    input.member_of_vertex = scene.member_of_vertex;
+    input.others_alone = !command.self_bounces;
+    std::vector<Vec3> albedo;
+    if (shaded && command.options.bounces > 0) {
+        const std::vector<Vec3> of_material = albedosOf(command.options);
+        for (const std::uint16_t m : scene.brdf_of_vertex) albedo.push_back(of_material[m]);
+    }
+    input.albedo = albedo;
     input.scale = scene.scale;
     input.back_of_vertex = scene.back_of_vertex;
     input.twins = scene.twins;
@@ -390,6 +427,10 @@ void defineReference(CLI::App& app, ReferenceCommand& command) {
                    "RIG.glb (.gltf, .vrm, .fbx, .dae, .x): every slot has the material that the file describes, "
                    "with its pictures; --slot goes before it")
         ->excludes(scene);
+    app.add_flag("--strict", command.strict,
+                 "refuse materials of --materials-of of which something would be left out, as a picture that cannot be "
+                 "read")
+        ->needs(app.get_option("--materials-of"));
     app.add_option("--occluder", command.occluders,
                    "of the bake, each as it was given there and in that order; not drawn")
         ->allow_extra_args(false)
@@ -416,13 +457,19 @@ void defineReference(CLI::App& app, ReferenceCommand& command) {
         ->check(within(0, kMaxOrder, "bands"))
         ->needs(light);
     CLI::Option* bounces =
-        app.add_option("--bounces", options.bounces,
-                       "how often the mesh reflects light diffusely or lets it through as its bake says")
-            ->check(within(0, kMaxBounces, "reflections"))
-            ->excludes(scene);
+        app.add_option("--bounces", command.bounces,
+                       "how often surfaces reflect light diffusely, or let it through as the bake says (default: 0, "
+                       "and 1 of a scene)")
+            ->check(within(0, kMaxBounces, "reflections"));
     addParsed(app, "--albedo", command.albedo, readColorChoice,
               "of --bounces: what the mesh reflects, R/G/B or FILE.csv as in visibility (default: as the bake has it)")
-        ->needs(bounces);
+        ->needs(bounces)
+        ->excludes(scene);
+    addChoice(
+        app, "--self-bounces", command.self_bounces, kSelfBounceWords,
+        "of a scene: whether light bounces between parts of the same character too, which run-time pictures of an "
+        "asset without light that bounces do not show")
+        ->needs(scene);
     app.add_option("--camera", command.camera, "yaw=,pitch=,fov=,distance=,target=x/y/z; framed where not given");
     addSize(app, options.width, options.height);
     app.add_option("--samples", options.samples, "shadow rays a pixel")

@@ -17,7 +17,7 @@ namespace penumbra {
 namespace {
 
 // Below these a calibration is doubtful.
-constexpr std::size_t kFewShots = 6, kLeastCorners = 8;
+constexpr std::size_t kFewShots = 6, kMinCorners = 8;
 constexpr double kLittleTilt = 20, kLittleCoverage = 0.5;
 constexpr double kMuchResidualPixels = 0.5, kWideDeviation = 0.003;  // of f
 
@@ -75,7 +75,7 @@ FoundShots findShots(const CameraCommand& command, const CommonOptions& common) 
         const std::vector<DetectedTag> tags = detector.detect(picture, response);
         out.clipped += std::ranges::any_of(tags, [](const DetectedTag& tag) { return tag.paper_code >= kMaxCode; });
         std::vector<SeenPoint> points = cornersIn(file, command.grid, tags);
-        if (points.size() >= kLeastCorners)
+        if (points.size() >= kMinCorners)
             out.shots.push_back({file.string(), std::move(points)});
         else
             reportWarning("penumbra-fit", file.string() + ": shows fewer than 2 tags of the grid, and is left out");

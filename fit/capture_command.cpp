@@ -147,7 +147,7 @@ CaptureSummary summaryOf(const CaptureCommand& command, const ReadShots& shots) 
 // Refuses a radiance that the file cannot hold: one above the largest half float, or light of which half is below the
 // smallest one that has all its digits.
 void requireHalfFloats(const Panorama& panorama, const std::string& list) {
-    constexpr float kMost = 65504, kLeast = 6.104e-5f;
+    constexpr float kMax = 65504, kMin = 6.104e-5f;
     float most = 0;
     std::vector<float> light;
     for (const Vec3& pixel : panorama.radiance) {
@@ -155,14 +155,14 @@ void requireHalfFloats(const Panorama& panorama, const std::string& list) {
         if (const float y = luminance(pixel); y > 0) light.push_back(y);
     }
     std::ranges::sort(light);
-    if (const float middle = light.empty() ? kLeast : light[light.size() / 2]; middle < kLeast)
+    if (const float middle = light.empty() ? kMin : light[light.size() / 2]; middle < kMin)
         throw InvalidInput(list + ": /pictures: half of the radiance is below " + shortest(double(middle)) +
                            ", less than half floats hold: divide every exposure by " +
-                           shortest(std::exp2(std::ceil(std::log2(double(kLeast / middle))) + 8)) + " or so");
-    if (most > kMost)
+                           shortest(std::exp2(std::ceil(std::log2(double(kMin / middle))) + 8)) + " or so");
+    if (most > kMax)
         throw InvalidInput(list + ": /pictures: the brightest radiance is " + shortest(double(most)) +
                            ", more than half floats hold: multiply every exposure by " +
-                           shortest(std::exp2(std::ceil(std::log2(double(most / kMost))))) + " or more");
+                           shortest(std::exp2(std::ceil(std::log2(double(most / kMax))))) + " or more");
 }
 
 // All that a panorama is put together from.

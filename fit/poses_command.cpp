@@ -24,7 +24,7 @@ namespace {
 enum class Gaps { kFill, kLeave };
 constexpr Word<Gaps> kGapWords[] = {{"fill", Gaps::kFill}, {"leave", Gaps::kLeave}};
 
-constexpr double kLeastMargin = 0.2;  // below it the mirrored pose fits nearly as well
+constexpr double kMinMargin = 0.2;  // below it the mirrored pose fits nearly as well
 
 // Puts the files of a sequence in the place of the pattern that names them.
 std::vector<std::filesystem::path> listed(const std::vector<std::filesystem::path>& named) {
@@ -125,7 +125,7 @@ void warnOf(const CameraTrack& track, const TagSearch& found) {
     for (const TrackFrame& frame : track.frames) {
         if (!frame.pose) continue;
         residuals.push_back(frame.residual);
-        doubtful += frame.margin < kLeastMargin;
+        doubtful += frame.margin < kMinMargin;
     }
     const auto of = [&](std::size_t count) {
         return std::to_string(count) + " of " + std::to_string(track.frames.size()) + " pictures: ";

@@ -7,6 +7,7 @@
 #include "formats/common/options.h"
 #include "formats/common/warning.h"
 #include "formats/common/write_file.h"
+#include "formats/image/surface_textures.h"
 #include "formats/rig/rig_options_json.h"
 #include "formats/rig/rig_surface.h"
 #include "formats/source/source_looks.h"
@@ -257,10 +258,11 @@ SurfaceLook readSurface(const AssetCommand& command, const Model& model, const C
     report.willRead(rig.files_read);
     RigSurface read = surfaceOf(rig, name);
     fitSurface(rig, model.mesh, name, read.surface);
+    const OpenedTextures opened = openTextures(name, read.surface);
+    report.willRead(opened.files);
+    read.notes.insert(read.notes.end(), opened.notes.begin(), opened.notes.end());
     const std::vector<std::string> said = setLooks(looks, model.mesh.slots, name, read);
-    const StoredTextures stored = storeTextures(*command.textures, command.output.parent_path(), name, read.surface);
-    report.willRead(stored.files);
-    read.notes.insert(read.notes.end(), stored.notes.begin(), stored.notes.end());
+    storeTextures(*command.textures, command.output.parent_path(), read.surface);
     warnOfMaterials(command, read.notes);
     SurfaceLook look{std::move(read.surface), {}};
     addSurfaceMaterials(look, common.threads);

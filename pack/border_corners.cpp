@@ -15,7 +15,7 @@ namespace penumbra {
 namespace {
 
 // More frames than these tell little more about how the scores of two clusters go together.
-constexpr std::size_t kMostFrames = 240;
+constexpr std::size_t kMaxFrames = 240;
 constexpr double kRidge = 1e-4;  // of the mean energy of a score
 
 // What the fitted model does in some training frames.
@@ -32,7 +32,7 @@ std::vector<std::size_t> trainingFrames(const Model& model) {
         if (std::find(model.holdout_clips.begin(), model.holdout_clips.end(), clip) == model.holdout_clips.end())
             all.push_back(f);
     }
-    const std::size_t count = std::min(all.size(), kMostFrames);
+    const std::size_t count = std::min(all.size(), kMaxFrames);
     for (std::size_t i = 0; i < count; ++i) some.push_back(all[i * all.size() / count]);
     return some;
 }

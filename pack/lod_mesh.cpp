@@ -14,7 +14,7 @@ namespace penumbra {
 namespace {
 
 constexpr double kFarthest = 0.02;      // diagonals from the fitted surface
-constexpr double kMostFar = 0.01;       // share of the vertices that may be farther
+constexpr double kMaxFar = 0.01;        // share of the vertices that may be farther
 constexpr double kSameRest = 1e-3;      // diagonals that the joints of a vertex may disagree about where it rests
 constexpr std::size_t kNamesShown = 8;  // of missing joints
 
@@ -155,7 +155,7 @@ void checkDistances(const DrawnMesh& drawn, const PointDistances& distances, dou
         ++far_of_joint[drawn.skin.joints[v * std::size_t(drawn.skin.influences)]];
     }
     const double share = double(far) / double(distances.distance.size());
-    if (share <= kMostFar) return;
+    if (share <= kMaxFar) return;
     const Vec3 p = drawn.mesh.rest_positions[farthest];
     const auto most = std::size_t(std::max_element(far_of_joint.begin(), far_of_joint.end()) - far_of_joint.begin());
     char text[240];

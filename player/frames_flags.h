@@ -28,7 +28,7 @@ inline void addFramesFlags(CLI::App& app, FramesFlags& flags) {
         ->group(kFramesGroup);
     addChoice(app, "--framing", flags.framing, kFramingWords,
               "clips: one camera that holds all frames of the chosen clips; clip: one a clip; frame: each frame as it "
-              "is framed alone (default: clips for -o's sequences, else frame)")
+              "is framed alone (default: clips for the pictures of a sequence, else frame)")
         ->group(kFramesGroup);
 }
 

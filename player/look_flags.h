@@ -71,11 +71,6 @@ inline void addLookFlags(CLI::App& app, RenderOptions& options) {
                    "shown as 0.6)")
         ->check(aboveZero())
         ->group(kLookGroup);
-    addChoice(
-        app, "--tone", options.tone, kToneWords,
-        "curve of a shaded PNG, off, reinhard or filmic: what is brighter than white is cut, or bent as the window "
-        "does it (default: off)")
-        ->group(kLookGroup);
 }
 
 }  // namespace penumbra

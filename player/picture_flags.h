@@ -36,8 +36,6 @@ inline void addPictureFlags(CLI::App& app, RenderOptions& options) {
               "transparent, R/G/B (linear), or light: what the light looks like, behind a shaded picture")
         ->default_str("transparent")
         ->group(kPictureGroup);
-    addChoice(app, "--source", options.source, kSourceWords, "visibility of the model or of the truth")
-        ->group(kPictureGroup);
     app.add_option("--error-max", options.error_max,
                    "the error that gets the brightest colour of --channel error or transfer-error")
         ->check(aboveZero())

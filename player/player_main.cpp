@@ -10,5 +10,5 @@ int main(int argc, char** argv) {
     setSourceHash(kSourceHash);
     return runProgram("penumbra-player", "Soft self-shadowed pictures of animated characters from packed assets.",
                       {kAssetFormat, kSceneFormat, kBonePosesFormat},
-                      {viewVerb(), renderVerb(), benchVerb(), probeVerb(), compositeVerb()}, argc, argv);
+                      {viewVerb(), renderVerb(), measureVerb(), benchVerb(), probeVerb(), compositeVerb()}, argc, argv);
 }

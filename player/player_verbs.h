@@ -6,6 +6,7 @@ namespace penumbra {
 
 Verb viewVerb();
 Verb renderVerb();
+Verb measureVerb();
 Verb benchVerb();
 Verb probeVerb();
 Verb compositeVerb();

@@ -1,8 +1,7 @@
-// penumbra-player render X.pnb -o OUT.(png|exr): frames as pictures, and their errors.
+// penumbra-player render X.pnb -o OUT.(png|exr): frames as pictures.
 #include <cstdio>
 
 #include "formats/common/errors.h"
-#include "formats/common/write_file.h"
 #include "formats/image/exposure.h"
 #include "player/frame/open_asset.h"
 #include "player/player_verbs.h"
@@ -16,45 +15,25 @@ namespace penumbra {
 
 namespace {
 
-// A plan, and the frames' cells of its contact sheet as they come.
 struct RenderRun {
     const RenderCommand& command;
     BatchPlan plan;
-    std::vector<SheetCell> cells = {};
     float exposure = 1;  // BatchResult::exposure
 };
 
 BatchPlan makePlan(const RenderCommand& command, const AssetView& asset, const AssetView* truth) {
-    BatchPlan plan;
-    plan.options = command.options;
-    RenderOptions look = command.options;
-    if (!command.draws()) look.channel = Channel::kAmbient;  // needs neither material nor light
-    plan.look = resolveLook(look, asset, truth);
+    BatchPlan plan{command.options, resolveLook(command.options, asset, truth)};
     plan.chosen = chooseFrames(asset, command.frames.choice);
-    const bool pictures = command.frames.choice.sequence && !command.output.empty();
-    plan.framing = command.frames.framing.value_or(pictures ? Framing::kClips : Framing::kFrame);
+    plan.framing = command.frames.framing.value_or(command.frames.choice.sequence ? Framing::kClips : Framing::kFrame);
     if (FramePattern::looksLikeOne(command.output)) {
         const FramePattern pattern(command.output);
         for (const ListedFrame& frame : plan.chosen.frames) plan.files.push_back(pattern.name(frame.listed));
-    } else if (!command.output.empty()) {
+    } else {
         plan.files = {command.output};
     }
-    plan.panels = picturesOf(command.errors.sheet, command.options.channel);
-    plan.relative_error = truth && command.batch;
-    plan.image_error = command.imageError();
-    plan.flip = command.errors.flip;
+    plan.relative_error = truth && command.frames.choice.sequence;
     findTruth(plan);
-    if (!command.errors.sheet.file.empty()) planSheet(command.errors.sheet, plan);  // too large a sheet fails now
     return plan;
-}
-
-// Returns what the run writes besides the verb's own output.
-std::vector<std::filesystem::path> moreFiles(const RenderRun& run) {
-    std::vector<std::filesystem::path> files;
-    if (FramePattern::looksLikeOne(run.command.output)) files = run.plan.files;
-    for (const std::filesystem::path& file : {run.command.errors.csv, run.command.errors.sheet.file})
-        if (!file.empty()) files.push_back(file);
-    return files;
 }
 
 void listFiles(const RenderRun& run) {
@@ -65,16 +44,6 @@ void listFiles(const RenderRun& run) {
                     std::string(run.plan.look.asset->animation.clips[at.clip].name).c_str(), options.width,
                     options.height, run.plan.files[i].c_str());
     }
-    const std::size_t frames = run.plan.chosen.frames.size();
-    if (!run.command.errors.sheet.file.empty()) {
-        const SheetLayout sheet = planSheet(run.command.errors.sheet, run.plan);
-        std::printf("would put %zu frames on %d x %d pixels, to %s\n", frames, sheet.width, sheet.height,
-                    run.command.errors.sheet.file.c_str());
-    }
-    if (!run.command.errors.csv.empty())
-        std::printf("would measure %zu frames, to %s\n", frames, run.command.errors.csv.c_str());
-    else if (run.command.gate)
-        std::printf("would measure %zu frames\n", frames);
 }
 
 // Writes a picture over its background, if there is one. `exposure` is a factor on the colours of a shaded PNG.
@@ -97,11 +66,9 @@ BatchSink sinkOf(RenderRun& run, Progress& progress) {
     const auto write = [&run](std::size_t i, const Image& picture) {
         writePicture(run.plan.options, run.plan.files[i], picture, run.exposure);
     };
-    const auto keep = [&run](std::size_t, std::vector<Image> panels) {
-        run.cells.push_back(sheetCell(run.command.errors.sheet, run.plan, std::move(panels), run.exposure));
-    };
-    return {write, keep, [&progress](std::size_t done) { progress.update(double(done)); },
-            [&run](float exposure) { run.exposure = exposure; }};
+    return {.picture = write,
+            .progress = [&progress](std::size_t done) { progress.update(double(done)); },
+            .exposure = [&run](float exposure) { run.exposure = exposure; }};
 }
 
 BatchResult runFrames(RenderRun& run, const CommonOptions& common) {
@@ -184,38 +151,23 @@ void runRender(RenderCommand& command, const CommonOptions& common, Report& repo
     std::optional<OpenAsset> truth;
     if (!command.truth.empty()) truth.emplace(command.truth);
     RenderRun run{command, makePlan(command, asset.view, truth ? &truth->view : nullptr)};
-    const std::vector<std::filesystem::path> more = moreFiles(run);
-    if (!common.depfile.empty() && more.empty() && command.output.empty())
-        throw UsageError("--depfile: nothing is written that could depend on anything");
-    report.willWrite(more);
+    if (FramePattern::looksLikeOne(command.output)) report.willWrite(run.plan.files);
     if (common.dry_run) return listFiles(run);
 
     report.phase("frames");
     const BatchResult result = runFrames(run, common);
-    std::optional<Judgement> judgement;
-    if (command.gate) judgement = {*command.gate, judge(*command.gate, result.frames, asset.view.animation)};
-
     report.phase("write");
-    if (!command.errors.csv.empty())
-        writeWholeFile(command.errors.csv, figuresCsv(result.frames, asset.view.animation));
-    if (!command.errors.sheet.file.empty())
-        writePng(command.errors.sheet.file,
-                 finishSheet(command.errors.sheet, run.plan, std::move(run.cells), result.frames,
-                             judgement ? &judgement->result : nullptr),
-                 1);
-    if (command.batch)
-        reportBatch(run.plan, result, judgement, common, report);
+    if (command.frames.choice.sequence)
+        reportBatch(run.plan, result, common, report);
     else
         reportFrame(run.plan, result, common, report);
-    if (judgement && !judgement->result.passed) throw std::runtime_error(judgement->result.message);
 }
 
 }  // namespace
 
 Verb renderVerb() {
-    Verb verb =
-        verbOf<RenderCommand>("render", "Draw frames of an asset, measure them against the truth, without a window.",
-                              defineRender, runRender);
+    Verb verb = verbOf<RenderCommand>("render", "Draw frames of an asset or a scene, without a window.", defineRender,
+                                      runRender);
     verb.output = [output = verb.output] {  // a plain name is known before the asset is read
         return FramePattern::looksLikeOne(output()) ? std::filesystem::path() : output();
     };

@@ -1,7 +1,6 @@
 #pragma once
 // The flags of `penumbra-player render`, and what they say together.
 #include "player/cast_flags.h"
-#include "player/errors_flags.h"
 #include "player/frames_flags.h"
 
 namespace penumbra {
@@ -14,17 +13,10 @@ struct RenderCommand {
     std::filesystem::path compared;  // of a scene: a picture of it by brute force
     RenderOptions options;
     FramesFlags frames;
-    ErrorsFlags errors;
     const CLI::App* app = nullptr;  // tells which options were given
-
-    // checkRender() sets these.
-    std::optional<ErrorGate> gate;
-    bool batch = false;  // the user asks for more than one picture of one frame
 
     bool isScene() const { return !scene.empty() || assets.size() > 1; }
     std::vector<std::filesystem::path> inputs() const;
-    bool draws() const;       // tells whether the run needs OpenGL
-    bool imageError() const;  // tells whether pictures of model and truth are compared
 };
 
 void defineRender(CLI::App& app, RenderCommand& command);

@@ -145,19 +145,9 @@ void reportRows(const std::vector<Row>& rows, const CommonOptions& common, Repor
     }
 }
 
-nlohmann::ordered_json gateJson(const ErrorGate& gate, const GateResult& result) {
-    nlohmann::ordered_json json = {
-        {"metric", nameOf(gate.figure)},    {"above", gate.above},     {"per", gate.over_run ? "run" : "frame"},
-        {"percent", gate.percent},          {"passed", result.passed}, {"failed_frames", result.failed.size()},
-        {"frames_without", result.without}, {"run", result.run}};
-    if (!result.passed) json["message"] = result.message;
-    return json;
-}
-
 }  // namespace
 
-void reportBatch(const BatchPlan& plan, const BatchResult& result, const std::optional<Judgement>& judgement,
-                 const CommonOptions& common, Report& report) {
+void reportBatch(const BatchPlan& plan, const BatchResult& result, const CommonOptions& common, Report& report) {
     reportPictures(plan, result, common, report);
     RunFigures all;
     report.figures["frames"] = nlohmann::ordered_json::array();
@@ -174,7 +164,6 @@ void reportBatch(const BatchPlan& plan, const BatchResult& result, const std::op
         if (all.with_truth < all.frames && !common.quiet)
             std::printf("%zu of %zu frames have no truth\n", all.frames - all.with_truth, all.frames);
     }
-    if (judgement) report.figures["gate"] = gateJson(judgement->gate, judgement->result);
 }
 
 }  // namespace penumbra

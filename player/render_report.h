@@ -1,7 +1,6 @@
 #pragma once
-// Reports a run of `penumbra-player render`, on stdout and in --report.
+// Reports a run of `penumbra-player render` or `measure`, on stdout and in --report.
 #include "formats/common/command_line.h"
-#include "player/render/error_gate.h"
 #include "player/render/render_batch.h"
 
 namespace penumbra {
@@ -12,14 +11,7 @@ void reportExposure(const RenderOptions& options, float exposure, const CommonOp
 // Reports one picture of one frame.
 void reportFrame(const BatchPlan& plan, const BatchResult& result, const CommonOptions& common, Report& report);
 
-// The gate of --fail-above and its result.
-struct Judgement {
-    ErrorGate gate;
-    GateResult result;
-};
-
 // Reports every frame, and figures over the frames of each clip, of training and held-out clips, and of all.
-void reportBatch(const BatchPlan& plan, const BatchResult& result, const std::optional<Judgement>& judgement,
-                 const CommonOptions& common, Report& report);
+void reportBatch(const BatchPlan& plan, const BatchResult& result, const CommonOptions& common, Report& report);
 
 }  // namespace penumbra

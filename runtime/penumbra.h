@@ -345,6 +345,10 @@ typedef struct penumbra_vertices {
     float* coefficients; /* [V,stride] SH of the visibility in each vertex' local frame; or transfer */
     float* bounced;      /* [V,PENUMBRA_BOUNCED_STRIDE] light that bounces; NULL: calls leave it out */
     size_t first, count;
+    /* [V,3] irradiance that other things of the scene reflect onto the vertices: pi times `hidden` of
+     * penumbra_ground_shadow times the ground's radiance, say. Shading adds it to what bounces, unless direct light
+     * alone is shown; NULL: nothing */
+    float* received;
 } penumbra_vertices;
 #define PENUMBRA_BOUNCED_STRIDE 12
 
@@ -403,6 +407,14 @@ PENUMBRA_API penumbra_status penumbra_scene_set_caster(penumbra_scene* scene, si
                                                        const penumbra_character* character, const float* to_scene,
                                                        penumbra_error* error);
 PENUMBRA_API size_t penumbra_scene_caster_count(const penumbra_scene* scene); /* 0 for NULL */
+
+/* Multiplies `coefficients` of the range, of a character that stands where `to_scene` says, by what a level ground
+ * below it leaves visible: directions with y > 0 in the scene. The ground has no end, so that its height does not
+ * matter. `hidden` [V] gets what it takes of a white sky, from 0 to 1, which is (1 - n.y) / 2 where nothing else hides;
+ * NULL: not wanted. Call it after penumbra_scene_cast. Light that bounces stays as it is. */
+PENUMBRA_API penumbra_status penumbra_ground_shadow(const penumbra_character* character, const float* to_scene,
+                                                    const penumbra_vertices* vertices, float* hidden,
+                                                    penumbra_error* error);
 
 typedef enum penumbra_caster_kind {
     PENUMBRA_CASTS_FIELDS = 0,

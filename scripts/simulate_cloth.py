@@ -3,11 +3,11 @@
 usage: blender -b --factory-startup --python scripts/simulate_cloth.py -- flag    -o FLAG.npz    [--take N] [--frames N]
        blender -b --factory-startup --python scripts/simulate_cloth.py -- curtain -o CURTAIN.npz [--take N] [--frames N]
 
-Runs inside of Blender (3.4 or later; `scripts/setup --blender` installs it), one to two seconds a frame on one busy
-core. `flag` is pinned at one edge in a wind that turns and swells. `curtain` hangs by its gathered upper edge, and a
-ball goes through it. --take seeds the wind or the path of the ball, so that every take is another motion of the same
-cloth. The files have the keys of formats/README.md, "Point caches that bakes read", with z up; scripts/cloth_ball makes
-the curtain's occluder and inputs.
+Runs inside of Blender (3.4 or later; `scripts/setup --blender` installs it), about half a second a frame on one core.
+`flag` is pinned at one edge in a wind that turns and swells. `curtain` hangs by its gathered upper edge, and a ball
+goes through it. --take seeds the wind or the path of the ball, so that every take is another motion of the same cloth.
+The files have the keys of formats/README.md, "Point caches that bakes read", with z up; scripts/cloth_ball makes the
+curtain's occluder and inputs.
 """
 import math
 import pathlib
@@ -83,7 +83,7 @@ def flag(chance, last):
 
 def curtain(chance, last):
     """A curtain of 1.6 x 1.6 m, gathered along its upper edge, and a ball that goes through it."""
-    columns = rows = 55
+    columns = rows = 43
     thing = sheet("curtain", columns, rows,
                   lambda u, v: (1.6 * u - 0.8, 0.06 * math.sin(10 * math.pi * u) * (0.3 + 0.7 * v), 1.6 * v))
     cloth = make_cloth(thing, [(rows - 1) * columns + u for u in range(0, columns, 3)], 0.5, True)

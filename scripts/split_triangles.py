@@ -20,7 +20,7 @@ from usage import ArgumentParser
 
 TYPES = {5120: np.int8, 5121: np.uint8, 5122: np.int16, 5123: np.uint16, 5125: np.uint32, 5126: np.float32}
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
-MOST_PASSES, MOST_INFLUENCES = 8, 8
+MAX_PASSES, MAX_INFLUENCES = 8, 8
 
 
 def read_glb(path):
@@ -112,7 +112,7 @@ class Part:
                 same = (joints[:, k] == joints[:, earlier]) & (weights[:, k] > 0)
                 weights[same, earlier] += weights[same, k]
                 weights[same, k] = 0
-        first = np.lexsort((joints, -weights), axis=1)[:, :MOST_INFLUENCES]
+        first = np.lexsort((joints, -weights), axis=1)[:, :MAX_INFLUENCES]
         joints, weights = np.take_along_axis(joints, first, 1), np.take_along_axis(weights, first, 1)
         return np.where(weights > 0, joints, 0), weights / np.maximum(weights.sum(1, keepdims=True), 1e-9)
 
@@ -192,7 +192,7 @@ def split_file(options):
         raise ValueError("its vertices are all at one place, or not finite")
     before = sum(len(part.triangles) for part in parts)
     for part in parts:
-        for _ in range(MOST_PASSES):
+        for _ in range(MAX_PASSES):
             if not part.split(longest):
                 break
         part.write(g)

@@ -64,8 +64,19 @@ inline std::vector<BrdfFile> partsOfMaterial(std::size_t steps) {
     return parts;
 }
 
+// Tangents that turn along the tube, and have the other side in some triangles.
+inline std::vector<TangentTurn> turnsOf(const Mesh& mesh) {
+    const auto code = [](double x) { return std::int8_t(std::lround(127 * x)); };
+    std::vector<TangentTurn> out;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+        for (const std::uint32_t v : mesh.triangles[t])
+            out.push_back({code(std::cos(0.1 * v)), code(std::sin(0.1 * v)), code(t % 11 == 0 ? -1 : 1), 0});
+    return out;
+}
+
 // Which slots a tube has: one with pictures in all roles and two roughnesses; that one and another with holes and one
-// roughness; the two with colours and alpha of vertices; or one without bumps and holes and with one roughness.
+// roughness; the two with colours, alpha and tangents of vertices; or one without bumps and holes and with one
+// roughness.
 enum class TexturedSlots { kCloth, kClothAndCard, kTinted, kLevel };
 inline bool hasTwoSlots(TexturedSlots slots) {
     return slots == TexturedSlots::kClothAndCard || slots == TexturedSlots::kTinted;
@@ -118,6 +129,7 @@ inline SurfaceLook texturedLook(const Model& model, TexturedSlots slots) {
     look.surface.slots = {cloth, card};
     if (!hasTwoSlots(slots)) look.surface.slots.resize(1);
     if (slots == TexturedSlots::kTinted) look.surface.colors = tintsOf(model.mesh);
+    if (slots == TexturedSlots::kTinted) look.surface.turns = turnsOf(model.mesh);
     if (slots == TexturedSlots::kLevel) look.surface.slots[0] = card, look.surface.slots[0].alpha_cutoff = 0;
     return look;
 }

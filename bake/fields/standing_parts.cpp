@@ -12,10 +12,10 @@ namespace {
 // As findFeet() of the sphere blockers has it (fit/blockers/find_feet.h), a point touches that is so far above the
 // lowest one, in diagonals of the pose, and a part stands that touches in this share of the frames.
 constexpr float kTouch = 0.025f;
-constexpr double kLeastTime = 0.2;
+constexpr double kMinTime = 0.2;
 // A part touches where this share of its vertices does. The hem of a cape touches, too, but not its part.
-constexpr double kLeastShare = 0.25;
-constexpr std::size_t kMostFrames = 64;
+constexpr double kMinShare = 0.25;
+constexpr std::size_t kMaxFrames = 64;
 
 std::vector<bool> touchingParts(std::span<const Vec3> positions, const PartTable& table) {
     const BoundingBox box = boundsOf(positions);
@@ -27,7 +27,7 @@ std::vector<bool> touchingParts(std::span<const Vec3> positions, const PartTable
     }
     std::vector<bool> touches;
     for (std::size_t p = 0; p < vertices.size(); ++p)
-        touches.push_back(touching[p] > 0 && double(touching[p]) >= kLeastShare * double(vertices[p]));
+        touches.push_back(touching[p] > 0 && double(touching[p]) >= kMinShare * double(vertices[p]));
     return touches;
 }
 
@@ -37,7 +37,7 @@ std::vector<bool> standingParts(const BakeSource& source, const PartTable& table
     // 1. Frames at equal steps over all clips.
     const FrameList frames = sampleFrames(source, {}, 0);
     const std::vector<int> clips = clipIndices(source, frames.clip_names);
-    const std::vector<std::size_t> looked_at = spreadEvenly(frames.frameCount(), kMostFrames);
+    const std::vector<std::size_t> looked_at = spreadEvenly(frames.frameCount(), kMaxFrames);
     // 2. In how many of them each part touches.
     std::vector<std::size_t> touched(table.partCount());
     for (const std::size_t f : looked_at) {
@@ -46,7 +46,7 @@ std::vector<bool> standingParts(const BakeSource& source, const PartTable& table
         for (std::size_t p = 0; p < touched.size(); ++p) touched[p] += touches[p];
     }
     std::vector<bool> stands;
-    for (const std::size_t n : touched) stands.push_back(double(n) >= kLeastTime * double(looked_at.size()));
+    for (const std::size_t n : touched) stands.push_back(double(n) >= kMinTime * double(looked_at.size()));
     return stands;
 }
 

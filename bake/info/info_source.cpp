@@ -30,6 +30,7 @@ Json describeRig(const std::filesystem::path& path) {
     for (const Clip& clip : rig.clips) json["clips"].push_back({{"name", clip.name}, {"seconds", clip.duration}});
     json["notes"] = Json::array();
     for (const RigNote& note : rig.notes) json["notes"].push_back(textOf(note));
+    for (const RigNote& note : lookNotes(rig)) json["notes"].push_back(textOf(note));
     return json;
 }
 

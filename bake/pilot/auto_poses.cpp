@@ -13,7 +13,7 @@ namespace penumbra {
 namespace {
 
 constexpr double kShares[] = {1, 0.5, 0.25, 0.125};  // of the most poses, for the minutes
-constexpr double kMostPoses = 2010000;               // more than a list can have
+constexpr double kMaxPoses = 2010000;                // more than a list can have
 
 // Returns the minutes that a pose of the later bake takes, from a probe of frames of the clips.
 double minutesOfPose(const AutoInput& input, const AutoOptions& wanted, int threads) {
@@ -90,7 +90,7 @@ AutoChoice chooseAutoPoses(const AutoInput& input, const AutoOptions& wanted, in
     choice.can_mix = pilot.canMix();
     const double minutes_of_pose = minutesOfPose(input, wanted, threads);
     choice.clip_minutes = double(input.plan.candidates.frameCount()) * minutes_of_pose;
-    const double poses = wanted.minutes > 0 ? (wanted.minutes - choice.clip_minutes) / minutes_of_pose : kMostPoses;
+    const double poses = wanted.minutes > 0 ? (wanted.minutes - choice.clip_minutes) / minutes_of_pose : kMaxPoses;
     const PoseNumbers listed = without(wanted.most, choice.can_mix);
     const Combination most{listed, least(listed, options.made)};
     const std::vector<Combination> combinations = combinationsOf(most, poses);

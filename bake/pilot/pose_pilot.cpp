@@ -30,7 +30,7 @@ constexpr const char* kFitProgram = "penumbra-fit";
 constexpr std::size_t kFewestFrames = 8;
 constexpr std::uint64_t kFitBytes = std::uint64_t(64) << 30;
 constexpr double kFitSeconds = 3600;
-constexpr double kLeastError = 1e-6;   // so that a character that hides nothing has ratios, too
+constexpr double kMinError = 1e-6;     // so that a character that hides nothing has ratios, too
 constexpr int kFieldRays = 128;        // of the fields
 constexpr double kFieldMegabytes = 1;  // of the fields
 constexpr const char* kSampledLabel = "sampled poses";
@@ -229,7 +229,7 @@ double PosePilot::errorOf(int fold, const FrameList& baked, const PoseNumbers& k
         command.insert(command.end(), {"--fields", fields_.string(), "--near", "on", "--compared-vertices", "0"});
     if (input_.plan.rig.skin.jointCount() < 2) command.insert(command.end(), {"--features", "joint-angles"});
     command.insert(command.end(), {"--clusters", std::to_string(options_.clusters)});
-    return std::max(kLeastError, runFit(command, folder).at("held_out").at("rms_v").get<double>());
+    return std::max(kMinError, runFit(command, folder).at("held_out").at("rms_v").get<double>());
 }
 
 std::vector<std::vector<double>> PosePilot::errorsOf(std::span<const PoseNumbers> kinds) const {

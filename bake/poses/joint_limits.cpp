@@ -58,7 +58,7 @@ JointLimits limitsWithoutClips(const Rig& rig) {
         int depth = 0;
         for (int up = rig.skin.parents[j]; up >= 0; up = rig.skin.parents[std::size_t(up)]) ++depth;
         if (depth == 0) continue;
-        const double limit = std::max(kFreeTurn / std::sqrt(double(depth)), kLeastFreeTurn) * kDegree;
+        const double limit = std::max(kFreeTurn / std::sqrt(double(depth)), kMinFreeTurn) * kDegree;
         for (std::size_t c = 3 * j; c < 3 * j + 3; ++c) {
             limits.low[c] = -limit;
             limits.high[c] = limit;

@@ -18,9 +18,9 @@ struct JointLimits {
 JointLimits limitsOfFrames(const Rig& rig, std::span<const RigFrame> frames, int threads);
 
 // Returns limits for a rig without clips: joints below a root that move vertices turn by up to kFreeTurn / sqrt(d)
-// about each axis, but at least kLeastFreeTurn. d is the number of joints on the way from the root (1 for its
+// about each axis, but at least kMinFreeTurn. d is the number of joints on the way from the root (1 for its
 // children).
-constexpr double kFreeTurn = 30, kLeastFreeTurn = 10;  // degrees
+constexpr double kFreeTurn = 30, kMinFreeTurn = 10;  // degrees
 JointLimits limitsWithoutClips(const Rig& rig);
 
 // Replaces limits by those of a CSV file. Its first line is "joint,axis,min,max". Each further line is an axis of a

@@ -133,10 +133,10 @@ bool passes(const ReferenceScene& scene, const CameraRay& ray, const SurfaceHit&
 std::optional<SurfaceHit> seenBy(const ReferenceScene& scene, const CameraRay& ray) {
     const Vec3d direction = ray.direction;
     Vec3 eye = ray.eye;
-    constexpr int kMostPassed = 64;
+    constexpr int kMaxPassed = 64;
     constexpr double kBehind = 1e-5;  // in the ray tracer's frame
     std::optional<SurfaceHit> hit = scene.scene.closestHit(eye, toFloat(direction));
-    for (int passed = 0; hit && passed < kMostPassed; ++passed) {
+    for (int passed = 0; hit && passed < kMaxPassed; ++passed) {
         if (!passes(scene, ray, *hit)) return hit;
         eye = toFloat(toDouble(eye) + direction * (double(hit->distance) + kBehind));
         hit = scene.scene.closestHit(eye, toFloat(direction));

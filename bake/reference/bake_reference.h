@@ -37,8 +37,8 @@ struct ReferenceOptions {
         1e-4;  // distance from the surface to the start of a shadow ray, in diagonals of ReferenceFrame::scale
 };
 
-// The frame that the picture shows, with its mesh. The infinite floor (header.ground_y) is not drawn, but blocks the
-// light from below.
+// The frame that the picture shows, with its mesh. The infinite floor (header.ground_y, or the level ground of a scene)
+// is not drawn, but blocks the light from below.
 struct ReferenceFrame {
     const Mesh& mesh;
     const VisibilityFrame& frame;
@@ -64,10 +64,19 @@ struct ReferenceFrame {
     std::span<const Vec3> albedo = {};  // [V] what the mesh reflects; needed with bounces
     // [V] what a two-sided mesh sends to the side of the vertex of the light on its other side; empty: nothing
     std::span<const Vec3> transmission = {};
+    // [V] of a scene: who a vertex belongs to, from 1 on; empty: all to the same.
+    std::span<const std::uint32_t> member_of_vertex = {};
+    bool others_alone = false;  // with bounces: a member reflects no light onto itself
     // Pictures on the mesh, which stand in the place of the BRDFs of their triangles.
     std::span<const PicturePart> pictures = {};
     // The ray tracer's frame, of which floats are finest near its center; unset: that of the box of the mesh.
     std::optional<SceneScale> scale = {};
+    // Where the floor stands and what it reflects; unset: nothing. It reflects light with bounces.
+    struct Floor {
+        double height = 0;  // y, in the model's frame
+        Vec3 albedo;
+    };
+    std::optional<Floor> floor = {};
 };
 // Renders the picture. Its colours are multiplied by coverage, and its alpha is coverage. The same options give the
 // same pixels for any number of threads.

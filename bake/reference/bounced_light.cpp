@@ -10,9 +10,11 @@
 #include "bake/reference/bounced_light.h"
 
 #include <algorithm>
+#include <numbers>
 #include <optional>
 
 #include "bake/common/random_numbers.h"
+#include "sh/quadrature.h"
 
 namespace penumbra {
 
@@ -34,11 +36,31 @@ Vec3d colorAt(std::span<const Vec3> colors, const Corners& corners) {
     return sum;
 }
 
+// Where the floor stands in the ray tracer's frame.
+double floorHeight(const ReferenceScene& scene) {
+    return (scene.input.floor->height - scene.scale.center.y) / scene.scale.diagonal;
+}
+
+bool isBelowFloor(const ReferenceScene& scene, Vec3 origin, Vec3d direction, const SurfaceHit& hit) {
+    return double(origin.y) + double(hit.distance) * direction.y < floorHeight(scene);
+}
+
+// Returns the point of the floor that a path meets, or nothing where the floor reflects nothing.
+std::optional<PathHit> floorHit(const ReferenceScene& scene, Vec3 origin, Vec3d direction) {
+    if (!scene.input.floor) return std::nullopt;
+    const double distance = std::max((floorHeight(scene) - double(origin.y)) / direction.y, 0.0);
+    Vec3d point = toDouble(origin) + direction * distance;
+    point.y = floorHeight(scene) + scene.bias;
+    return PathHit{{{toFloat(point), shadingFrame(Vec3d{0, 1, 0}), -direction}, toDouble(scene.input.floor->albedo)},
+                   {}};
+}
+
 // Returns what a path meets next, or nothing where light cannot come from a surface.
 std::optional<PathHit> nextHit(const ReferenceScene& scene, Vec3 origin, Vec3d direction) {
     const ReferenceFrame& input = scene.input;
-    if (input.ground && direction.y < 0) return std::nullopt;
     const std::optional<SurfaceHit> hit = scene.blocking().closestHit(origin, toFloat(direction));
+    if (input.ground && direction.y < 0 && (!input.floor || !hit || isBelowFloor(scene, origin, direction, *hit)))
+        return floorHit(scene, origin, direction);
     if (!hit || hit->triangle >= input.mesh.frontTriangleCount()) return std::nullopt;
     const bool back = dot(toDouble(hit->normal), direction) > 0;
     const Corners corners = cornersOf(input, *hit, direction);
@@ -63,10 +85,12 @@ Side chooseSide(const PathHit& hit, Vec3d share, std::uint64_t& state) {
 
 Vec3d inModelFrame(const SurfacePoint& point, Vec3d local) { return transposed(point.frame) * local; }
 
-// Returns the light that arrives at `origin` from `direction` by reflections and through sheets. `state` draws the
+// Returns the light that arrives at a point from `direction` by reflections and through sheets. `state` draws the
 // path's random numbers.
-Vec3d lightAlongPath(const ReferenceScene& scene, Vec3 origin, Vec3d direction, const EnvironmentLight& light,
-                     std::uint64_t& state) {
+Vec3d lightAlongPath(const ReferenceScene& scene, const SurfacePoint& from, Vec3d direction,
+                     const EnvironmentLight& light, std::uint64_t& state) {
+    Vec3 origin = from.ray_origin;
+    std::uint32_t member = from.member;
     static const SampledBrdf white = sampledBrdf(rgbBrdf({}));  // 1 / pi
     const ShadowCaster caster{scene.blocking(), scene.input.ground};
     const auto litFrom = [&](const Side& side) {
@@ -76,7 +100,8 @@ Vec3d lightAlongPath(const ReferenceScene& scene, Vec3 origin, Vec3d direction, 
     Vec3d sum, share{1, 1, 1};
     for (int k = 0; k < scene.bounces; ++k) {
         const std::optional<PathHit> hit = nextHit(scene, origin, direction);
-        if (!hit) break;
+        if (!hit || (scene.input.others_alone && hit->met.point.member == member)) break;
+        member = hit->met.point.member;
         sum += share * litFrom(hit->met);
         if (hit->other) sum += share * litFrom(*hit->other);
         const Side next = chooseSide(*hit, share, state);
@@ -90,6 +115,16 @@ Vec3d lightAlongPath(const ReferenceScene& scene, Vec3 origin, Vec3d direction, 
 }
 
 }  // namespace
+
+Vec3d whiteAlbedo(const RgbBrdf& brdf) {
+    const std::vector<WeightedDirection> directions = gaussHemisphere(8, 16);
+    Vec3d sum;
+    for (const WeightedDirection& in : directions)
+        for (const WeightedDirection& out : directions)
+            sum += brdf.eval(in.direction, out.direction) *
+                   (in.weight * in.direction.z * out.weight * out.direction.z / std::numbers::pi);
+    return sum;
+}
 
 Vec3d bouncedLight(const ReferenceScene& scene, const SurfacePoint& point, const EnvironmentLight& light,
                    const SampledBrdf& material, int samples, std::uint64_t seed) {
@@ -105,7 +140,7 @@ Vec3d bouncedLight(const ReferenceScene& scene, const SurfacePoint& point, const
         const Vec3d f = material.brdf.eval(wi, wo) * wi.z;
         if (f.x + f.y + f.z <= 0) return;
         const double density = of_cosine * cosineDensity(wi) + (of_lobe > 0 ? of_lobe * lobeDensity(lobe, wo, wi) : 0);
-        sum += lightAlongPath(scene, point.ray_origin, inModelFrame(point, wi), light, state) * f / density;
+        sum += lightAlongPath(scene, point, inModelFrame(point, wi), light, state) * f / density;
     };
     for (int i = 0; i < of_cosine; ++i) add(sampleCosine(stratified(i, of_cosine, 2 * seed)));
     for (int i = 0; i < of_lobe; ++i) add(sampleLobe(lobe, wo, stratified(i, of_lobe, 2 * seed + 1)));

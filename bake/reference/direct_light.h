@@ -22,10 +22,11 @@ struct ShadowCaster {
 
 // A point of a surface in the ray tracer's frame (SceneScale).
 struct SurfacePoint {
-    Vec3 ray_origin;      // already lifted off the surface
-    Mat3d frame;          // rows: tangent, bitangent, normal; model frame to local frame
-    Vec3d to_eye;         // unit, model frame
-    bool closed = false;  // another surface lies on the point, so no light reaches it
+    Vec3 ray_origin;           // already lifted off the surface
+    Mat3d frame;               // rows: tangent, bitangent, normal; model frame to local frame
+    Vec3d to_eye;              // unit, model frame
+    bool closed = false;       // another surface lies on the point, so no light reaches it
+    std::uint32_t member = 0;  // of a scene, as ReferenceFrame::member_of_vertex has it; 0 of a floor
 };
 
 // Returns a view direction in the local frame that BRDFs can take. It is at least 1e-3 above the horizon, since

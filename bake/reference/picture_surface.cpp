@@ -52,7 +52,7 @@ std::array<double, 4> bilinear(const TexturePicture& picture, const TextureUse& 
 TexturePicture openPicture(const SurfaceTexture& texture, const std::filesystem::path& folder,
                            const std::string& name) {
     const std::string where = name + ": " + texture.name;
-    if (texture.file.empty()) return decodeTexture(texture.bytes, where);
+    if (!texture.bytes.empty()) return decodeTexture(texture.bytes, where);
     try {
         return readTexture(folder / texture.file, where);
     } catch (const IoError& error) {
@@ -109,7 +109,7 @@ PointMaterial PictureSurface::materialAt(const SurfacePlace& at) const {
     const Vec3d base = color(slot.base, TextureRole::kBaseColor) * Vec3d{tint[0], tint[1], tint[2]};
     const std::array<double, 4> metal = look(at, TextureRole::kMetallicRoughness);
     const double metallic = double(slot.metallic) * metal[2];
-    out.roughness = std::max(double(slot.roughness) * metal[1], kLeastRoughness);
+    out.roughness = std::max(double(slot.roughness) * metal[1], kMinRoughness);
     out.diffuse = base * (1 - metallic);
     out.f0 = toDouble(slot.f0) * (1 - metallic) + base * metallic;
     const double f90 = double(slot.f90) * (1 - metallic) + metallic;
@@ -127,25 +127,42 @@ PointMaterial PictureSurface::materialAt(const SurfacePlace& at) const {
     return out;
 }
 
+// Turns what a picture has along tangent and bitangent from the file's to those of the texture coordinates.
+Vec3d PictureSurface::turned(const SurfacePlace& at, Vec3d along) const {
+    if (surface_.turns.empty()) return along;
+    double cosine = 0, sine = 0, side = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+        const TangentTurn& turn = surface_.turns[3 * at.triangle + k];
+        cosine += at.weight[k] * turn[0];
+        sine += at.weight[k] * turn[1];
+        side += at.weight[k] * turn[2];
+    }
+    const double size = std::hypot(cosine, sine), y = side < 0 ? -along.y : along.y;
+    if (!(size > 0)) return {along.x, y, 0};
+    return Vec3d{along.x * cosine - y * sine, along.x * sine + y * cosine, 0} * (1 / size);
+}
+
 Vec3d PictureSurface::bentNormal(const SurfacePlace& at, const std::array<Vec3d, 3>& corners, Vec3d level,
                                  Vec3d picture) const {
     const std::vector<Uv>& uv = surface_.uv[slotAt(at).use(TextureRole::kNormal).uv_set];
     const auto place = [&](std::size_t k, std::size_t axis) { return double(uv[3 * at.triangle + k][axis]); };
+    const double u1 = place(1, 0) - place(0, 0), u2 = place(2, 0) - place(0, 0), v1 = place(1, 1) - place(0, 1),
+                 v2 = place(2, 1) - place(0, 1), turn = u1 * v2 - u2 * v1;
     const Vec3d first = corners[1] - corners[0], second = corners[2] - corners[0];
-    const Vec3d from_second = cross(second, level), from_first = cross(level, first);
-    Vec3d tangent = from_second * (place(1, 0) - place(0, 0)) + from_first * (place(2, 0) - place(0, 0));
-    Vec3d bitangent = -(from_second * (place(1, 1) - place(0, 1)) + from_first * (place(2, 1) - place(0, 1)));
-    const double longest = std::sqrt(std::max(dot(tangent, tangent), dot(bitangent, bitangent)));
-    if (!(longest > 0)) return level;
-    const double side = dot(level, cross(first, second)) < 0 ? -1 : 1;
-    const Vec3d bent = (tangent * picture.x + bitangent * picture.y) * (side / longest) + level * picture.z;
+    Vec3d tangent = (first * v2 - second * v1) * turn;
+    tangent = tangent - level * dot(level, tangent);
+    if (!(dot(tangent, tangent) > 0)) return level;
+    tangent = normalized(tangent);
+    const double up = dot(level, cross(first, second)) * turn > 0 ? -1 : 1;
+    const Vec3d side = turned(at, {picture.x, picture.y, 0});
+    const Vec3d bent = tangent * side.x + cross(level, tangent) * (up * side.y) + level * picture.z;
     return dot(bent, bent) > 0 ? normalized(bent) : level;
 }
 
 PointBrdfs::PointBrdfs(int threads) : lobes_(kLobeSteps) {
     parallelFor(kLobeSteps, threads, [&](std::size_t step) {
         PointMaterial material;
-        material.roughness = kLeastRoughness + (1 - kLeastRoughness) * double(step) / double(kLobeSteps - 1);
+        material.roughness = kMinRoughness + (1 - kMinRoughness) * double(step) / double(kLobeSteps - 1);
         material.diffuse = {0.3, 0.3, 0.3};
         material.f0 = {0.3, 0.3, 0.3};
         material.f90 = {1, 1, 1};
@@ -162,7 +179,7 @@ SampledBrdf PointBrdfs::brdfOf(const PointMaterial& material) const {
         return k * diffuse(wi, wo) + a * f0(wi, wo) + b * f90(wi, wo);
     };
     if (!(dot(material.f0, material.f0) + dot(material.f90, material.f90) > 0)) return out;
-    const double at = (material.roughness - kLeastRoughness) / (1 - kLeastRoughness) * double(kLobeSteps - 1);
+    const double at = (material.roughness - kMinRoughness) / (1 - kMinRoughness) * double(kLobeSteps - 1);
     out.lobe = lobes_[std::min(std::size_t(std::max(at, 0.0) + 0.5), kLobeSteps - 1)];
     return out;
 }

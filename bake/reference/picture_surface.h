@@ -41,7 +41,9 @@ public:
     // which is even in [0, 1).
     bool isHole(const SurfacePlace& at, double chance) const;
     PointMaterial materialAt(const SurfacePlace& at) const;
-    // Returns the normal of the picture for a triangle with these corners, whose smooth normal is `level`, unit.
+    // Returns the normal of the picture for a triangle with these corners, whose smooth normal is `level`, unit. The
+    // picture's x is along the unit direction in which u grows, across `level`, and its y at right angles to both
+    // (glTF 2.0, section 3.7.2.1; MikkTSpace).
     Vec3d bentNormal(const SurfacePlace& at, const std::array<Vec3d, 3>& corners, Vec3d level, Vec3d picture) const;
 
 private:
@@ -53,6 +55,7 @@ private:
     const SlotSurface& slotAt(const SurfacePlace& at) const { return surface_.slots[slot_of_triangle_[at.triangle]]; }
     std::array<double, 4> look(const SurfacePlace& at, TextureRole role) const;
     std::array<double, 4> colorOf(const SurfacePlace& at) const;  // of vertices, with alpha
+    Vec3d turned(const SurfacePlace& at, Vec3d along) const;
 };
 
 // Samples the BRDF of points. Lobes to sample by are fitted once, at some roughnesses.

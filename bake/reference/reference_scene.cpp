@@ -106,7 +106,9 @@ SurfacePoint surfacePoint(const ReferenceScene& scene, const Corners& corners, V
     Vec3d lifted = point;
     for (std::size_t k = 0; k < 3; ++k) lifted += n[k] * (-weight[k] * std::min(0.0, dot(point - p[k], n[k])));
     const RayStart start = startOfShadowRays(scene, corners, point, lifted + normal * bias, bias);
-    return {start.position, frameAt(scene.input, corners, normal), to_eye, start.closed};
+    const std::span<const std::uint32_t> members = scene.input.member_of_vertex;
+    return {start.position, frameAt(scene.input, corners, normal), to_eye, start.closed,
+            members.empty() ? 0 : members[corner[0]]};
 }
 
 const PictureSurface* picturesAt(const ReferenceFrame& input, const Corners& corners, SurfacePlace& place) {

@@ -132,6 +132,7 @@ public:
         const bool culled = asset.mesh.cull_backs && !asset.mesh.two_sided;
         for (std::size_t t = first_triangle_; t < out_.mesh.triangles.size(); ++t)
             out_.front_alone.push_back(culled && out_.twins[t] == t);
+        out_.member_of_vertex.resize(out_.frame.positions.size(), ++members_);
         const std::vector<std::uint16_t> material_of_slot =
             look == SceneLook::kNone ? std::vector<std::uint16_t>(slotCount(asset), 0) : addLook(one, asset, look);
         for (std::size_t v = 0; v < posed.positions.size(); ++v)
@@ -187,6 +188,7 @@ private:
     PoseFiles poses_;
     ScenePictures pictures_;
     std::size_t first_triangle_ = 0;  // of the member that is added
+    std::uint32_t members_ = 0;
 
     static std::size_t slotCount(const AssetView& asset) { return std::max<std::size_t>(1, asset.mesh.slots.size()); }
 
@@ -237,6 +239,7 @@ private:
 
     // Gives the ground's material to all vertices that have none yet.
     void paint(const SceneGround& ground) {
+        out_.member_of_vertex.resize(out_.frame.positions.size(), ++members_);
         if (!ground.material.empty()) {
             out_.brdf_of_vertex.resize(out_.frame.positions.size(), numberOf(ground.material));
             return;
@@ -300,6 +303,10 @@ SceneFrame poseScene(SceneDescription scene, std::optional<double> seconds, cons
     out.ends_at_horizon = heights && heights->field().grid().border != HeightBorder::kOpen;
     out.casting_triangles = out.mesh.triangles.size();
     if (scene.ground && !heights) mesh.addGround();
+    if (scene.ground && !heights && scene.ground->casts) {
+        out.ends_at_horizon = true;
+        out.floor = {scene.ground->height, scene.ground->albedo};
+    }
     while (out.twins.size() < out.mesh.triangles.size()) out.twins.push_back(std::uint32_t(out.twins.size()));
     out.mesh.rest_positions = out.frame.positions;
     out.scale = mesh.scale();

@@ -2,6 +2,7 @@
 // Poses everyone of a scene, as one mesh to ray-trace.
 #include <memory>
 
+#include "bake/reference/bake_reference.h"
 #include "bake/reference/picture_surface.h"
 #include "bake/trace/occlusion.h"
 #include "formats/scene/scene_file.h"
@@ -21,9 +22,12 @@ struct SceneFrame {
     // Centered on everyone, in diagonals of the smallest of them: on a wide ground rays start as near to a body as on a
     // small one. Unset where nobody has an extent.
     std::optional<SceneScale> scale;
-    bool ends_at_horizon = false;               // a ground with heights goes on for ever: no light comes from below
-    std::vector<std::string> materials;         // names in the assets; the last is the ground's
-    std::vector<std::uint16_t> brdf_of_vertex;  // [V], index into materials
+    // No light comes from below: a ground goes on for ever. A level one that casts has a floor, which reflects light.
+    bool ends_at_horizon = false;
+    std::optional<ReferenceFrame::Floor> floor;
+    std::vector<std::string> materials;           // names in the assets; the last is the ground's
+    std::vector<std::uint16_t> brdf_of_vertex;    // [V], index into materials
+    std::vector<std::uint32_t> member_of_vertex;  // [V], from 1 on; the ground is a member
     std::vector<std::uint32_t> twins;       // [T], as twinTriangles() says; of two the ray tracer meets the first alone
     std::vector<std::uint8_t> front_alone;  // [T] as ReferenceFrame has it
     std::vector<std::shared_ptr<const PictureSurface>> surfaces;  // that `pictures` point to

@@ -18,6 +18,8 @@ MeshSurface meshSurfaceOf(const AssetView& asset) {
     }
     for (const std::uint32_t corner : drawn)
         if (!surface.colors.empty()) out.colors.push_back(surface.colors[corner]);
+    for (const std::uint32_t corner : drawn)
+        if (!surface.turns.empty()) out.turns.push_back(surface.turns[corner]);
     out.slots.assign(surface.slots.begin(), surface.slots.end());
     for (const TextureView& texture : surface.textures)
         out.textures.push_back({std::string(texture.name), std::string(texture.file),

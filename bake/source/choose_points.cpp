@@ -23,8 +23,8 @@ namespace penumbra {
 
 namespace {
 
-constexpr double kSpread = 0.02;      // weight of the distance from vertices beside that from planes
-constexpr double kLeastCosine = 0.2;  // between the normals of a triangle before and after a collapse
+constexpr double kSpread = 0.02;    // weight of the distance from vertices beside that from planes
+constexpr double kMinCosine = 0.2;  // between the normals of a triangle before and after a collapse
 constexpr std::uint32_t kGone = UINT32_MAX;
 
 // A quadratic function of a point: x^T A x + 2 b x + c, with A symmetric.
@@ -177,7 +177,7 @@ bool Collapser::turnsOver(std::uint32_t from, std::uint32_t onto) const {
         };
         const Vec3d before = normalOf(moved);
         std::replace(moved.begin(), moved.end(), from, onto);
-        if (!(dot(before, normalOf(moved)) >= kLeastCosine)) return true;
+        if (!(dot(before, normalOf(moved)) >= kMinCosine)) return true;
     }
     return false;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "formats/common/errors.h"
+#include "formats/common/joined.h"
 #include "formats/rig/rig_morphs.h"
 
 namespace penumbra {
@@ -72,12 +73,12 @@ std::vector<RigFrame> rigFrames(const Rig& rig, const FrameList& frames) {
 }
 
 void checkClipName(const Rig& rig, const std::string& option, const std::string& name) {
-    std::string known;
+    std::vector<std::string> known;
     for (const Clip& clip : rig.clips) {
         if (clip.name == name) return;
-        known += (known.empty() ? "" : ", ") + clip.name;
+        known.push_back(clip.name);
     }
-    throw BadOption(option, "no clip '" + name + "'; the rig has " + (known.empty() ? "none" : known));
+    throw BadOption(option, "no clip '" + name + "'; the rig has " + listedNames(known));
 }
 
 namespace {

@@ -25,7 +25,7 @@ namespace penumbra {
 
 namespace {
 
-constexpr std::size_t kMostValues = std::size_t(1) << 26;  // of all triangles; beyond, pieces become larger
+constexpr std::size_t kMaxValues = std::size_t(1) << 26;  // of all triangles; beyond, pieces become larger
 
 std::uint8_t shareStopped(const MaterialColor& material, double alpha) {
     if (material.alpha_mode == AlphaMode::kMask) return alpha >= double(material.alpha_cutoff) ? kStopsAll : 0;
@@ -120,7 +120,7 @@ void readOpacity(Rig& rig) {
         const TexturedSurface& surface = *parts[part].surface;
         for (std::uint32_t& corner : corners) corner -= std::uint32_t(surface.part.first_vertex);
         const auto room =
-            double(kMostValues - std::min(builder.size(), kMostValues - 1)) / double(rig.source_corners.size() - t);
+            double(kMaxValues - std::min(builder.size(), kMaxValues - 1)) / double(rig.source_corners.size() - t);
         const int most = std::max(1, int(std::min(std::sqrt(room) * 4, double(kMaxOpacityPieces))));
         builder.add(t, valuesOf(surface, corners, std::min(opacityPieces(surface, corners), most)));
     }

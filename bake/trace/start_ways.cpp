@@ -7,7 +7,7 @@ namespace penumbra {
 namespace {
 
 constexpr float kOpposite = -0.98f;  // cosine of 168.5 degrees
-constexpr double kLeastRise = 0.1;   // sine of the least angle between the way and the point's own plane
+constexpr double kMinRise = 0.1;     // sine of the least angle between the way and the point's own plane
 
 }  // namespace
 
@@ -27,7 +27,7 @@ std::vector<Vec3> startWays(std::span<const std::uint32_t> first, std::span<cons
         for (std::uint32_t other = next[v]; other != v; other = next[other])
             if (dot(normals[v], normals[other]) > kOpposite) sum += toDouble(normals[other]);
         const Vec3d way = normalized(sum);
-        if (dot(way, toDouble(normals[v])) >= kLeastRise) ways[v] = toFloat(way);
+        if (dot(way, toDouble(normals[v])) >= kMinRise) ways[v] = toFloat(way);
     }
     return ways;
 }

@@ -10,6 +10,7 @@
 #include "bake/trace/far_bias.h"
 #include "bake/visibility/bake_visibility.h"
 #include "formats/common/errors.h"
+#include "formats/rig/rig_build.h"
 
 namespace penumbra {
 
@@ -177,6 +178,14 @@ void describeTransfer(BakePlan& plan, const TransferOptions& options) {
     plan.pictures = std::move(chosen.pictures);
 }
 
+// A surface that has the colours of its materials lacks what else these say.
+void noteLooks(BakePlan& plan, const BakeOptions& options) {
+    if (plan.albedo_from != kFromBaseColors && plan.albedo_from != kFromTextures) return;
+    const std::vector<RigNote> notes = lookNotes(*plan.source.rig);
+    if (options.rig.strict) refuseNotes(notes);
+    plan.source.rig->notes.insert(plan.source.rig->notes.end(), notes.begin(), notes.end());
+}
+
 // Reduces the mesh of the bake to the points that are chosen. All of it still blocks rays, and is what is drawn.
 void choosePointsOf(BakePlan& plan, const BakeOptions& options) {
     VisibilityHeader& header = plan.header;
@@ -232,6 +241,7 @@ BakePlan planBake(const std::vector<std::filesystem::path>& paths, const BakeOpt
     addSurroundings(plan, options);
     checkCacheOptions(plan, options.cache);
     if (options.transfer) describeTransfer(plan, *options.transfer);
+    noteLooks(plan, options);
     plan.files_read = filesRead(plan, options);
     plan.bias = float(options.bias);
     plan.far_bias = farBiases(plan.source.mesh().triangles, positions, box, plan.bias);

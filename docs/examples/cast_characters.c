@@ -30,8 +30,8 @@ int main(int argc, char** argv) {
     float* coefficients = malloc(info.vertex_count * info.stride * sizeof *coefficients);
     float* ambient = malloc(info.vertex_count * sizeof *ambient);
     if (!coefficients || !ambient) return 4;
-    const penumbra_vertices vertices = {
-        NULL, NULL, NULL, coefficients, NULL, 0, info.vertex_count}; /* these calls need no more */
+    const penumbra_vertices vertices = {NULL, NULL, NULL, coefficients, NULL, 0, info.vertex_count,
+                                        NULL}; /* these calls need no more */
 
     /* Everyone takes a pose first, and then casts on the others. */
     const float places[2][12] = {{1, 0, 0, -apart / 2, 0, 1, 0, 0, 0, 0, 1, 0},

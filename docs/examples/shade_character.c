@@ -74,7 +74,7 @@ int main(int argc, char** argv) {
     float *positions = floats(3 * n), *normals = floats(3 * n), *tangents = floats(3 * n), *radiance = floats(3 * n);
     float *coefficients = floats(n * info.stride), *ambient = floats(n), center[3] = {0, 0, 0};
     const float eye[3] = {0, 1, 1000}; /* far away, as the picture has no perspective */
-    const penumbra_vertices vertices = {positions, normals, tangents, coefficients, NULL, 0, n};
+    const penumbra_vertices vertices = {positions, normals, tangents, coefficients, NULL, 0, n, NULL};
     for (size_t frame = clip.first_frame; frame < clip.first_frame + clip.frame_count; ++frame) {
         check(penumbra_character_set_frame(character, frame, &error));
         check(penumbra_character_evaluate(character, 0, info.cluster_count, &vertices, &error));

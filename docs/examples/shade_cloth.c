@@ -40,7 +40,7 @@ int main(int argc, char** argv) {
     const size_t n = info.vertex_count;
     float *moved = floats(3 * n), *inputs = floats(info.input_count), *coefficients = floats(n * info.stride);
     float *positions = floats(3 * n), *normals = floats(3 * n), *tangents = floats(3 * n), *ambient = floats(n);
-    const penumbra_vertices vertices = {positions, normals, tangents, coefficients, NULL, 0, n};
+    const penumbra_vertices vertices = {positions, normals, tangents, coefficients, NULL, 0, n, NULL};
     penumbra_frame first; /* an engine knows its inputs; here they are those of the first frame */
     const int known = penumbra_asset_get_frame(asset, 0, &first) == PENUMBRA_OK;
     for (size_t i = 0; i < info.input_count; ++i) {

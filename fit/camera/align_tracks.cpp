@@ -31,9 +31,9 @@ namespace penumbra {
 namespace {
 
 constexpr int kAlignRounds = 6;
-constexpr double kLeastNoise = 1e-9;  // as a part of the distance, and radians: for tracks without noise
-constexpr double kHuberNoises = 2;    // residuals beyond so many times their noise count less
-constexpr double kLeastSpread = 0.1;  // degrees
+constexpr double kMinNoise = 1e-9;  // as a part of the distance, and radians: for tracks without noise
+constexpr double kHuberNoises = 2;  // residuals beyond so many times their noise count less
+constexpr double kMinSpread = 0.1;  // degrees
 
 // Standard deviations: of the marker's place across and along the line of sight, as a part of its distance, and of the
 // turn in radians.
@@ -123,7 +123,7 @@ FrameMap startOf(std::span<const PosePair> pairs) {
 // The standard deviation of values whose middle is 0, from their median, so that a few wrong poses do not count.
 double noiseOf(std::vector<double> sizes) {
     std::ranges::nth_element(sizes, sizes.begin() + std::ptrdiff_t(sizes.size() / 2));
-    return std::max(1.4826 * sizes[sizes.size() / 2], kLeastNoise);
+    return std::max(1.4826 * sizes[sizes.size() / 2], kMinNoise);
 }
 
 TrackNoise measuredNoise(std::span<const PosePair> pairs, const MapNumbers& x) {
@@ -190,7 +190,7 @@ AlignedFrames alignFrames(std::span<const PosePair> pairs) {
         farthest = std::max(farthest, length(pair.a.place() - pairs[0].a.place()));
         distance = std::max(distance, length(pair.a.translation));
     }
-    if (!(farthest > distance * kLeastSpread * std::numbers::pi / 180))
+    if (!(farthest > distance * kMinSpread * std::numbers::pi / 180))
         throw InvalidInput("have all their cameras at one place, which tells no scale: move the camera");
     MapNumbers x = numbersOf(startOf(pairs));
     TrackNoise noise;

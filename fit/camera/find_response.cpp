@@ -27,7 +27,7 @@ namespace penumbra {
 
 namespace {
 
-constexpr int kCodes = 256, kMostSamples = 2000, kRounds = 5;
+constexpr int kCodes = 256, kMaxSamples = 2000, kRounds = 5;
 constexpr std::size_t kFewestSamples = 30;
 // Weight of the integral of g''(x)^2 against the mean square of ln E's residual.
 constexpr double kSmoothness = 4e-6;
@@ -169,7 +169,7 @@ ResponseQuality qualityOf(const std::vector<Place>& places) {
 }  // namespace
 
 FoundResponse findResponse(const BracketPictures& bracket) {
-    const ResponseSamples samples = chooseResponseSamples(bracket, kMostSamples);
+    const ResponseSamples samples = chooseResponseSamples(bracket, kMaxSamples);
     FoundResponse out;
     out.flatness = samples.flatness;
     for (std::size_t c = 0; c < 3; ++c) {

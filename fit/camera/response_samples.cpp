@@ -18,7 +18,7 @@ namespace penumbra {
 namespace {
 
 constexpr int kRadius = 2, kEnough = 200;
-constexpr int kMostCenters = 100000;
+constexpr int kMaxCenters = 100000;
 constexpr float kNone = -1;
 
 // The window around one pixel of one picture.
@@ -52,7 +52,7 @@ Window windowAt(const TexturePicture& picture, int x, int y) {
 std::vector<Window> windowsOf(const BracketPictures& bracket) {
     const int width = bracket.pictures[0].width, height = bracket.pictures[0].height;
     const double pixels = double(width) * height;
-    const int step = std::max(1, int(std::ceil(std::sqrt(pixels / kMostCenters))));
+    const int step = std::max(1, int(std::ceil(std::sqrt(pixels / kMaxCenters))));
     std::vector<Window> out;
     for (int y = kRadius; y < height - kRadius; y += step)
         for (int x = kRadius; x < width - kRadius; x += step)

@@ -28,7 +28,7 @@ namespace penumbra {
 namespace {
 
 constexpr double kLooseError = 1;  // pixels
-constexpr double kLeastTilt = 5;   // degrees; below it f and distance cannot be told apart
+constexpr double kMinTilt = 5;     // degrees; below it f and distance cannot be told apart
 constexpr std::size_t kStartShots = 8;
 
 // What Ceres moves.
@@ -232,7 +232,7 @@ SolvedCamera solveCamera(int width, int height, std::span<const GridShot> shots)
     measureViews(kept, out);
     for (const GridShot& shot : shots) out.strays += shot.points.size();
     out.strays -= out.points;
-    if (out.tilt < kLeastTilt)
+    if (out.tilt < kMinTilt)
         throw InvalidInput(shots.front().file + ": the grid is level with all pictures (" +
                            std::to_string(out.tilt).substr(0, 3) +
                            " degrees at most), which tells no focal length: tilt it by 20 to 45 degrees");

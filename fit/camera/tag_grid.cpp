@@ -10,7 +10,7 @@ namespace penumbra {
 
 namespace {
 
-constexpr int kMostTagsASide = 100;
+constexpr int kMaxTagsASide = 100;
 constexpr double kLongestSide = 100;  // metres
 
 // Reads a whole word as a number.
@@ -48,7 +48,7 @@ TagGrid parseTagGrid(const std::string& text) {
     const std::vector<std::string> counts = split(words[1], 'x');
     if (counts.size() != 2 || !readWhole(counts[0], out.columns) || !readWhole(counts[1], out.rows))
         fail("no COLUMNSxROWS '" + words[1] + "'");
-    if (std::min(out.columns, out.rows) < 1 || std::max(out.columns, out.rows) > kMostTagsASide)
+    if (std::min(out.columns, out.rows) < 1 || std::max(out.columns, out.rows) > kMaxTagsASide)
         fail("columns and rows must be 1..100");
     if (!readWhole(words[2], out.side) || !(out.side > 0 && out.side <= kLongestSide))
         fail("SIDE must be metres above 0");

@@ -36,8 +36,8 @@ Vec3d irradianceOfPaper(const CaptureSummary& s) {
 }
 
 void warnOfPaper(const CaptureSummary& s, double reflectance) {
-    constexpr double kLeastPaper = 0.6, kMostPaper = 0.95;
-    if (!s.paper.found() || (reflectance >= kLeastPaper && reflectance <= kMostPaper)) return;
+    constexpr double kMinPaper = 0.6, kMaxPaper = 0.95;
+    if (!s.paper.found() || (reflectance >= kMinPaper && reflectance <= kMaxPaper)) return;
     char text[320];
     std::snprintf(text, sizeof text,
                   "%s: under this light the marker's paper reflects %.2f, and white paper reflects .7 to .9: %s",

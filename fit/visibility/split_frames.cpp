@@ -14,7 +14,7 @@ namespace {
 void checkHoldout(const FrameList& frames, const std::vector<std::string>& holdout) {
     for (const std::string& name : holdout)
         if (std::find(frames.clip_names.begin(), frames.clip_names.end(), name) == frames.clip_names.end())
-            throw BadOption("holdout", "no clip '" + name + "'; the file has " + joined(frames.clip_names));
+            throw BadOption("holdout", "no clip '" + name + "'; the file has " + listedNames(frames.clip_names));
 }
 
 // Returns which of `frames` are in `list`. Throws BadOption where a frame of the list is not among them or belongs to

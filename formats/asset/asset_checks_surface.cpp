@@ -46,19 +46,19 @@ void checkNumbers(const SlotSurface& slot, const Field& at) {
     const auto inRange = [&](const char* name, float value, float least, float most) {
         (at / name).require(value >= least && value <= most, "is out of range");  // also not a number
     };
-    constexpr float kMost = 1e6f;
+    constexpr float kMax = 1e6f;
     for (int c = 0; c < 3; ++c) {
-        inRange("base", slot.base[c], 0, kMost);
-        inRange("emissive", slot.emissive[c], 0, kMost);
+        inRange("base", slot.base[c], 0, kMax);
+        inRange("emissive", slot.emissive[c], 0, kMax);
         inRange("f0", slot.f0[c], 0, 1);
     }
     inRange("f90", slot.f90, 0, 1);
     inRange("metallic", slot.metallic, 0, 1);
     inRange("roughness", slot.roughness, 0, 1);
-    inRange("normal_scale", slot.normal_scale, -kMost, kMost);
+    inRange("normal_scale", slot.normal_scale, -kMax, kMax);
     inRange("occlusion_strength", slot.occlusion_strength, 0, 1);
     inRange("alpha", slot.alpha, 0, 1);
-    if (slot.alpha_cutoff != kBlendAlpha) inRange("alpha_cutoff", slot.alpha_cutoff, 0, kMost);
+    if (slot.alpha_cutoff != kBlendAlpha) inRange("alpha_cutoff", slot.alpha_cutoff, 0, kMax);
 }
 
 void checkMaterials(const SurfaceMaterials& used, const Field& at, std::size_t materials) {
@@ -90,6 +90,8 @@ std::optional<SurfaceView> surfaceOfAsset(const fbs::Asset& asset, const Field& 
     checkFinite(at / "uv", surface.uv);
     surface.colors = spanOf<VertexColor>(stored.colors(), at / "colors");
     if (!surface.colors.empty()) checkCount(at / "colors", surface.colors, drawn);
+    surface.turns = spanOf<TangentTurn>(stored.turns(), at / "turns");
+    if (!surface.turns.empty()) checkCount(at / "turns", surface.turns, drawn);
     if (stored.textures())
         for (const fbs::Texture* texture : *stored.textures()) {
             const Field here = (at / "textures")[surface.textures.size()];
@@ -115,7 +117,7 @@ std::optional<SurfaceView> surfaceOfAsset(const fbs::Asset& asset, const Field& 
 
 std::size_t SurfaceView::byteCount() const {
     std::size_t bytes = seam_vertices.size_bytes() + seam_corners.size_bytes() + seam_of_corner.size_bytes() +
-                        uv.size_bytes() + colors.size_bytes() + slots.size_bytes();
+                        uv.size_bytes() + colors.size_bytes() + turns.size_bytes() + slots.size_bytes();
     for (const TextureView& texture : textures) bytes += texture.bytes.size();
     return bytes;
 }

@@ -314,6 +314,7 @@ struct SurfaceView {
     std::size_t uv_sets = 0;
     std::span<const Uv> uv;               // [uv_sets, V + E]
     std::span<const VertexColor> colors;  // [V + E], or empty: white
+    std::span<const TangentTurn> turns;   // [V + E], or empty: none
     std::span<const SlotSurface> slots;   // [max(1, slots)]
     std::vector<TextureView> textures;
 

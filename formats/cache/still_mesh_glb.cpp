@@ -12,8 +12,8 @@ namespace penumbra {
 
 namespace {
 
-constexpr std::size_t kMostItems = 1 << 20;
-constexpr double kMostBytes = 2147483648.0, kFarthest = 1e9;
+constexpr std::size_t kMaxItems = 1 << 20;
+constexpr double kMaxBytes = 2147483648.0, kFarthest = 1e9;
 
 // A node's place: 3 rows of 4 numbers.
 using Placement = std::array<double, 12>;
@@ -69,7 +69,7 @@ public:
     GlbReader(const nlohmann::json& json, std::span<const std::byte> binary, const std::string& name)
         : root_(json, name, ""), binary_(binary), name_(name) {
         if (!json.is_object()) root_.fail("must be an object");
-        if (root_.has("extensionsRequired") && !root_.at("extensionsRequired").items(kMostItems).empty())
+        if (root_.has("extensionsRequired") && !root_.at("extensionsRequired").items(kMaxItems).empty())
             throw Unsupported(name + ": needs extensions of glTF, as of compressed meshes");
         nodes_ = listOf("nodes");
         meshes_ = listOf("meshes");
@@ -99,7 +99,7 @@ private:
     StillMesh out_;
 
     std::vector<JsonNode> listOf(const char* key) const {
-        return root_.has(key) ? root_.at(key).items(kMostItems) : std::vector<JsonNode>();
+        return root_.has(key) ? root_.at(key).items(kMaxItems) : std::vector<JsonNode>();
     }
     static std::size_t indexOf(const JsonNode& node, std::size_t count) {
         if (count == 0) node.fail("names something that is not there");
@@ -162,13 +162,13 @@ private:
         const std::size_t size = out.type == 5121 ? 1 : out.type == 5123 ? 2 : 4;
         if (out.type != 5121 && out.type != 5123 && out.type != 5125 && out.type != 5126)
             accessor.at("componentType").fail("is of numbers that are not read");
-        out.count = std::size_t(accessor.required("count").number(1, kMostBytes));
+        out.count = std::size_t(accessor.required("count").number(1, kMaxBytes));
         const JsonNode view = views_[indexOf(accessor.required("bufferView"), views_.size())];
         if (view.required("buffer").whole(0, 1 << 20) != 0) throw Unsupported(name_ + ": has a buffer outside of it");
         const auto offsetOf = [](const JsonNode& node) {
-            return node.has("byteOffset") ? std::size_t(node.at("byteOffset").number(0, kMostBytes)) : 0;
+            return node.has("byteOffset") ? std::size_t(node.at("byteOffset").number(0, kMaxBytes)) : 0;
         };
-        const std::size_t length = std::size_t(view.required("byteLength").number(0, kMostBytes));
+        const std::size_t length = std::size_t(view.required("byteLength").number(0, kMaxBytes));
         const std::size_t first = offsetOf(view), inside = offsetOf(accessor);
         out.stride = view.has("byteStride") ? std::size_t(view.at("byteStride").whole(1, 252)) : size * width;
         if (first > binary_.size() || length > binary_.size() - first) view.fail("reaches past the end of the file");
@@ -180,13 +180,13 @@ private:
     }
 
     void addMesh(const JsonNode& mesh, const Placement& place) {
-        for (const JsonNode& primitive : mesh.required("primitives").items(kMostItems)) {
+        for (const JsonNode& primitive : mesh.required("primitives").items(kMaxItems)) {
             if (primitive.has("mode") && primitive.at("mode").whole(0, 6) != 4) continue;  // lines and points
             const JsonNode at = primitive.required("attributes").required("POSITION");
             const Numbers points = numbersOf(at, "VEC3", 3);
             if (points.type != 5126) at.fail("must be of floats");
             const auto first = std::uint32_t(out_.positions.size());
-            if (out_.positions.size() + points.count > kMostItems * 64) mesh.fail("has too many vertices");
+            if (out_.positions.size() + points.count > kMaxItems * 64) mesh.fail("has too many vertices");
             for (std::size_t v = 0; v < points.count; ++v) {
                 std::array<float, 3> p;
                 std::memcpy(p.data(), points.bytes.data() + v * points.stride, sizeof p);

@@ -11,7 +11,7 @@ namespace penumbra {
 namespace {
 
 constexpr std::size_t kMaxPictures = 100000;
-constexpr double kLeastExposure = 1e-12, kMostExposure = 1e12;
+constexpr double kMinExposure = 1e-12, kMaxExposure = 1e12;
 
 // Returns a file that JSON names, as seen from the folder of the JSON file.
 std::filesystem::path besideFile(const std::string& json_file, const JsonNode& node) {
@@ -32,7 +32,7 @@ std::string responseOf(const std::string& json_file, const JsonNode& root) {
 ExposedPicture readPicture(const std::string& json_file, const JsonNode& node) {
     ExposedPicture out;
     out.file = besideFile(json_file, node.required("file"));
-    out.exposure = node.required("exposure").number(kLeastExposure, kMostExposure);
+    out.exposure = node.required("exposure").number(kMinExposure, kMaxExposure);
     return out;
 }
 

@@ -14,7 +14,7 @@ namespace {
 
 using Matrix3 = Eigen::Matrix3d;
 using Step = Eigen::Matrix<double, 6, 1>;
-constexpr int kMostSteps = 60;
+constexpr int kMaxSteps = 60;
 constexpr double kFarOff = 1e6;  // pixels: the error of a point behind the camera
 
 Matrix3 toEigen(const Mat3d& m) { return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(m.m.data()); }
@@ -157,7 +157,7 @@ PoseEstimate refinePose(const PinholeCamera& camera, std::span<const SeenPoint> 
     CameraPose pose = start;
     Eigen::VectorXd errors = errorsOf(camera, points, pose);
     double damping = 1e-4;
-    for (int step = 0; step < kMostSteps && damping < 1e10; ++step) {
+    for (int step = 0; step < kMaxSteps && damping < 1e10; ++step) {
         const Eigen::MatrixXd slopes = slopesOf(camera, points, pose);
         Eigen::Matrix<double, 6, 6> normal = slopes.transpose() * slopes;
         normal.diagonal() *= 1 + damping;

@@ -14,7 +14,7 @@
 
 namespace penumbra {
 
-constexpr double kMostCaptureMetres = 1e6;
+constexpr double kMaxCaptureMetres = 1e6;
 
 // Reads "x/y/z,radius[,reflectance]".
 inline MirrorBall parseBall(const std::string& text) {
@@ -24,14 +24,14 @@ inline MirrorBall parseBall(const std::string& text) {
     if (parts.size() < 2 || parts.size() > 3)
         throw std::invalid_argument("must be x/y/z,radius[,reflectance] in metres, not '" + text + "'");
     MirrorBall ball;
-    ball.center = parseTriple("the ball's middle", parts[0], -kMostCaptureMetres, kMostCaptureMetres);
-    ball.radius = parseNumber("the ball's radius", parts[1], 1e-6, kMostCaptureMetres);
+    ball.center = parseTriple("the ball's middle", parts[0], -kMaxCaptureMetres, kMaxCaptureMetres);
+    ball.radius = parseNumber("the ball's radius", parts[1], 1e-6, kMaxCaptureMetres);
     if (parts.size() == 3) ball.reflectance = parseNumber("the ball's reflectance", parts[2], 0.01, 1);
     return ball;
 }
 
 inline Vec3d parsePlace(const std::string& text) {
-    const Vec3d place = parseTriple("the place", text, -kMostCaptureMetres, kMostCaptureMetres);
+    const Vec3d place = parseTriple("the place", text, -kMaxCaptureMetres, kMaxCaptureMetres);
     if (!(place.z > 0)) throw std::invalid_argument("must lie above the ground, z > 0, not '" + text + "'");
     return place;
 }

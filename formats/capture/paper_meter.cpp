@@ -12,8 +12,8 @@ namespace penumbra {
 namespace {
 
 constexpr int kPlacesPerSide = 32;
-constexpr double kLeastMargin = 3;             // pixels
-constexpr double kLeastHeight = 0.2588190451;  // sine of the least angle at which paper is looked at, 15 degrees
+constexpr double kMinMargin = 3;             // pixels
+constexpr double kMinHeight = 0.2588190451;  // sine of the least angle at which paper is looked at, 15 degrees
 
 // Places in the middle of the margin, on the four sides of the black square.
 std::vector<Vec3d> marginPlaces(const PaperTag& tag) {
@@ -29,7 +29,7 @@ std::vector<Vec3d> marginPlaces(const PaperTag& tag) {
 // Whether the margin is wide enough in the picture, where it can be seen at all.
 bool wideEnough(const PosedPicture& shot, const PaperTag& tag) {
     const Vec3d place = shot.pose.place();
-    if (!(place.z >= kLeastHeight * length(place))) return false;
+    if (!(place.z >= kMinHeight * length(place))) return false;
     const double half = tag.side / 2, width = tag.side / tag.modules;
     double least = 1e30;
     for (const Vec3d& side : {Vec3d{1, 0, 0}, Vec3d{-1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, -1, 0}}) {
@@ -37,7 +37,7 @@ bool wideEnough(const PosedPicture& shot, const PaperTag& tag) {
         const std::optional<PixelPoint> outer = pixelOfPlace(shot, (half + width) * side);
         if (inner && outer) least = std::min(least, std::hypot(inner->x - outer->x, inner->y - outer->y));
     }
-    return least < 1e30 && least >= kLeastMargin;
+    return least < 1e30 && least >= kMinMargin;
 }
 
 double medianOf(std::vector<double>& values) {

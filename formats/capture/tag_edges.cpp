@@ -11,13 +11,13 @@ namespace penumbra {
 
 namespace {
 
-constexpr int kProfiles = 48;                        // an edge
-constexpr double kAlong = 0.85;                      // part of an edge that is used, away from the corners
-constexpr double kMostReach = 6, kLeastReach = 1.5;  // pixels to both sides of an edge
-constexpr double kPart = 0.4;                        // of a module, to both sides
-constexpr double kStep = 0.25;                       // pixels
-constexpr double kLeastContrast = 3;                 // white over black
-constexpr std::size_t kLeastPlaces = kProfiles / 2;  // of an edge
+constexpr int kProfiles = 48;                      // an edge
+constexpr double kAlong = 0.85;                    // part of an edge that is used, away from the corners
+constexpr double kMaxReach = 6, kMinReach = 1.5;   // pixels to both sides of an edge
+constexpr double kPart = 0.4;                      // of a module, to both sides
+constexpr double kStep = 0.25;                     // pixels
+constexpr double kMinContrast = 3;                 // white over black
+constexpr std::size_t kMinPlaces = kProfiles / 2;  // of an edge
 
 struct Line {
     PixelPoint middle;
@@ -46,7 +46,7 @@ std::optional<double> edgeOffset(const PosedPicture& shot, PixelPoint at, PixelP
         black += profile[i] / double(outer);
         white += profile[profile.size() - 1 - i] / double(outer);
     }
-    if (!(white > kLeastContrast * black)) return std::nullopt;
+    if (!(white > kMinContrast * black)) return std::nullopt;
     for (double v : profile) sum += (white - v) / (white - black);
     return (sum - double(profile.size()) / 2) * kStep;
 }
@@ -105,13 +105,13 @@ std::optional<Line> edgeLine(const PosedPicture& shot, const PaperTag& tag, Vec3
         PixelPoint d{-(beside->y - at->y) / length, (beside->x - at->x) / length};
         double width = (next->x - at->x) * d.x + (next->y - at->y) * d.y;
         if (width < 0) d = {-d.x, -d.y}, width = -width;
-        const double reach = std::min(kPart * width, kMostReach);
-        if (reach < kLeastReach) continue;
+        const double reach = std::min(kPart * width, kMaxReach);
+        if (reach < kMinReach) continue;
         const std::optional<double> offset = edgeOffset(shot, *at, d, reach);
         if (!offset || std::abs(*offset) > reach / 2) continue;
         places.push_back(withoutLens(shot.camera, {at->x + *offset * d.x, at->y + *offset * d.y}));
     }
-    if (places.size() < kLeastPlaces) return std::nullopt;
+    if (places.size() < kMinPlaces) return std::nullopt;
     return robustLine(std::move(places));
 }
 

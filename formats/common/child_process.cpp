@@ -256,7 +256,7 @@ Child start(const std::function<void(int pipe, pid_t parent)>& body) {
 
 namespace {
 
-constexpr std::size_t kMostOutput = std::size_t(1) << 20;
+constexpr std::size_t kMaxOutput = std::size_t(1) << 20;
 constexpr rlim_t kLargestFile = rlim_t(4) << 30;  // of a .glb
 
 std::vector<std::string> environmentOf(const ProgramCall& call) {
@@ -310,7 +310,7 @@ std::string readOutput(Child& child, Clock::time_point deadline) {
     for (std::size_t count = block.size(); count == block.size();) {
         count = child.read(block, deadline);
         const auto* text = reinterpret_cast<const char*>(block.data());
-        output.append(text, std::min(count, kMostOutput - output.size()));
+        output.append(text, std::min(count, kMaxOutput - output.size()));
     }
     return output;
 }

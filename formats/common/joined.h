@@ -1,7 +1,9 @@
 #pragma once
+#include <algorithm>
 #include <functional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace penumbra {
 
@@ -14,6 +16,16 @@ std::string joined(const Words& words, std::string_view separator = ", ", TextOf
         text += std::invoke(text_of, word);
     }
     return text;
+}
+
+// Lists names that an option takes with commas between (formats/common/name_list_option.h). Where some have commas
+// themselves, all are quoted, and the list ends with how such a comma is written.
+inline std::string listedNames(const std::vector<std::string>& names) {
+    if (names.empty()) return "none";
+    if (std::ranges::none_of(names, [](const std::string& name) { return name.find(',') != name.npos; }))
+        return joined(names);
+    return joined(names, ", ", [](const std::string& name) { return "'" + name + "'"; }) +
+           " (a comma in a name is written \\,)";
 }
 
 }  // namespace penumbra

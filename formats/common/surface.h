@@ -78,9 +78,20 @@ using Uv = std::array<float, 2>;                   // v points down
 using VertexColor = std::array<std::uint16_t, 4>;  // linear Rec.709 and alpha; 65535 is 1
 constexpr VertexColor kWhiteVertex = {65535, 65535, 65535, 65535};
 
+// How the tangents of normal maps that a file has (TANGENT of glTF) lie in the frame of a corner's texture coordinates.
+// That frame has x in the direction in which u grows, across the normal, and y at right angles to both, on the side to
+// which v falls. The cosine and the sine of the turn from x to the tangent, towards y; then 1, or -1 where the
+// bitangent lies on the other side; all times 127.
+using TangentTurn = std::array<std::int8_t, 4>;  // the last is 0
+constexpr TangentTurn kSameTangent = {127, 0, 127, 0};
+
+// How notes about pictures that cannot be had end.
+constexpr const char* kNumbersAlone = ": the numbers of the material stand alone";
+
 struct MeshSurface {
     std::vector<std::vector<Uv>> uv;  // [sets][3T] of the corners of Mesh::triangles
     std::vector<VertexColor> colors;  // [3T] of the corners, times the base colour; empty: white
+    std::vector<TangentTurn> turns;   // [3T] of the corners; empty: none
     std::vector<SlotSurface> slots;   // [slots], or one where the mesh has no slots
     std::vector<SurfaceTexture> textures;
 };

@@ -9,7 +9,7 @@ namespace penumbra {
 namespace {
 
 constexpr std::uint32_t kTrianglesOfLeaf = 4;
-constexpr std::size_t kMostOpen = 64;  // more than the depth of a tree of 2^32 triangles
+constexpr std::size_t kMaxOpen = 64;  // more than the depth of a tree of 2^32 triangles
 
 double squaredDistance(const BoundingBox& box, Vec3 p) {
     double sum = 0;
@@ -159,7 +159,7 @@ std::optional<std::array<float, 2>> meeting(const Ray& ray, Vec3 a, Vec3 b, Vec3
 
 double SurfaceTree::passing(Vec3 origin, Vec3 direction, const Opacity& opacity) const {
     const Ray ray{origin, direction, {1 / direction.x, 1 / direction.y, 1 / direction.z}};
-    std::array<std::uint32_t, kMostOpen> open;  // nodes; a path down halves the triangles at each step
+    std::array<std::uint32_t, kMaxOpen> open;  // nodes; a path down halves the triangles at each step
     std::size_t count = 0;
     if (!nodes_.empty()) open[count++] = 0;
     double share = 1;

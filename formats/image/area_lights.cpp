@@ -28,15 +28,15 @@ namespace {
 constexpr int kRows = 96, kColumns = 2 * kRows;           // of the picture that is searched
 constexpr int kSkyRows = 24, kSkyColumns = 2 * kSkyRows;  // of the surroundings
 constexpr double kAroundLight = 35 * kDegree;             // what the surroundings of a pixel are
-constexpr double kBlur = 14 * kDegree;   // to the end of the kernel; two lamps this far apart have two maxima
-constexpr double kReach = 8 * kDegree;   // standard deviation of what a light takes of the pixels around it
-constexpr double kEnd = 28 * kDegree;    // where nothing of that is left
-constexpr double kAlone = 0.05;          // a pixel is shared out where the lights' parts exceed this
-constexpr std::size_t kMostMaxima = 32;  // the highest ones
-constexpr double kLeastMaximum = 0.01;   // of the highest
-constexpr double kLeastParted = 0.02, kParted = 0.15;             // depth of a saddle, as a part of the lower maximum
+constexpr double kBlur = 14 * kDegree;  // to the end of the kernel; two lamps this far apart have two maxima
+constexpr double kReach = 8 * kDegree;  // standard deviation of what a light takes of the pixels around it
+constexpr double kEnd = 28 * kDegree;   // where nothing of that is left
+constexpr double kAlone = 0.05;         // a pixel is shared out where the lights' parts exceed this
+constexpr std::size_t kMaxMaxima = 32;  // the highest ones
+constexpr double kMinMaximum = 0.01;    // of the highest
+constexpr double kMinParted = 0.02, kParted = 0.15;               // depth of a saddle, as a part of the lower maximum
 constexpr double kMuchLower = 0.85;                               // a maximum this much below its neighbour is none
-constexpr double kLeastWorth = 0.006, kFullWorth = 0.015;         // of the light of a level ground
+constexpr double kMinWorth = 0.006, kFullWorth = 0.015;           // of the light of a level ground
 constexpr double kNarrow = 14.5 * kDegree, kWide = 18 * kDegree;  // as measured: between them a light fades
 constexpr double kFullHeight = 0.2;  // sine of the elevation from which on a light that rises has its whole share
 constexpr double kFullLead = 1.5;    // over the light after the last one, where a light has its whole share
@@ -185,9 +185,9 @@ private:
         const int region = int(parent_.size());
         parent_.push_back(region);
         in_.emplace_back();
-        if (maxima_.size() < kMostMaxima && (maxima_.empty() || height > kLeastMaximum * maxima_[0].height)) {
+        if (maxima_.size() < kMaxMaxima && (maxima_.empty() || height > kMinMaximum * maxima_[0].height)) {
             in_.back().push_back(maxima_.size());
-            maxima_.push_back({direction, height, 1, std::vector<double>(kMostMaxima)});
+            maxima_.push_back({direction, height, 1, std::vector<double>(kMaxMaxima)});
         }
         return region;
     }
@@ -209,7 +209,7 @@ std::vector<Maximum> weightedMaxima(const Plane& plane) {
         for (std::size_t j = 0; j < maxima.size(); ++j) {
             if (i == j) continue;
             const double lower = std::min(maxima[i].height, maxima[j].height);
-            const double parted = smooth(kLeastParted, kParted, 1 - maxima[i].saddle[j] / lower);
+            const double parted = smooth(kMinParted, kParted, 1 - maxima[i].saddle[j] / lower);
             maxima[i].weight *= parted + (1 - parted) * smooth(kMuchLower, 1, maxima[i].height / maxima[j].height);
         }
     std::erase_if(maxima, [](const Maximum& maximum) { return maximum.weight == 0; });
@@ -320,7 +320,7 @@ void fillShares(double ground, int most, std::vector<AreaLight>& lights) {
     std::sort(worths.begin(), worths.end(), std::greater<>());
     const double next = worths.size() > std::size_t(most) ? worths[std::size_t(most)] : 0;
     for (AreaLight& light : lights) {
-        light.share = smooth(kLeastWorth, kFullWorth, light.worth) * smooth(0, kFullHeight, light.sun.direction.y);
+        light.share = smooth(kMinWorth, kFullWorth, light.worth) * smooth(0, kFullHeight, light.sun.direction.y);
         if (next > 0) light.share *= smooth(1, kFullLead, light.worth / next);
     }
 }

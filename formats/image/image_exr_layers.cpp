@@ -103,7 +103,7 @@ std::string describeLayers(const std::vector<ExrLayer>& layers) {
 
 // Lists the parts and, of each, the groups of channels: "part depth: Z; part rgba: B, G, R, N (X, Y, Z)".
 std::string describeFile(const Imf::MultiPartInputFile& file) {
-    constexpr std::size_t kMost = 600;  // letters
+    constexpr std::size_t kMax = 600;  // letters
     std::string text;
     for (int part = 0; part < file.parts(); ++part) {
         const Imf::Header& header = file.header(part);
@@ -123,8 +123,19 @@ std::string describeFile(const Imf::MultiPartInputFile& file) {
             text += prefix.empty() ? names : prefix + " (" + names + ")";
         }
     }
-    if (text.size() > kMost) text = text.substr(0, kMost) + " ...";
+    if (text.size() > kMax) text = text.substr(0, kMax) + " ...";
     return oneLine(text);
+}
+
+// The same names are those of places and normals, so nothing tells that they are colours.
+constexpr const char* kXyzAdvice =
+    ". If X, Y, Z are CIE XYZ, write the file as R, G, B of a colour space that --colorspace knows";
+
+bool holdsXyz(const Imf::MultiPartInputFile& file) {
+    for (int part = 0; part < file.parts(); ++part)
+        for (const auto& [prefix, group] : groupsOf(file.header(part).channels()))
+            if (group.contains("x") && group.contains("y") && group.contains("z")) return true;
+    return false;
 }
 
 }  // namespace
@@ -142,7 +153,8 @@ std::vector<ExrLayer> layersOf(const Imf::MultiPartInputFile& file) {
 ExrLayer chooseLayer(const Imf::MultiPartInputFile& file, const std::string& wanted, const std::string& name) {
     std::vector<ExrLayer> layers = layersOf(file);
     if (layers.empty())
-        throw InvalidInput(name + ": no picture, which is channels R, G, B or Y; it holds " + describeFile(file));
+        throw InvalidInput(name + ": no picture, which is channels R, G, B, or Y alone; it holds " +
+                           describeFile(file) + (holdsXyz(file) ? kXyzAdvice : ""));
     if (!wanted.empty()) {
         const std::vector<ExrLayer> all = layers;
         std::erase_if(layers, [&](const ExrLayer& layer) { return layer.shown != wanted; });

@@ -35,10 +35,12 @@ std::vector<double> frameTimes(const ClipTimes& clip, double fps) {
 }
 
 const ClipTimes& findClip(const std::vector<ClipTimes>& known, const std::string& name, const std::string& owner) {
-    for (const ClipTimes& clip : known)
+    std::vector<std::string> names;
+    for (const ClipTimes& clip : known) {
         if (clip.name == name) return clip;
-    const std::string names = joined(known, ", ", &ClipTimes::name);
-    throw BadOption("clips", "no clip '" + name + "'; " + owner + " has " + (names.empty() ? "none" : names));
+        names.push_back(clip.name);
+    }
+    throw BadOption("clips", "no clip '" + name + "'; " + owner + " has " + listedNames(names));
 }
 
 }  // namespace

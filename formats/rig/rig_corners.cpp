@@ -23,8 +23,8 @@ namespace penumbra {
 
 namespace {
 
-constexpr double kBetweenLayers = 150;     // degrees: corners that turn by more lie on two layers
-constexpr std::size_t kMostPartners = 64;  // of a corner at one edge, so that no file takes forever
+constexpr double kBetweenLayers = 150;    // degrees: corners that turn by more lie on two layers
+constexpr std::size_t kMaxPartners = 64;  // of a corner at one edge, so that no file takes forever
 
 // One corner of a triangle.
 struct Corner {
@@ -103,7 +103,7 @@ std::vector<std::uint32_t> groupsOf(const CornerJob& job, std::span<const Corner
                                            [](const auto& e) { return e[1] == 1; });
         const std::size_t middle = std::size_t(arriving - edges.begin());
         for (std::size_t i = begin; i < middle; ++i)
-            for (std::size_t k = middle; k < std::min(end, middle + kMostPartners); ++k)
+            for (std::size_t k = middle; k < std::min(end, middle + kMaxPartners); ++k)
                 if (dot(job.normals[corners[edges[i][2]].triangle], job.normals[corners[edges[k][2]].triangle]) >=
                     job.least_cosine) {
                     const std::uint32_t a = root(edges[i][2]), b = root(edges[k][2]);

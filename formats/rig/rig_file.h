@@ -20,6 +20,7 @@
 
 #include "formats/common/mesh.h"
 #include "formats/common/surface.h"
+#include "formats/rig/source_look.h"
 
 namespace penumbra {
 
@@ -101,6 +102,7 @@ struct PartColor {
     std::vector<float> alphas;              // [vertices]; empty: 1
     std::vector<PartTexture> textures;      // of other roles than kBaseColor, each at most once
     std::string textures_problem = "";      // a message that says why `textures` are not all; "" when they are
+    std::vector<TangentTurn> turns = {};    // [vertices] of the normal map; empty: none
 };
 
 // Where a part stands in the .glb or .gltf that it comes from; -1: it comes from another file.
@@ -118,6 +120,7 @@ struct ColoredPart {
     GltfPlace gltf = {};
     // Row-major 3x4, from the positions of the file to Mesh::rest_positions.
     std::array<double, 12> to_rest{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+    SourceLook look = {};
 };
 
 // Something that a file says and its reader does not do, and what is seen of that.
@@ -152,6 +155,9 @@ struct Rig {
     // The .glb that the first file was converted to. Only with RigOptions::keep_converted; null if it was not.
     std::shared_ptr<const std::vector<std::byte>> converted;
 };
+
+// Returns what the materials of the parts say and nobody shows, each once. Rig::notes has what bakes miss of it.
+std::vector<RigNote> lookNotes(const Rig& rig);
 
 // Tells for each vertex whether its bones mirror it at rest. Triangles are wound so that they face outwards at rest in
 // the scene, and rest_normals point outwards in the space of rest_positions (normalMatrix() in sh/vec3.h turns them by

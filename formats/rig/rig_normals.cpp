@@ -31,7 +31,7 @@ constexpr double kSameNormal = 1 - 1.52e-6;  // cosine of 0.1 degrees
 constexpr double kUnitRounding = 1e-6;       // squared lengths of unit vectors of floats are this near to 1
 constexpr double kCosineRounding = 1e-6;
 // More different normals at one place are joined by a faster rule, so that no file takes forever.
-constexpr std::size_t kMostJoined = 24;
+constexpr std::size_t kMaxJoined = 24;
 
 // Keeps the bits of a vector that has length 1 already, so that what is written comes back the same.
 Vec3 unitOf(Vec3 n) {
@@ -167,8 +167,8 @@ std::vector<Joined> joinVertices(const SplitVertices& split, std::span<const std
     }
     const double degrees = from_file ? split_angle : kOppositeSides;
     const double least_cosine = std::cos(degrees * std::numbers::pi / 180) - kCosineRounding;
-    if (parts.size() > kMostJoined) joinFirst(parts, least_cosine);
-    if (parts.size() <= kMostJoined) joinNearest(parts, least_cosine);
+    if (parts.size() > kMaxJoined) joinFirst(parts, least_cosine);
+    if (parts.size() <= kMaxJoined) joinNearest(parts, least_cosine);
     if (parts.empty()) parts.emplace_back();
     parts[0].vertices.insert(parts[0].vertices.end(), lost.begin(), lost.end());
     return parts;

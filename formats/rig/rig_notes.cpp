@@ -25,4 +25,17 @@ void refuseNotes(const std::vector<RigNote>& notes) {
     throw Unsupported(textOf(notes.front()) + more);
 }
 
+std::vector<RigNote> lookNotes(const Rig& rig) {
+    std::vector<RigNote> all;
+    for (const ColoredPart& part : rig.part_colors)
+        for (const std::string& text : part.look.notes) {
+            const RigNote note{rig.files_read.front().string(), rig.mesh.slots[part.slot],
+                               "material '" + part.look.material + "'", text};
+            const bool known = std::ranges::any_of(
+                rig.notes, [&](const RigNote& n) { return text.starts_with(n.feature + " is not read"); });
+            if (!known && std::ranges::find(all, note) == all.end()) all.push_back(note);
+        }
+    return all;
+}
+
 }  // namespace penumbra

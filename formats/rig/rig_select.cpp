@@ -65,7 +65,7 @@ std::size_t editDistance(const std::string& a, const std::string& b) {
 
 // Lists the nodes that have a mesh at or below them and the slots, those first that are most like the pattern.
 std::string nearNames(const RigSource& source, const std::string& pattern) {
-    constexpr std::size_t kMost = 5, kLongest = 100;  // names, and letters that are compared
+    constexpr std::size_t kMax = 5, kLongest = 100;  // names, and letters that are compared
     std::set<std::string> all;
     for (const SourcePart& part : source.parts) {
         all.insert(slotName(source, part));
@@ -77,8 +77,8 @@ std::string nearNames(const RigSource& source, const std::string& pattern) {
         names.emplace_back(editDistance(name.substr(0, kLongest), pattern.substr(0, kLongest)), name);
     std::sort(names.begin(), names.end());
     std::string text;
-    for (std::size_t i = 0; i < names.size() && i < kMost; ++i) text += (i ? ", '" : "'") + names[i].second + "'";
-    return names.size() > kMost ? text + ", ..." : text;
+    for (std::size_t i = 0; i < names.size() && i < kMax; ++i) text += (i ? ", '" : "'") + names[i].second + "'";
+    return names.size() > kMax ? text + ", ..." : text;
 }
 
 [[noreturn]] void refuse(const RigSource& source, const char* option, const std::string& pattern) {

@@ -79,7 +79,8 @@ VertexColor colorOf(const PartColor& part, std::size_t vertex) {
     return out;
 }
 
-// Lays the coordinates and colours of source vertices on the corners of the mesh's triangles, and of their backs.
+// Lays the coordinates, colours and turned tangents of source vertices on the corners of the mesh's triangles, and of
+// their backs.
 void setCorners(SurfaceBuilder& builder) {
     const Rig& rig = builder.rig;
     std::size_t sets = 0;
@@ -88,12 +89,16 @@ void setCorners(SurfaceBuilder& builder) {
     const bool colored =
         std::ranges::any_of(rig.part_colors, [](const ColoredPart& part) { return !part.color.tints.empty(); });
     if (colored) builder.out.surface.colors.assign(3 * rig.mesh.triangles.size(), kWhiteVertex);
+    if (std::ranges::any_of(rig.part_colors, [](const ColoredPart& part) { return !part.color.turns.empty(); }))
+        builder.out.surface.turns.assign(3 * rig.mesh.triangles.size(), kSameTangent);
     builder.out.surface.uv.assign(sets, std::vector<Uv>(3 * rig.mesh.triangles.size(), Uv{0, 0}));
     for (std::size_t t = 0; t < rig.source_corners.size(); ++t)
         for (std::size_t k = 0; k < 3; ++k) {
             const std::uint32_t vertex = rig.source_corners[t][k], part = part_of_vertex[vertex];
             const std::size_t in_part = vertex - rig.part_colors[part].first_vertex;
             if (colored) builder.out.surface.colors[3 * t + k] = colorOf(rig.part_colors[part].color, in_part);
+            if (const std::vector<TangentTurn>& turns = rig.part_colors[part].color.turns; !turns.empty())
+                builder.out.surface.turns[3 * t + k] = turns[in_part];
             for (std::size_t s = 0; s < builder.sets_of_part[part].size(); ++s) {
                 const std::array<double, 2>& uv = (*builder.sets_of_part[part][s])[in_part];
                 builder.out.surface.uv[s][3 * t + k] = {float(uv[0]), float(uv[1])};
@@ -135,6 +140,7 @@ void fitSurface(const Rig& rig, const Mesh& mesh, const std::string& file, MeshS
     };
     for (std::vector<Uv>& uv : surface.uv) addBacks(uv);
     if (!surface.colors.empty()) addBacks(surface.colors);
+    if (!surface.turns.empty()) addBacks(surface.turns);
 }
 
 }  // namespace penumbra

@@ -13,9 +13,6 @@ struct RigSurface {
     std::vector<std::string> notes;  // what the materials say and pictures do not show
 };
 
-// How notes about pictures that cannot be had end.
-constexpr const char* kNumbersAlone = ": the numbers of the material stand alone";
-
 // Returns the surface of the rig's mesh with the base colours, pictures and numbers of its materials. Texture files are
 // not opened. `file` names the rig in messages. What a damaged material or damaged coordinates would show is left out,
 // and a note says so. Throws Unsupported where pictures take more than kMaxUvSets sets of coordinates.

@@ -23,7 +23,7 @@ namespace penumbra {
 namespace {
 
 constexpr double kNear = 0.05;        // of the box's diagonal: how near the surfaces and the sides of the boxes are
-constexpr double kMost = 0.9;         // of the vertices
+constexpr double kMax = 0.9;          // of the vertices
 constexpr double kRound = 1e-5;       // of the diagonal
 constexpr std::size_t kFew = 8;       // times fewer points
 constexpr std::size_t kTested = 512;  // vertices of a mesh at most
@@ -113,7 +113,7 @@ bool liesOn(const Shell& coarse, const Shell& fine) {
     const std::size_t step = (coarse.points.size() + kTested - 1) / kTested;
     std::size_t tested = 0, found = 0;
     for (std::size_t i = 0; i < coarse.points.size(); i += step, ++tested) found += near.hasNear(coarse.points[i]);
-    return double(found) >= kMost * double(tested);
+    return double(found) >= kMax * double(tested);
 }
 
 // Tells whether `coarse` has nearly the box of `fine`, reaches as far to all sides, and has few of its points: so does

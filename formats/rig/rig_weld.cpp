@@ -178,7 +178,7 @@ SourceVertices gatherVertices(const RigSource& source, const JointTable& table) 
         const std::uint16_t slot = slotOf(source, part, out.slots);
         out.slot_of_vertex.resize(out.positions.size() + part.positions.size(), slot);
         out.part_colors.push_back({part.color, slot, first, part.positions.size(), part.triangles, part.gltf,
-                                   multiply(table.placement_of_part[p], part.instance)});
+                                   multiply(table.placement_of_part[p], part.instance), part.look});
         for (std::size_t v = 0; v < part.positions.size(); ++v) {
             out.positions.push_back(placedPosition(source, part, table.placement_of_part[p], v));
             influences.push_back(part.skin < 0

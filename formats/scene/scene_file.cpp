@@ -140,7 +140,7 @@ SceneHeights readHeights(const JsonNode& node, const std::filesystem::path& fold
 }
 
 SceneGround readGround(const JsonNode& node, const std::filesystem::path& folder) {
-    node.requireKeys({"height", "centre", "size", "resolution", "albedo", "heights", "material", "catcher"});
+    node.requireKeys({"height", "centre", "size", "resolution", "albedo", "heights", "material", "catcher", "casts"});
     SceneGround out;
     if (node.has("height")) out.height = node.at("height").number(-kFar, kFar);
     if (node.has("centre")) out.center = node.at("centre").vector(-kFar, kFar);
@@ -149,7 +149,8 @@ SceneGround readGround(const JsonNode& node, const std::filesystem::path& folder
     if (node.has("albedo")) out.albedo = node.at("albedo").vector(0, 1);
     if (node.has("heights")) out.heights = readHeights(node.at("heights"), folder);
     if (node.has("catcher")) out.catcher = node.at("catcher").flag();
-    for (const char* key : {"size", "resolution"})
+    if (node.has("casts")) out.casts = node.at("casts").flag();
+    for (const char* key : {"size", "resolution", "casts"})
         if (node.has(key) && out.heights) node.at(key).fail("is of a ground without heights");
     if (node.has("material")) {
         if (!out.heights) node.at("material").fail("is of a ground with heights");

@@ -69,6 +69,7 @@ struct SceneGround {
     std::string material = {};                 // of the light's asset, for heights; "": Lambertian with the albedo
     // It stands in the photograph already: it is not drawn, and shows shadows only as a share of its light.
     bool catcher = false;
+    bool casts = true;  // a level one hides light from what stands on it, and sends light back
 };
 
 // The camera that took a photograph, in the frame of the marker (sh/pinhole_camera.h).

@@ -1,6 +1,8 @@
 #include "formats/source/source_looks.h"
 
 #include <algorithm>
+#include <map>
+#include <optional>
 #include <set>
 
 #include "formats/common/errors.h"
@@ -58,11 +60,27 @@ void setLook(const Principled& look, SlotSurface& slot) {
     slot.roughness = float(look.roughness);
 }
 
-// Words of SourceLook::textures whose pictures a surface has.
-bool isDrawn(const std::string& texture) {
-    constexpr const char* kDrawn[] = {"base color", "diffuse",   "metallic-roughness", "normal",
-                                      "emissive",   "occlusion", kVertexColors};
-    return std::ranges::find(kDrawn, texture) != std::end(kDrawn);
+// Returns the role of a word of SourceLook::textures, or nothing where a surface has no such picture.
+std::optional<TextureRole> roleOf(const std::string& texture) {
+    static const std::map<std::string, TextureRole> kRoles = {{"base color", TextureRole::kBaseColor},
+                                                              {"diffuse", TextureRole::kBaseColor},
+                                                              {"metallic-roughness", TextureRole::kMetallicRoughness},
+                                                              {"normal", TextureRole::kNormal},
+                                                              {"emissive", TextureRole::kEmissive},
+                                                              {"occlusion", TextureRole::kOcclusion}};
+    const auto found = kRoles.find(texture);
+    return found == kRoles.end() ? std::nullopt : std::optional(found->second);
+}
+
+// Lists the pictures of a look, and which of them `shown` lacks.
+std::string saidTextures(const SourceLook& look, const SlotSurface& shown) {
+    std::string said;
+    for (const std::string& texture : look.textures) {
+        const std::optional<TextureRole> role = roleOf(texture);
+        const bool is_read = texture == kVertexColors || (role && shown.use(*role).any());
+        said += (said.empty() ? "; textures: " : ", ") + texture + (is_read ? "" : " (not read)");
+    }
+    return said;
 }
 
 }  // namespace
@@ -81,12 +99,10 @@ std::vector<std::string> setLooks(const SourceLooks& looks, const std::vector<st
         // A glow whose picture cannot be had would be everywhere.
         setLook(shown.use(TextureRole::kEmissive).any() ? look->principled : shownLook(*look), shown);
         for (const std::string& note : look->notes) surface.notes.push_back(where + note);
-        std::string drawn;
-        for (const std::string& texture : look->textures) {
-            if (isDrawn(texture)) drawn += (drawn.empty() ? "; textures: " : ", ") + texture;
-            if (!isDrawn(texture)) surface.notes.push_back(where + "its " + texture + " texture is not read");
-        }
-        said.push_back("slot '" + slot + "': " + toString(look->principled) + drawn);
+        for (const std::string& texture : look->textures)
+            if (texture != kVertexColors && !roleOf(texture))
+                surface.notes.push_back(where + "its " + texture + " texture is not read");
+        said.push_back("slot '" + slot + "': " + toString(look->principled) + saidTextures(*look, shown));
     }
     return said;
 }

@@ -31,8 +31,8 @@ Principled shownLook(const SourceLook& look);
 const SourceLook* findLook(const SourceLooks& looks, const std::string& slot);
 
 // Gives the slots of a surface the numbers of their looks, adds what is not read to its notes, and returns a line for
-// each slot that says its material and its pictures. `slots` are those of the mesh. Throws InvalidInput, after `name`
-// of the file, for a damaged look.
+// each slot that says its material and its pictures, and which of these could not be read: openTextures() comes before.
+// `slots` are those of the mesh. Throws InvalidInput, after `name` of the file, for a damaged look.
 std::vector<std::string> setLooks(const SourceLooks& looks, const std::vector<std::string>& slots,
                                   const std::string& name, RigSurface& surface);
 

@@ -17,7 +17,7 @@ namespace {
 
 using GlbTree = nlohmann::ordered_json;
 
-constexpr std::size_t kMostNumbers = std::size_t(1) << 28;  // of all frames and points, 1 GB
+constexpr std::size_t kMaxNumbers = std::size_t(1) << 28;  // of all frames and points, 1 GB
 
 // The frames that are played: which animation of the file each is of, and when it is.
 struct PlayedFrames {
@@ -80,7 +80,7 @@ struct UsedPoints {
 
 PrincipalWeights findPatterns(const FrameReader& reader, const PlayedFrames& played, const UsedPoints& used,
                               const ExportOptions& options) {
-    if (played.frames.size() * used.points.size() > kMostNumbers)
+    if (played.frames.size() * used.points.size() > kMaxNumbers)
         throw Unsupported(std::to_string(played.frames.size()) + " frames of " + std::to_string(used.points.size()) +
                           " points are too many for morph targets: choose fewer clips or a lower rate");
     std::vector<float> values;

@@ -20,8 +20,8 @@ namespace penumbra {
 
 namespace {
 
-constexpr double kSamePlace = 1e-4;                            // diagonals of the source at rest
-constexpr double kFarthestLevel = 0.02, kMostFarLevel = 0.01;  // as of levels of detail in assets (lod_mesh.h)
+constexpr double kSamePlace = 1e-4;                           // diagonals of the source at rest
+constexpr double kFarthestLevel = 0.02, kMaxFarLevel = 0.01;  // as of levels of detail in assets (lod_mesh.h)
 
 void takePoint(ExportRows& rows, std::size_t row, std::uint32_t point) {
     rows.points.corners[row] = {point, point, point};
@@ -136,7 +136,7 @@ ExportRows matchLevel(const OcclusionSource& source, const Rig& rig, int threads
         far += !(double(d) <= kFarthestLevel * diagonal);
         if (std::isfinite(d)) rows.max_distance = std::max(rows.max_distance, double(d) / diagonal);
     }
-    if (double(far) > kMostFarLevel * double(distances.distance.size()))
+    if (double(far) > kMaxFarLevel * double(distances.distance.size()))
         throw InvalidInput(std::to_string(far) + " of " + std::to_string(distances.distance.size()) +
                            " points are farther than 0.02 diagonals from the surface of the source, or look the other "
                            "way: it is no level of detail of that character");

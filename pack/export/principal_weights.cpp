@@ -85,9 +85,9 @@ void measureErrors(std::span<const float> values, std::size_t frames, PrincipalW
 
 PrincipalWeights principalWeights(std::span<const float> values, std::size_t frames, const PatternChoice& choice) {
     const std::size_t vertices = values.size() / frames;
-    if (frames > kMostFrames && vertices > kMostFrames)
+    if (frames > kMaxFrames && vertices > kMaxFrames)
         throw Unsupported(std::to_string(frames) + " frames are too many for morph targets; at most " +
-                          std::to_string(kMostFrames) + ": choose fewer clips or a lower rate");
+                          std::to_string(kMaxFrames) + ": choose fewer clips or a lower rate");
     RowMatrix centred = Eigen::Map<const Eigen::Matrix<float, -1, -1, Eigen::RowMajor>>(
                             values.data(), Eigen::Index(frames), Eigen::Index(vertices))
                             .cast<double>();

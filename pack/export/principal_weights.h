@@ -23,8 +23,8 @@ struct PatternChoice {
     double max_rms = 0;
 };
 
-// `values` is [F, V], F and V at least 1. Throws Unsupported where F and V are both above kMostFrames.
+// `values` is [F, V], F and V at least 1. Throws Unsupported where F and V are both above kMaxFrames.
 PrincipalWeights principalWeights(std::span<const float> values, std::size_t frames, const PatternChoice& choice);
-constexpr std::size_t kMostFrames = 6000;
+constexpr std::size_t kMaxFrames = 6000;
 
 }  // namespace penumbra

@@ -35,8 +35,8 @@ Principled readLook(const SlotLook& of, std::vector<std::string>& warnings) {
     const Principled look = shownLook(of.look);
     if (look.emission != of.look.principled.emission)
         warn("its emission is in a texture, which is not read: the surface does not glow");
-    if (look.roughness < kLeastRoughness)
-        warn("roughness " + std::to_string(look.roughness) + " is shaded as " + std::to_string(kLeastRoughness));
+    if (look.roughness < kMinRoughness)
+        warn("roughness " + std::to_string(look.roughness) + " is shaded as " + std::to_string(kMinRoughness));
     return look;
 }
 

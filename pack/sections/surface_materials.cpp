@@ -37,7 +37,7 @@ struct PartList {
 std::array<double, 2> roughnessRange(const MeshSurface& surface, const SlotSurface& slot) {
     constexpr double kBeyond = 0.02;  // share of the texels, at each end
     const TextureUse& use = slot.use(TextureRole::kMetallicRoughness);
-    const auto shown = [&](double green) { return std::clamp(double(slot.roughness) * green, kLeastRoughness, 1.0); };
+    const auto shown = [&](double green) { return std::clamp(double(slot.roughness) * green, kMinRoughness, 1.0); };
     if (!use.any()) return {shown(1), shown(1)};
     const SurfaceTexture& texture = surface.textures[use.texture];
     const TexturePicture picture = decodeTexture(texture.bytes, texture.name);

@@ -2,10 +2,7 @@
 
 #include <map>
 
-#include "formats/common/errors.h"
 #include "formats/common/write_file.h"
-#include "formats/image/texture_file.h"
-#include "formats/rig/rig_surface.h"
 
 namespace penumbra {
 
@@ -13,10 +10,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Where a corner lies in the pictures, and its colour.
+// Where a corner lies in the pictures, its colour, and its turned tangent.
 struct Place {
     std::array<Uv, kMaxUvSets> uv{};
     VertexColor color = kWhiteVertex;
+    TangentTurn turn = kSameTangent;
     auto operator<=>(const Place&) const = default;
 };
 
@@ -25,6 +23,7 @@ struct DrawnVertices {
     std::vector<std::uint32_t> seam_vertices, seam_corners, seam_of_corner;
     std::vector<Uv> uv;               // [sets, V + E]
     std::vector<VertexColor> colors;  // [V + E], or empty
+    std::vector<TangentTurn> turns;   // [V + E], or empty
 };
 
 DrawnVertices numberVertices(const MeshSurface& surface, std::span<const Triangle> triangles, std::size_t vertices) {
@@ -39,6 +38,7 @@ DrawnVertices numberVertices(const MeshSurface& surface, std::span<const Triangl
             Place place;
             for (std::size_t s = 0; s < sets; ++s) place.uv[s] = surface.uv[s][3 * t + k];
             if (!surface.colors.empty()) place.color = surface.colors[3 * t + k];
+            if (!surface.turns.empty()) place.turn = surface.turns[3 * t + k];
             if (!known[vertex]) places[vertex] = place, known[vertex] = true;
             if (places[vertex] == place) continue;
             const auto [at, is_new] = copies.try_emplace({vertex, place}, std::uint32_t(out.seam_vertices.size()));
@@ -50,6 +50,8 @@ DrawnVertices numberVertices(const MeshSurface& surface, std::span<const Triangl
         for (const Place& place : places) out.uv.push_back(place.uv[s]);
     for (const Place& place : places)
         if (!surface.colors.empty()) out.colors.push_back(place.color);
+    for (const Place& place : places)
+        if (!surface.turns.empty()) out.turns.push_back(place.turn);
     return out;
 }
 
@@ -63,33 +65,6 @@ fbs::SlotSurface storedSlot(SlotSurface slot, std::size_t first_material) {
     return out;
 }
 
-// Reads the bytes of a picture. Returns why it is none, or "".
-std::string readPicture(SurfaceTexture& texture, const std::string& where) {
-    try {
-        if (!texture.file.empty()) texture.bytes = readTextureBytes(texture.file);
-    } catch (const IoError& error) {
-        return where + ": " + error.what();
-    }
-    try {
-        (void)decodeTexture(texture.bytes, where);
-    } catch (const InvalidInput& error) {
-        return error.what();
-    } catch (const Unsupported& error) {
-        return error.what();
-    }
-    return "";
-}
-
-// Gives the pictures of a slot their new numbers. A glow without its picture would be everywhere.
-void renumberTextures(std::span<const std::uint16_t> new_of_old, SlotSurface& slot) {
-    const bool glows = slot.use(TextureRole::kEmissive).any();
-    for (TextureUse& use : slot.uses) {
-        if (use.any()) use.texture = new_of_old[use.texture];
-        if (!use.any()) use = {};
-    }
-    if (glows && !slot.use(TextureRole::kEmissive).any()) slot.emissive = {};
-}
-
 Offset<fbs::Texture> writeTexture(FlatBufferBuilder& builder, const SurfaceTexture& texture) {
     const auto name = builder.CreateString(texture.name);
     if (!texture.file.empty()) return fbs::CreateTexture(builder, name, builder.CreateString(texture.file.string()));
@@ -98,29 +73,13 @@ Offset<fbs::Texture> writeTexture(FlatBufferBuilder& builder, const SurfaceTextu
 
 }  // namespace
 
-StoredTextures storeTextures(TextureStorage storage, const fs::path& folder, const std::string& name,
-                             MeshSurface& surface) {
-    StoredTextures stored;
-    std::vector<SurfaceTexture> kept;
-    std::vector<std::uint16_t> new_of_old;
+void storeTextures(TextureStorage storage, const fs::path& folder, MeshSurface& surface) {
     for (SurfaceTexture& texture : surface.textures) {
-        const std::string problem = readPicture(texture, name + ": " + texture.name);
-        if (!texture.file.empty() && !texture.bytes.empty()) stored.files.push_back(texture.file);
-        new_of_old.push_back(kNoTexture);
-        if (!problem.empty()) {
-            stored.notes.push_back(problem + kNumbersAlone);
-            continue;
-        }
         if (storage == TextureStorage::kEmbed)
             texture.file.clear();
         else if (!texture.file.empty())
             texture.file = fs::relative(texture.file, folder.empty() ? fs::path(".") : folder);
-        new_of_old.back() = std::uint16_t(kept.size());
-        kept.push_back(std::move(texture));
     }
-    surface.textures = std::move(kept);
-    for (SlotSurface& slot : surface.slots) renumberTextures(new_of_old, slot);
-    return stored;
 }
 
 Offset<fbs::Surface> writeSurface(FlatBufferBuilder& builder, const SurfaceLook& look,
@@ -134,6 +93,8 @@ Offset<fbs::Surface> writeSurface(FlatBufferBuilder& builder, const SurfaceLook&
     const auto uv = writeVector<float>(builder, drawn.uv);
     Offset<flatbuffers::Vector<std::uint16_t>> colors;
     if (!drawn.colors.empty()) colors = writeVector<std::uint16_t>(builder, drawn.colors);
+    Offset<flatbuffers::Vector<std::int8_t>> turns;
+    if (!drawn.turns.empty()) turns = writeVector<std::int8_t>(builder, drawn.turns);
     std::vector<fbs::SlotSurface> stored;
     for (const SlotSurface& slot : surface.slots) stored.push_back(storedSlot(slot, first_material));
     builder.ForceVectorAlignment(stored.size(), sizeof(fbs::SlotSurface), 16);
@@ -142,7 +103,7 @@ Offset<fbs::Surface> writeSurface(FlatBufferBuilder& builder, const SurfaceLook&
     for (const SurfaceTexture& texture : surface.textures) textures.push_back(writeTexture(builder, texture));
     const auto texture_vector = builder.CreateVector(textures);
     return fbs::CreateSurface(builder, seam_vertices, seam_corners, seam_of_corner, std::uint8_t(surface.uv.size()), uv,
-                              slots, texture_vector, colors);
+                              slots, texture_vector, colors, turns);
 }
 
 }  // namespace penumbra

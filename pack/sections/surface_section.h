@@ -19,17 +19,9 @@ struct SurfaceLook {
     std::vector<BrdfFile> materials;
 };
 
-// The files of pictures that were read, and what is wrong with those that are left out.
-struct StoredTextures {
-    std::vector<std::filesystem::path> files;
-    std::vector<std::string> notes;
-};
-// Reads the files of the pictures into the surface (kEmbed), or makes their paths relative to `folder`, where the asset
-// will lie (kLink); pictures inside the rig are embedded in any case. All have their bytes afterwards. Opens each once,
-// so that none is missing or damaged later. A picture that cannot be read is left out: its slots have the numbers of
-// their materials alone. `name` of the rig starts the notes.
-StoredTextures storeTextures(TextureStorage storage, const std::filesystem::path& folder, const std::string& name,
-                             MeshSurface& surface);
+// Says where the pictures of a surface will be, which openTextures() has opened: inside of the asset (kEmbed), or at
+// paths relative to `folder`, where the asset will lie (kLink); pictures inside the rig are embedded in any case.
+void storeTextures(TextureStorage storage, const std::filesystem::path& folder, MeshSurface& surface);
 
 // Numbers what is drawn of the surface and writes it. `triangles` are those of the asset's mesh of `vertices` vertices.
 // `first_material` is the number of the look's first material in the asset.

@@ -192,6 +192,7 @@ SunCost timeSuns(PosedScene& scene, SceneFrames& frames, SceneDrawing& drawing, 
     SceneFrames plain_frames(scene, off, threads);
     plain_frames.evaluateMembers();
     plain_frames.evaluateGround();
+    plain_frames.frameCamera();
     plain_frames.shade();
     SceneDrawing plain_drawing(scene, plain_frames, off);
     SunCost cost;
@@ -219,6 +220,7 @@ SceneCost costOf(const RenderOptions& options, const SceneDescription& descripti
     SceneFrames frames(scene, options, threads);
     frames.evaluateMembers();
     frames.evaluateGround();
+    frames.frameCamera();
     frames.shade();
     SceneCost cost;
     cost.members = scene.members().size();
@@ -241,7 +243,8 @@ SceneCost costOf(const RenderOptions& options, const SceneDescription& descripti
         cost.ground_vertices = frames.ground().positions.size();
         cost.ground_cast.receivers = frames.ground().evaluated;
         cost.ground_cast.pairs = cost.ground_cast.receivers * cost.casters;
-        timeThreads(runs, threads, cost.ground_cast, [&](int some) { groundVertices(scene, some); });
+        GroundVertices ground = frames.ground();
+        timeThreads(runs, threads, cost.ground_cast, [&](int some) { castOnGround(scene.cast(), some, ground); });
     }
     std::optional<SceneDrawing> drawing;
     if (context) drawing.emplace(scene, frames, options);

@@ -47,7 +47,7 @@ GroundRatio::GroundRatio(const PinholeCamera& camera)
 }
 
 void GroundRatio::placePoints(const SceneView& view, double ground_height, int threads) {
-    constexpr double kLeastSlope = 1e-3;  // the ground is seen up to a thousand times the height of the eye
+    constexpr double kMinSlope = 1e-3;  // the ground is seen up to a thousand times the height of the eye
     const Mat3d to_scene = transposed(view.turn());
     const Vec3d eye = view.eye();
     const double above = eye.y - ground_height;
@@ -55,7 +55,7 @@ void GroundRatio::placePoints(const SceneView& view, double ground_height, int t
         for (std::uint32_t x = 0; x < 2 * columns_ - 1; ++x) {
             const std::size_t i = rayIndex(std::uint32_t(y), x);
             const Vec3d direction = to_scene * toDouble(rays_[i]);
-            sees_[i] = above > 0 && direction.y < -kLeastSlope;
+            sees_[i] = above > 0 && direction.y < -kMinSlope;
             const double far = sees_[i] ? -above / direction.y : 1e3;
             points_[i] = toFloat(eye + direction * far);
             if (y % kStep == 0 && x % kStep == 0) grid_points_[y / kStep * columns_ + x / kStep] = points_[i];

@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "formats/scene/scene_camera.h"
-#include "player/composite/character_light.h"
 #include "player/scene/cast_blocks.h"
+#include "player/scene/character_light.h"
 #include "player/scene/scene_ground.h"
 #include "player/scene/scene_suns.h"
 

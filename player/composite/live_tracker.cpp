@@ -49,13 +49,13 @@ TagFrame LiveTracker::tagsIn(const TexturePicture& picture) {
 
 void LiveTracker::learnPlaces(const TagFrame& frame) {
     constexpr std::size_t kPictures = 15;
-    constexpr double kLeastMargin = 0.2;
+    constexpr double kMinMargin = 0.2;
     if (frame.tags.size() < 2 || together_.size() >= kPictures) return;
     for (const DetectedTag& tag : frame.tags) {
         const auto choice = std::ranges::find_if(
             tags_, [&](const TagChoice& one) { return one.family == tag.family && one.id == tag.id; });
         const auto pose = estimatePose(camera_, seenCorners(tag, choice->side));
-        if (!pose || pose->margin < kLeastMargin) return;
+        if (!pose || pose->margin < kMinMargin) return;
     }
     together_.push_back(frame);
     places_ = placeTags(camera_, tags_, together_);

@@ -181,23 +181,6 @@ void PhotographFrames::joinPictures(std::size_t member) {
     values.resize(frames_.members()[member].positions.size());
 }
 
-// Adds some vertices of a member, each for its neighbours as well.
-void PhotographFrames::addEmitters(std::size_t member, std::vector<ShiningVertex>& vertices) const {
-    constexpr std::size_t kMost = 2000;  // vertices of a member that are looked at
-    const FrameVertices& from = frames_.members()[member];
-    const std::span<const std::uint32_t> triangles = frames_.lookOf(member).view.mesh.triangles;
-    std::vector<float> areas(from.positions.size());
-    for (std::size_t t = 0; t + 2 < triangles.size(); t += 3) {
-        const Vec3 a = from.positions[triangles[t]], b = from.positions[triangles[t + 1]],
-                   c = from.positions[triangles[t + 2]];
-        const float third = length(cross(b - a, c - a)) / 6;
-        for (std::size_t k = 0; k < 3; ++k) areas[triangles[t + k]] += third;
-    }
-    const std::size_t step = areas.size() / kMost + 1;
-    for (std::size_t v = 0; v < areas.size(); v += step)
-        vertices.push_back({from.positions[v], from.normals[v] * (areas[v] * float(step)), sunlit_[member][v]});
-}
-
 void PhotographFrames::findEmitters() {
     constexpr float kCells = 15;  // along the diagonal of a character, half of its box
     std::vector<ShiningVertex> vertices;
@@ -205,7 +188,8 @@ void PhotographFrames::findEmitters() {
     for (std::size_t m = 0; m < scene_.members().size(); ++m) {
         if (scene_.members()[m]->file->real || scene_.members()[m]->caster == kNobody) continue;
         joinPictures(m);
-        addEmitters(m, vertices);
+        const FrameVertices& from = frames_.members()[m];
+        addShining({from.positions, from.normals, frames_.lookOf(m).view.mesh.triangles, sunlit_[m]}, vertices);
         radius = std::max(radius, float(boundsOf(frames_.members()[m].positions).radius()));
     }
     emitters_ = radius > 0 ? emittersOf(vertices, 2 * radius / kCells) : std::vector<Emitter>();

@@ -83,7 +83,6 @@ private:
     void findEmitters();
     void addSuns(std::size_t member, Vec3 eye);
     void joinPictures(std::size_t member);
-    void addEmitters(std::size_t member, std::vector<ShiningVertex>& vertices) const;
     GroundLight groundLight() const;
     bool hasReal() const;
     void makeSurfaces();

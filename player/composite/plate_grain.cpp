@@ -8,7 +8,7 @@ namespace penumbra {
 
 namespace {
 
-constexpr std::size_t kLevels = 8, kLeast = 200;
+constexpr std::size_t kLevels = 8, kMin = 200;
 
 // SplitMix64 (Steele, Lea and Flood 2014).
 std::uint64_t mixed(std::uint64_t x) {
@@ -55,7 +55,7 @@ PlateGrain measureGrain(const TexturePicture& plate) {
             }
         for (std::size_t l = 0; l < kLevels; ++l) {
             out.deviation[c][l] = -1;
-            if (sizes[l].size() < kLeast) continue;
+            if (sizes[l].size() < kMin) continue;
             const auto middle = sizes[l].begin() + std::ptrdiff_t(sizes[l].size() / 2);
             std::nth_element(sizes[l].begin(), middle, sizes[l].end());
             constexpr float kMedian = 0.6745f, kMask = 6;  // of |normal|; root of the mask's squares

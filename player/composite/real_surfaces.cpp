@@ -15,7 +15,7 @@ namespace penumbra {
 
 namespace {
 
-constexpr std::size_t kMostTriangles = 200000;
+constexpr std::size_t kMaxTriangles = 200000;
 
 // The cosine lobe's factors of bands 0 to 4 (Ramamoorthi and Hanrahan 2001, equation 8).
 constexpr std::array<double, 5> kCosineBands = {std::numbers::pi, 2 * std::numbers::pi / 3, std::numbers::pi / 4, 0,
@@ -77,7 +77,7 @@ RealSurface surfaceOf(const RealMesh& mesh, double edge) {
             if (lengths[k] > lengths[longest]) longest = k;
         }
         const Vec3 a = triangle[longest], b = triangle[(longest + 1) % 3], c = triangle[(longest + 2) % 3];
-        if (double(lengths[longest]) > edge && waiting.size() + out.triangles.size() / 3 < kMostTriangles) {
+        if (double(lengths[longest]) > edge && waiting.size() + out.triangles.size() / 3 < kMaxTriangles) {
             const Vec3 middle = (a + b) * 0.5f;
             waiting.push_back({a, middle, c});
             waiting.push_back({middle, b, c});

@@ -57,7 +57,8 @@ SurfaceShader surfaceShaderOf(const ShadingSet* shading) {
     if (!shading || !shading->showsSurface()) return {};
     const SurfaceView& surface = *shading->asset().surface;
     const bool blends = std::ranges::any_of(surface.slots, &SlotSurface::blends);
-    return {true, !surface.colors.empty(), blends, shading->surfaceTerms().slopes, shading->surfaceTerms().steps};
+    const SurfaceTerms& terms = shading->surfaceTerms();
+    return {true, !surface.colors.empty(), !surface.turns.empty(), blends, terms.slopes, terms.steps};
 }
 
 SurfaceUniforms surfaceUniforms(const GlObject& program) {
@@ -72,6 +73,7 @@ SurfaceUniforms surfaceUniforms(const GlObject& program) {
             at("surface_step_roughness"),
             at("surface_uv_set"),
             at("surface_colors"),
+            at("surface_turns"),
             {at("base_picture"), at("metal_picture"), at("normal_picture"), at("emissive_picture"),
              at("occlusion_picture")}};
 }
@@ -119,7 +121,9 @@ void GlSurface::uploadPlaces() {
     sources.insert(sources.end(), surface.seam_vertices.begin(), surface.seam_vertices.end());
     sources_ = makeBuffer(GL_ARRAY_BUFFER, std::span<const std::uint32_t>(sources));
     colors_ = makeTextureBuffer(GL_RGBA16, surface.colors);
-    bytes_ += drawn_ * (sizeof places[0] + sizeof sources[0]) + surface.colors.size_bytes();
+    turns_ = makeTextureBuffer(GL_RGBA8I, surface.turns);
+    bytes_ +=
+        drawn_ * (sizeof places[0] + sizeof sources[0]) + surface.colors.size_bytes() + surface.turns.size_bytes();
 }
 
 void GlSurface::uploadPictures() {
@@ -169,11 +173,14 @@ void GlSurface::bind(const SurfaceUniforms& at, std::size_t slot) const {
         gl::Uniform1i(at.textures[role], GLint(kFirstUnit + role));
         gl::Uniform1i(at.uv_set + GLint(role), look.uses[role].uv_set);
     }
-    if (at.colors >= 0) {
-        constexpr GLuint kUnit = kFirstUnit + GLuint(kTextureRoles);
-        gl::ActiveTexture(GL_TEXTURE0 + kUnit);
-        gl::BindTexture(GL_TEXTURE_BUFFER, colors_.texture.id());
-        gl::Uniform1i(at.colors, GLint(kUnit));
+    GLuint unit = kFirstUnit + GLuint(kTextureRoles);
+    for (const auto& [uniform, buffer] : {std::pair(at.colors, &colors_), std::pair(at.turns, &turns_)}) {
+        if (uniform >= 0) {
+            gl::ActiveTexture(GL_TEXTURE0 + unit);
+            gl::BindTexture(GL_TEXTURE_BUFFER, buffer->texture.id());
+            gl::Uniform1i(uniform, GLint(unit));
+        }
+        ++unit;
     }
     gl::ActiveTexture(GL_TEXTURE0);
 }

@@ -14,7 +14,7 @@ namespace penumbra {
 // What shaders of textured meshes are made for. No terms: of other meshes.
 struct SurfaceShader {
     bool on = false;
-    bool colors = false, blends = false;                      // of vertices; some slot
+    bool colors = false, turns = false, blends = false;       // of vertices; some slot
     std::size_t slopes = 0, steps = 0;                        // as SurfaceTerms has them
     std::size_t terms() const { return slopes + 2 * steps; }  // beside D
     auto operator<=>(const SurfaceShader&) const = default;
@@ -24,7 +24,7 @@ SurfaceShader surfaceShaderOf(const ShadingSet* shading);
 // Places of the uniforms of shaders/surface.glsl, and of the one of value.vert.
 struct SurfaceUniforms {
     GLint replaced = -1, base = -1, emissive = -1, f0 = -1, numbers = -1, alpha = -1, steps = -1, step_roughness = -1,
-          uv_set = -1, colors = -1;
+          uv_set = -1, colors = -1, turns = -1;
     std::array<GLint, kTextureRoles> textures{};
 };
 SurfaceUniforms surfaceUniforms(const GlObject& program);
@@ -55,7 +55,7 @@ private:
     std::vector<std::uint32_t> triangles_;
     std::vector<std::size_t> first_of_slot_;  // [slots + 1] into triangles_
     GlObject places_, sources_;
-    TextureBuffer colors_;  // [V + E]; one texel where vertices have none
+    TextureBuffer colors_, turns_;  // [V + E]; one texel where vertices have none
     // By texture, what it is for and how it repeats: an sRGB picture and one of numbers differ.
     std::map<std::tuple<std::uint16_t, bool, std::uint8_t>, GlObject> pictures_;
     std::array<GlObject, 2> none_;  // white, and the normal of a level surface

@@ -87,9 +87,10 @@ std::string evaluatedQuads(bool sunlit, const SurfaceShader& surface = {}) {
 std::string surfaceDefines(const SurfaceShader& surface) {
     if (!surface.on) return "";
     return std::string("#define TEXTURED\n") + (surface.colors ? "#define COLORED\n" : "") +
+           (surface.turns && surface.slopes > 0 ? "#define TURNED\n" : "") +
            (surface.blends ? "#define BLENDED\n" : "") + define("SLOPES", surface.slopes) +
-           define("STEPS", surface.steps) + define("TERMS", surface.terms()) + "#define LEAST_ROUGHNESS " +
-           glslFloat(kLeastRoughness) + "\n";
+           define("STEPS", surface.steps) + define("TERMS", surface.terms()) + "#define MIN_ROUGHNESS " +
+           glslFloat(kMinRoughness) + "\n";
 }
 
 }  // namespace

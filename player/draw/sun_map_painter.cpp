@@ -18,7 +18,7 @@ constexpr int kSunLevels = 5;         // of blocks of twice the side of those be
 constexpr int kBlocksWorkGroup = 8;   // invocations a side, as sun_blocks.comp has it
 constexpr GLuint kBlocksBinding = 0;  // of storage blocks, while they are made
 constexpr int kFramesBinding = 0;     // of uniform blocks
-constexpr int kMostMaps = kMaxSunMaps * kMaxNestedMaps;
+constexpr int kMaxMaps = kMaxSunMaps * kMaxNestedMaps;
 
 // Blocks of texels a side, a power of two, so that every level has half the side of the one before.
 int blockSide(int size) {
@@ -72,10 +72,10 @@ std::string sunDefine(const char* name, int value) {
 }  // namespace
 
 std::string sunGlsl() {
-    return sunDefine("MAX_SUNS", kMaxSunMaps) + sunDefine("MOST_MAPS", kMostMaps) +
+    return sunDefine("MAX_SUNS", kMaxSunMaps) + sunDefine("MAX_MAPS", kMaxMaps) +
            sunDefine("FRAMES_BINDING", kFramesBinding) + sunDefine("BIAS", kSunBias) +
-           sunDefine("SLOPE_BIAS", kSunSlopeBias) + sunDefine("LEAST_COSINE", kSunLeastCosine) +
-           sunDefine("BOX", kSunBox) + sunDefine("CELLS", kSunCells) + sunDefine("SEARCH_CELLS", kSunSearchCells) +
+           sunDefine("SLOPE_BIAS", kSunSlopeBias) + sunDefine("MIN_COSINE", kSunMinCosine) + sunDefine("BOX", kSunBox) +
+           sunDefine("CELLS", kSunCells) + sunDefine("SEARCH_CELLS", kSunSearchCells) +
            sunDefine("PASSES", kSunPasses) + sunDefine("BLOCK", kSunBlock) + sunDefine("LEVELS", kSunLevels) +
            kShaderSunGlsl;
 }
@@ -95,7 +95,7 @@ SunMapPainter::SunMapPainter(int suns, int size)
       block_blocks_(makeComputeProgram(blocksSource(false))),
       frame_at_(gl::GetUniformLocation(program_.id(), "sun_frame")) {
     makeLayers(1);  // refuses what is above this OpenGL's limit
-    const std::vector<float> none(kMostMaps * kFrameFloats);
+    const std::vector<float> none(kMaxMaps * kFrameFloats);
     frames_block_ = makeBuffer(GL_UNIFORM_BUFFER, std::span<const float>(none));
     assert(suns >= 1 && suns <= kMaxSunMaps && size >= kSmallestSunMap && size <= kLargestSunMap);
     checkGl("making the sun's map");

@@ -13,9 +13,10 @@ struct FrameVertices {
     std::vector<Vec3> positions, normals, tangents;  // [V]
     std::vector<float> numbers;                      // [V, stride], of the model or of the truth
     std::vector<float> indirect;                     // [V, kIndirectStride], of the model; empty where no light bounces
+    std::vector<Vec3> received;                      // [V] irradiance of light that others reflect; empty: none
 
     VertexFrames range(std::size_t begin, std::size_t end) const {
-        return {positions, normals, tangents, numbers, begin, end, indirect};
+        return {positions, normals, tangents, numbers, begin, end, indirect, received};
     }
 };
 

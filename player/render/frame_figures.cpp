@@ -85,14 +85,14 @@ std::string number(double value) {
 std::string figuresCsv(std::span<const FrameRecord> records, const AnimationView& animation) {
     std::string csv = "clip,frame,time,held_out,truth";
     for (const Word<Figure>& figure : kFigureWords) csv += "," + std::string(keyOf(figure.value));
-    csv += ",file\n";
+    csv += "\n";
     for (const FrameRecord& record : records) {
         const ClipView& clip = animation.clips[record.at.clip];
         csv += csvField(clip.name) + "," + std::to_string(record.at.number) + "," +
                number(animation.times[record.at.frame]) + "," + (clip.held_out ? "1," : "0,") +
                (record.errors ? "1" : "0");
         for (const Word<Figure>& figure : kFigureWords) csv += "," + number(figureOf(record, figure.value));
-        csv += "," + csvField(record.file.string()) + "\n";
+        csv += "\n";
     }
     return csv;
 }

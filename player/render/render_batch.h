@@ -36,8 +36,8 @@ void findTruth(BatchPlan& plan);
 // Gets the results frame by frame, in order. Pictures have alpha and no background. A panel that shows a truth that
 // does not exist has no pixels.
 struct BatchSink {
-    std::function<void(std::size_t index, const Image& picture)> picture;
-    std::function<void(std::size_t index, std::vector<Image> panels)> panels;
+    std::function<void(std::size_t index, const Image& picture)> picture = {};      // only where files are drawn
+    std::function<void(std::size_t index, std::vector<Image> panels)> panels = {};  // only where panels are drawn
     std::function<void(std::size_t done)> progress;
     // Gets BatchResult::exposure before the first picture. May be empty.
     std::function<void(float exposure)> exposure = {};

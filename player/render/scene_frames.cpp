@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "formats/common/errors.h"
+#include "formats/common/parallel_for.h"
 #include "formats/scene/scene_placement.h"
 #include "player/frame/framed_rest.h"
 #include "player/frame/mirror_sight.h"
@@ -25,9 +26,13 @@ SceneFrames::SceneFrames(const PosedScene& scene, const RenderOptions& options, 
     values_.resize(looks_.size() + (scene.file().ground ? 1 : 0));
     if (compares()) casts_.resize(values_.size());
     if (truth) attachTruth(*truth);
+    hidden_.resize(looks_.size());
+    if (scene.light()) whole_light_ = *scene.light();
     sunlight_ = sceneSunlight(scene, looks_);
     if (scene.field()) makeField();
-    if (!scene.file().ground || scene.field() || sunlight_.suns.empty()) return;
+    if (!scene.file().ground || scene.field()) return;
+    ground_ = groundMesh(*scene.file().ground);
+    if (sunlight_.suns.empty()) return;
     const auto side = std::size_t(scene.file().ground->resolution);
     ground_lobes_.assign(side * side, sunlight_.ground);
 }
@@ -48,7 +53,7 @@ void SceneFrames::replaceLight(const LightView& light) {
     const bool shines = !scene_.light()->suns.empty() && !sunlight_.remainder.empty();
     for (const std::unique_ptr<SceneLook>& look : looks_)
         if (look->shading) look->shading->replaceLight(look->shot.light, light);
-    sunlight_.light = light;
+    sunlight_.light = whole_light_ = light;
     if (!shines) return;
     sunlight_.suns = sunsOf(light, sunlight_.light_rotation);
     sunlight_.remainder = remainderOf(light);
@@ -90,13 +95,27 @@ CastReceivers receiversOf(const auto& vertices) { return {vertices.positions, ve
 void SceneFrames::evaluateMembers() {
     for (std::size_t m = 0; m < members_.size(); ++m) {
         if (!compares()) {
-            memberVertices(scene_, m, threads_, members_[m]);
+            memberVertices(scene_, m, threads_, members_[m], receives() ? &hidden_[m] : nullptr);
             continue;
         }
         ownVertices(*scene_.members()[m], threads_, members_[m]);
         castOverSphere(scene_.cast(), {.except = scene_.members()[m]->caster}, castOrderOf(scene_.castWay().mode),
                        receiversOf(members_[m]), threads_, casts_[m]);
     }
+    if (receives() && scene_.groundCasts()) castOnGlow();
+}
+
+bool SceneFrames::receives() const {
+    return options_.channel == Channel::kShaded && options_.bounces != Bounces::kDirect && !compares();
+}
+
+void SceneFrames::castOnGlow() {
+    std::vector<Vec3> corners;
+    for (const FrameVertices& member : members_) {
+        const BoundingBox box = boundsOf(member.positions);
+        corners.insert(corners.end(), {box.low, box.high});
+    }
+    if (!corners.empty()) glow_.cast(scene_.cast(), scene_.file().ground->height, corners, threads_);
 }
 
 void SceneFrames::evaluateGround() {
@@ -108,10 +127,9 @@ void SceneFrames::evaluateGround() {
         return;
     }
     if (!compares()) {
-        ground_ = groundVertices(scene_, threads_);
+        castOnGround(scene_.cast(), threads_, ground_);
         return;
     }
-    ground_ = groundMesh(*scene_.file().ground);
     castOverSphere(scene_.cast(), {}, castOrderOf(scene_.castWay().mode), receiversOf(ground_), threads_,
                    casts_.back());
 }
@@ -233,22 +251,72 @@ std::vector<Vec3> SceneFrames::groundValues() {
     if (compares())
         return groundInMode(scene_.castWay().mode, casts_.back(), shaded ? scene_.light() : nullptr,
                             scene_.lightRotation(), scene_.file().ground->albedo);
-    if (shaded) return groundRadiance(ground_, sunlight_.light, scene_.lightRotation(), scene_.file().ground->albedo);
+    if (shaded)
+        return groundRadiance(ground_, sunlight_.light, scene_.lightRotation(), scene_.file().ground->albedo, threads_);
     for (const float e : scene_.field() ? fieldAmbient(scene_.field()->convention(), field_) : groundAmbient(ground_))
         values.push_back({e, 0, 0});
     return values;
 }
 
-void SceneFrames::shade() {
+void SceneFrames::frameCamera() {
     view_ = sceneView(scene_, options_, members_);
     view_.error_max = options_.error_max;
+}
+
+void SceneFrames::shade() {
     shadeMembers();
     if (scene_.file().ground && (scene_.field() || !scene_.file().ground->catcher)) values_.back() = groundValues();
 }
 
 void SceneFrames::shadeMembers() {
+    const bool glows = receives() && scene_.groundCasts() && !members_.empty();
+    if (glows) {
+        GroundVertices up;
+        up.normals = {{0, 1, 0}};
+        up.tangents = {{0, 0, 1}};
+        glow_.light(groundWeights(up, whole_light_, scene_.lightRotation()), scene_.file().ground->albedo);
+    }
+    for (std::size_t m = 0; m < members_.size(); ++m) {
+        members_[m].received.clear();
+        if (!looks_[m]->drawn) continue;
+        if (glows) receiveFromGround(glow_, hidden_[m], threads_, members_[m]);
+        values_[m] = memberValues(m);
+    }
+    if (receives()) addOthersLight();
+}
+
+// What members show under the whole light is what they send to others.
+void SceneFrames::findShining() {
+    shining_.assign(members_.size(), {});
+    parallelFor(members_.size(), threads_, [&](std::size_t m) {
+        SceneLook& look = *looks_[m];
+        if (!look.drawn) return;
+        if (suns().empty()) {
+            shining_[m] = shiningMember(members_[m], look.view.mesh.triangles, values_[m]);
+            return;
+        }
+        std::vector<Vec3> whole;
+        look.shading->setSuns(false);
+        shadeFrame(*look.shading, members_[m], view_.eye, 1, whole);
+        look.shading->setSuns(true);
+        shining_[m] = shiningMember(members_[m], look.view.mesh.triangles, whole);
+    });
+}
+
+// Shades once more who receives light from others.
+void SceneFrames::addOthersLight() {
+    const auto wants = [&](std::size_t m) { return looks_[m]->drawn && hidden_[m].fromOthers(); };
+    std::vector<std::size_t> receivers;
     for (std::size_t m = 0; m < members_.size(); ++m)
-        if (looks_[m]->drawn) values_[m] = memberValues(m);
+        if (wants(m)) receivers.push_back(m);
+    if (receivers.empty()) return;
+    findShining();
+    parallelFor(receivers.size(), threads_, [&](std::size_t n) {
+        const std::size_t m = receivers[n];
+        members_[m].received.resize(members_[m].positions.size());
+        receiveFromOthers(*scene_.members()[m], m, shining_, hidden_[m], members_[m]);
+    });
+    for (const std::size_t m : receivers) values_[m] = memberValues(m);
 }
 
 std::vector<SceneMesh> SceneFrames::meshes() const {

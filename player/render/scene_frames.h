@@ -37,6 +37,8 @@ public:
     // The steps of a frame, in their order.
     void evaluateMembers();
     void evaluateGround();
+    // Looks at the members as they stand, by the camera of the options. Frames that follow keep it until the next call.
+    void frameCamera();
     void shade();
     // Lights the members as `light` does, turned as the scene's light is, from the next step on. It has at most the
     // order of the scene's light. Its suns shine where that has suns. `light` outlives this object, or the next call.
@@ -78,6 +80,11 @@ private:
     std::vector<std::vector<float>> casts_;  // of modes that compare: V_c of each member, then of the ground
     FrameView view_;
     std::vector<std::vector<Vec3>> values_;  // of each member, then of the ground
+    // Light that the ground and members send to one another.
+    std::vector<HiddenSky> hidden_;  // of each member
+    GroundGlow glow_;
+    std::vector<ShiningMember> shining_;
+    LightView whole_light_;  // with its suns
     SceneSunlight sunlight_;
     std::vector<LobeRange> ground_lobes_;    // of every vertex
     std::vector<std::vector<float>> sight_;  // of each member's mirrors
@@ -86,6 +93,10 @@ private:
     bool compares() const { return scene_.castWay().mode != CastMode::kProduct; }
     void attachTruth(const AssetView& truth);
     void shadeMembers();
+    bool receives() const;
+    void castOnGlow();
+    void addOthersLight();
+    void findShining();
     Channel channelOf(std::size_t member) const;
     FrameVertices trueMember(std::size_t member) const;
     std::vector<float> memberAmbient(std::size_t member, const FrameVertices& vertices) const;

@@ -31,7 +31,8 @@ bool fitsGpu(const PosedScene& scene, const RenderOptions& options) {
     const SceneDescription& file = scene.file();
     const bool plain = std::ranges::none_of(file.props, &SceneCharacter::real) && !scene.members().empty() &&
                        !(file.ground && file.ground->catcher);
-    return plain && options.channel != Channel::kError && scene.castWay().mode == CastMode::kProduct;
+    return plain && !scene.groundCasts() && options.channel != Channel::kError &&
+           scene.castWay().mode == CastMode::kProduct;
 }
 
 SceneOnGpu::SceneOnGpu(const PosedScene& scene, const RenderOptions& options, int threads)

@@ -13,7 +13,8 @@
 
 namespace penumbra {
 
-// Tells whether the GPU can evaluate the picture. It has the default way of casting, and draws everyone.
+// Tells whether the GPU can evaluate the picture. It has the default way of casting, draws everyone, and has no level
+// ground that casts.
 bool fitsGpu(const PosedScene& scene, const RenderOptions& options);
 
 class SceneOnGpu {

@@ -23,6 +23,7 @@ FrameView drawValues(const PosedScene& scene, const RenderOptions& options, int 
     SceneFrames frames(scene, options, threads, truth);
     frames.evaluateMembers();
     frames.evaluateGround();
+    frames.frameCamera();
     frames.shade();
     const std::optional<Sunlight> suns = shiningSuns(scene, options, frames);
     target.begin();

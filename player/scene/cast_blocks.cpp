@@ -4,8 +4,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "player/scene/cast_on.h"
-
 namespace penumbra {
 
 namespace {
@@ -31,7 +29,7 @@ float shareOf(const CastBlock& block, int axis, std::uint32_t at) {
 class Blocks {
 public:
     Blocks(const CastShadow& cast, const CastGrid& grid, int threads)
-        : cast_(cast), grid_(grid), threads_(threads), done_(grid.vertices.positions.size()) {}
+        : grid_(grid), tiles_(cast, grid, threads), done_(grid.vertices.positions.size()) {}
 
     std::size_t run(std::span<CastBlock> blocks) {
         for (const CastBlock& block : blocks) {
@@ -57,9 +55,8 @@ public:
     }
 
 private:
-    const CastShadow& cast_;
     const CastGrid& grid_;
-    int threads_;
+    CastTiles tiles_;
     std::vector<bool> done_;             // a vertex is evaluated, or about to be
     std::vector<std::uint32_t> wanted_;  // vertices
     std::size_t evaluated_ = 0;
@@ -75,16 +72,7 @@ private:
     }
 
     void evaluate() {
-        std::vector<Vec3> positions, normals, tangents;
-        for (const std::uint32_t v : wanted_) {
-            positions.push_back(grid_.vertices.positions[v]);
-            normals.push_back(grid_.vertices.normals[v]);
-            tangents.push_back(grid_.vertices.tangents[v]);
-        }
-        std::vector<float> mirrored;
-        castOn(cast_, {}, {positions, normals, tangents}, threads_, mirrored);
-        for (std::size_t n = 0; n < wanted_.size(); ++n)
-            std::copy_n(&mirrored[n * kFarNumbers], kFarNumbers, &grid_.mirrored[wanted_[n] * kFarNumbers]);
+        tiles_.castOn(wanted_);
         evaluated_ += wanted_.size();
         wanted_.clear();
     }

@@ -15,18 +15,12 @@
 #include <numbers>
 #include <vector>
 
-#include "runtime/cast/cast_shadow.h"
+#include "player/scene/cast_tiles.h"
 
 namespace penumbra {
 
 // The first number of a vertex that sees no caster. Its others are 0.
 inline const float kOpenSight = 2 * float(std::sqrt(std::numbers::pi));
-
-struct CastGrid {
-    std::uint32_t rows = 0, columns = 0;
-    CastReceivers vertices;     // [rows, columns]
-    std::span<float> mirrored;  // [rows, columns, kFarNumbers] what is visible past the casters
-};
 
 // Squares between the vertices low..high of rows (0) and columns (1).
 struct CastBlock {

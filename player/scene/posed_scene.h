@@ -61,6 +61,10 @@ public:
     const CastShadow& cast() const { return *cast_; }
     // The heights of the ground, which remember what they have looked at; null where it is level or missing.
     SceneField* field() const { return field_.get(); }
+    // There is a level ground that hides light from members and sends light back.
+    bool groundCasts() const {
+        return file_.ground && !field_ && file_.ground->casts && way_.mode == CastMode::kProduct;
+    }
     const CastWay& castWay() const { return way_; }
     // Props that are meshes, in the scene. They never move.
     const std::vector<RealMesh>& realMeshes() const { return meshes_; }

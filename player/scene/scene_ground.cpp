@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "formats/common/parallel_for.h"
 #include "player/scene/cast_blocks.h"
 #include "sh/quadrature.h"
 #include "sh/sh_basis.h"
@@ -112,13 +113,19 @@ GroundVertices groundMesh(const SceneGround& ground) {
     return out;
 }
 
+void castOnGround(const CastShadow& cast, int threads, GroundVertices& ground) {
+    std::ranges::fill(ground.mirrored, 0.0f);
+    for (std::size_t v = 0; v < ground.positions.size(); ++v) ground.mirrored[v * kFarNumbers] = kOpenSight;
+    const CastGrid grid{ground.side, ground.side, {ground.positions, ground.normals, ground.tangents}, ground.mirrored};
+    std::vector<CastBlock> blocks = castBlocks(ground.side, ground.side);
+    ground.evaluated = castOnBlocks(cast, grid, blocks, threads);
+    ground.drawn.clear();
+    Fans(ground, grid, blocks).add();
+}
+
 GroundVertices groundVertices(const SceneGround& ground, const CastShadow& cast, int threads) {
     GroundVertices out = groundMesh(ground);
-    for (std::size_t v = 0; v < out.positions.size(); ++v) out.mirrored[v * kFarNumbers] = kOpenSight;
-    const CastGrid grid{out.side, out.side, {out.positions, out.normals, out.tangents}, out.mirrored};
-    std::vector<CastBlock> blocks = castBlocks(out.side, out.side);
-    out.evaluated = castOnBlocks(cast, grid, blocks, threads);
-    Fans(out, grid, blocks).add();
+    castOnGround(cast, threads, out);
     return out;
 }
 
@@ -154,23 +161,23 @@ GroundWeights groundWeights(const GroundVertices& ground, const LightView& light
 }
 
 std::vector<Vec3> groundRadiance(const GroundVertices& ground, const LightView& light, const Mat3d& rotation,
-                                 Vec3 albedo) {
-    const GroundWeights weights = groundWeights(ground, light, rotation);
-    const Vec3d reflected = toDouble(albedo) * (1 / std::numbers::pi);
-    std::vector<Vec3> out;
-    for (std::size_t v = 0; v < ground.positions.size(); ++v) {
-        Vec3d irradiance;
-        for (std::size_t i = 0; i < kFarNumbers; ++i)
-            irradiance += weights[i] * double(ground.mirrored[v * kFarNumbers + i]);
-        Vec3 radiance = toFloat(reflected * irradiance);
-        for (int c = 0; c < 3; ++c) radiance[c] = std::max(radiance[c], 0.0f);
-        out.push_back(radiance);
-    }
+                                 Vec3 albedo, int threads) {
+    std::array<Vec3, kFarNumbers> weights;
+    const GroundWeights of_light = groundWeights(ground, light, rotation);
+    for (std::size_t i = 0; i < kFarNumbers; ++i)
+        weights[i] = toFloat(toDouble(albedo) * of_light[i] * (1 / std::numbers::pi));
+    std::vector<Vec3> out(ground.positions.size());
+    parallelFor(ground.side, threads, [&](std::size_t row) {
+        for (std::size_t v = row * ground.side; v < (row + 1) * ground.side; ++v) {
+            for (std::size_t i = 0; i < kFarNumbers; ++i) out[v] += weights[i] * ground.mirrored[v * kFarNumbers + i];
+            for (int c = 0; c < 3; ++c) out[v][c] = std::max(out[v][c], 0.0f);
+        }
+    });
     return out;
 }
 
-std::vector<Vec3> groundRadiance(const PosedScene& scene, const GroundVertices& ground) {
-    return groundRadiance(ground, *scene.light(), scene.lightRotation(), scene.file().ground->albedo);
+std::vector<Vec3> groundRadiance(const PosedScene& scene, const GroundVertices& ground, int threads) {
+    return groundRadiance(ground, *scene.light(), scene.lightRotation(), scene.file().ground->albedo, threads);
 }
 
 }  // namespace penumbra

@@ -19,6 +19,8 @@ struct GroundVertices {
 };
 // Returns the vertices of a ground that nobody casts on yet, with room for their numbers.
 GroundVertices groundMesh(const SceneGround& ground);
+// Writes what the vertices of a ground see past casters, and the triangles that show it.
+void castOnGround(const CastShadow& cast, int threads, GroundVertices& ground);
 GroundVertices groundVertices(const SceneGround& ground, const CastShadow& cast, int threads);
 GroundVertices groundVertices(const PosedScene& scene, int threads);
 // All vertices have one frame, so that irradiance is one weighted sum of a vertex' numbers: w_i = integral over the
@@ -28,8 +30,8 @@ GroundWeights groundWeights(const GroundVertices& ground, const LightView& light
 // E of each vertex, and what a Lambertian ground sends back from a light whose SH are turned by `rotation`.
 std::vector<float> groundAmbient(const GroundVertices& ground);
 std::vector<Vec3> groundRadiance(const GroundVertices& ground, const LightView& light, const Mat3d& rotation,
-                                 Vec3 albedo);
+                                 Vec3 albedo, int threads);
 // The same for the light and the ground of the scene.
-std::vector<Vec3> groundRadiance(const PosedScene& scene, const GroundVertices& ground);
+std::vector<Vec3> groundRadiance(const PosedScene& scene, const GroundVertices& ground, int threads);
 
 }  // namespace penumbra

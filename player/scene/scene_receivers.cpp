@@ -1,11 +1,14 @@
 #include "player/scene/scene_receivers.h"
 
 #include <algorithm>
+#include <array>
 
 #include "formats/common/parallel_for.h"
 #include "player/scene/cast_on.h"
 #include "runtime/cast/cast_product.h"
+#include "runtime/cast/ground_shadow.h"
 #include "runtime/shade/indirect_light.h"
+#include "runtime/shade/shading.h"
 
 namespace penumbra {
 
@@ -43,18 +46,60 @@ void ownVertices(const SceneMember& member, int threads, FrameVertices& vertices
     evaluateIndirect(member.evaluator, threads, vertices.indirect);
 }
 
-void castOthers(const PosedScene& scene, const SceneMember& member, int threads, FrameVertices& vertices) {
-    const CastReceivers receivers{vertices.positions, vertices.normals, vertices.tangents};
-    castOnNumbers(scene.cast(), {.except = member.caster}, member.evaluator, receivers, threads, vertices.numbers,
-                  vertices.indirect);
-    if (scene.field())
-        scene.field()->shadow(receivers, member.asset->view.model, threads, vertices.numbers, vertices.indirect);
+void castGround(const ModelView& model, const CastReceivers& vertices, int threads, std::span<float> numbers) {
+    const CastProduct product(model.convention);
+    const std::size_t count = vertices.normals.size(), stride = std::size_t(model.stride);
+    parallelFor((count + kMaxReceivers - 1) / kMaxReceivers, threads, [&](std::size_t piece) {
+        std::array<float, kMaxReceivers * kFarNumbers> mirrored;
+        const std::size_t first = piece * kMaxReceivers, n = std::min(kMaxReceivers, count - first);
+        const std::span<float> used = std::span(mirrored).first(n * kFarNumbers);
+        groundVisibility(vertices.normals.subspan(first, n), vertices.tangents.subspan(first, n), used);
+        product(numbers.subspan(first * stride, n * stride), stride, used);
+    });
 }
 
-void memberVertices(const PosedScene& scene, std::size_t index, int threads, FrameVertices& vertices) {
+namespace {
+
+// Replaces E of before by what E has lost since.
+void subtractAmbient(const ModelView& model, std::span<const float> numbers, std::vector<float>& before,
+                     std::vector<float>& after) {
+    after.resize(before.size());
+    ambient(model.convention, model.stride, numbers, after);
+    for (std::size_t v = 0; v < before.size(); ++v) before[v] = std::max(before[v] - after[v], 0.0f);
+}
+
+}  // namespace
+
+void castOthers(const PosedScene& scene, const SceneMember& member, int threads, FrameVertices& vertices,
+                HiddenSky* hidden) {
+    const CastReceivers receivers{vertices.positions, vertices.normals, vertices.tangents};
+    const ModelView& model = member.asset->view.model;
+    thread_local std::vector<float> after;
+    HiddenSky unwanted, &taken = hidden ? *hidden : unwanted;
+    if (hidden) {
+        taken.by_others.resize(vertices.positions.size());
+        ambient(model.convention, model.stride, vertices.numbers, taken.by_others);
+        after = taken.by_others;
+        taken.by_ground.clear();
+    }
+    if (castOnNumbers(scene.cast(), {.except = member.caster}, member.evaluator, receivers, threads, vertices.numbers,
+                      vertices.indirect) &&
+        hidden)
+        subtractAmbient(model, vertices.numbers, taken.by_others, after);
+    else
+        taken.by_others.clear();
+    if (scene.field()) scene.field()->shadow(receivers, model, threads, vertices.numbers, vertices.indirect);
+    if (!scene.groundCasts()) return;
+    if (hidden) taken.by_ground = after;
+    castGround(model, receivers, threads, vertices.numbers);
+    if (hidden) subtractAmbient(model, vertices.numbers, taken.by_ground, after);
+}
+
+void memberVertices(const PosedScene& scene, std::size_t index, int threads, FrameVertices& vertices,
+                    HiddenSky* hidden) {
     const SceneMember& member = *scene.members()[index];
     ownVertices(member, threads, vertices);
-    castOthers(scene, member, threads, vertices);
+    castOthers(scene, member, threads, vertices, hidden);
 }
 
 FrameVertices memberVertices(const PosedScene& scene, std::size_t index, int threads) {

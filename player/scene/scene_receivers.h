@@ -2,6 +2,7 @@
 // What the vertices of a scene see past its casters.
 #include "player/frame/frame_values.h"
 #include "player/scene/posed_scene.h"
+#include "player/scene/received_light.h"
 
 namespace penumbra {
 
@@ -20,13 +21,18 @@ void skinMember(const SceneMember& member, int threads, FrameVertices& vertices)
 void ownVertices(const SceneMember& member, int threads, FrameVertices& vertices);
 
 // Multiplies numbers of a member's vertices, which are of its own model, and light that bounces to them, by what all
-// others and a ground with heights leave visible.
-void castOthers(const PosedScene& scene, const SceneMember& member, int threads, FrameVertices& vertices);
+// others and the ground leave visible. Writes what each of them takes from a white sky, unless `hidden` is null.
+void castOthers(const PosedScene& scene, const SceneMember& member, int threads, FrameVertices& vertices,
+                HiddenSky* hidden = nullptr);
+
+// Multiplies the numbers of vertices [V, stride] that stand on a level ground by what it leaves visible.
+void castGround(const ModelView& model, const CastReceivers& vertices, int threads, std::span<float> numbers);
 
 // Sizes `vertices`, which may hold those of a frame before. Computes the vertices of a member in the scene, with
 // numbers past its own parts and all other casters. Where nobody casts on it, these are the very numbers that it has
 // alone.
-void memberVertices(const PosedScene& scene, std::size_t member, int threads, FrameVertices& vertices);
+void memberVertices(const PosedScene& scene, std::size_t member, int threads, FrameVertices& vertices,
+                    HiddenSky* hidden = nullptr);
 FrameVertices memberVertices(const PosedScene& scene, std::size_t member, int threads);
 
 }  // namespace penumbra

@@ -28,8 +28,8 @@ bool shine(const PosedScene& scene, SunChoice choice) {
 }  // namespace
 
 void drawSunMaps(const Sun& sun, const SunCasters& casters, int size, int threads, SunMaps& maps) {
-    constexpr int kMostBands = 16;
-    const int bands = threads > 0 ? std::min(threads, kMostBands) : kMostBands;  // each looks at all triangles
+    constexpr int kMaxBands = 16;
+    const int bands = threads > 0 ? std::min(threads, kMaxBands) : kMaxBands;  // each looks at all triangles
     maps.begin(casters, sun.direction, sun.radius, size);
     parallelFor(std::size_t(bands), threads, [&](std::size_t band) { maps.draw(casters, int(band), bands); });
 }

@@ -25,6 +25,10 @@ flat out int surface_plain;
 uniform samplerBuffer surface_colors;  // a texel a vertex that is drawn
 out vec4 surface_color;
 #endif
+#ifdef TURNED
+uniform isamplerBuffer surface_turns;  // a texel a vertex that is drawn
+out vec3 surface_turn;
+#endif
 #if SLOPES > 0
 out vec3 shape_position;
 INTERPOLATION out vec3 shape_normal;
@@ -48,6 +52,9 @@ void main() {
     surface_plain = place.w > 0.0 ? 0 : 1;
 #ifdef COLORED
     surface_color = texelFetch(surface_colors, gl_VertexID);
+#endif
+#ifdef TURNED
+    surface_turn = vec3(texelFetch(surface_turns, gl_VertexID).xyz) / 127.0;
 #endif
 #if SLOPES > 0
     shape_position = position;

@@ -1,13 +1,13 @@
 // The share of a sun that a point sees, from depth maps of the casters. It has the rules of SunMaps
 // (runtime/sun/sun_map.h), whose source tells the method; sun_nest.cpp tells why a sun has several maps.
-// player/draw/sun_map_painter.cpp defines MAX_SUNS, MOST_MAPS, BIAS, SLOPE_BIAS, LEAST_COSINE, BOX, CELLS,
+// player/draw/sun_map_painter.cpp defines MAX_SUNS, MAX_MAPS, BIAS, SLOPE_BIAS, MIN_COSINE, BOX, CELLS,
 // FRAMES_BINDING, SEARCH_CELLS, PASSES, BLOCK and LEVELS as SUN_... from its constants.
 uniform sampler2DArray sun_depths;            // a layer a map: depth / range; 1: nothing
 uniform samplerBuffer sun_blocks;             // what sun_blocks.comp makes
 uniform int sun_block_side, sun_block_count;  // blocks of texels a side; numbers of a map in sun_blocks
 uniform ivec2 sun_maps[SUN_MAX_SUNS];         // the first map of a sun, and the one after its last
 // NestedSunMap: 3 rows, (range, tangent of the radius, texel, size), (origin, border)
-layout(std140, binding = SUN_FRAMES_BINDING) uniform SunFrames { vec4 sun_frames[5 * SUN_MOST_MAPS]; };
+layout(std140, binding = SUN_FRAMES_BINDING) uniform SunFrames { vec4 sun_frames[5 * SUN_MAX_MAPS]; };
 
 // Where cell `across` of a line tests its texel, from its start: the multiples of the golden section.
 int sunCellTexel(int across, int stride) { return (((across * 40503) & 65535) * stride) >> 16; }
@@ -82,7 +82,7 @@ float sunWeight(int map, vec3 place) {
 bool sunReceiver(int map, vec3 place, vec3 normal, out SunReceiver receiver) {
     vec3 n;
     for (int i = 0; i < 3; ++i) n[i] = dot(sun_frames[5 * map + i].xyz, normal);
-    float cosine = -n.z, limited = max(cosine, SUN_LEAST_COSINE);
+    float cosine = -n.z, limited = max(cosine, SUN_MIN_COSINE);
     receiver.widest = sunWidest(map, place);
     place.z -= SUN_BIAS + SUN_SLOPE_BIAS * sqrt(max(1.0 - limited * limited, 0.0)) / limited;
     receiver.place = place;

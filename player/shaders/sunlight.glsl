@@ -143,7 +143,7 @@ vec3 sunlightOn(Surface s) {
         if (share <= 0.0) continue;
         vec3 f = penumbra_brdf_lobe(PENUMBRA_PRINCIPLED_DIFFUSE, dielectric, s.diffuse, wi, wo);
         if (surface_steps > 0) {
-            vec4 roughness = vec4(max(s.roughness, LEAST_ROUGHNESS), 0.0, 0.0, 0.0);
+            vec4 roughness = vec4(max(s.roughness, MIN_ROUGHNESS), 0.0, 0.0, 0.0);
             f += penumbra_brdf_lobe(PENUMBRA_GGX_F0, roughness, s.f0, wi, wo) +
                  penumbra_brdf_lobe(PENUMBRA_GGX_F90, roughness, s.f90, wi, wo);
         }

@@ -5,6 +5,9 @@ flat in int surface_plain; // 1: the material has been replaced by one without p
 #ifdef COLORED
 in vec4 surface_color;     // of the vertices
 #endif
+#ifdef TURNED
+in vec3 surface_turn;      // TangentTurn of formats/common/surface.h
+#endif
 #if TERMS > 0
 INTERPOLATION in vec3 term[TERMS];
 #endif
@@ -29,17 +32,25 @@ struct Surface {
 };
 
 #if SLOPES > 0
-// The normal of the picture. Its tangent and bitangent are those along which texture coordinates grow (Schueler 2006,
-// "Normal mapping without precomputed tangents", ShaderX 5); v points down there and up in the picture's own frame.
+// The normal of the picture. Its x is along the unit direction in which u grows, across the vertices' normal, and its y
+// at right angles to both, against v (glTF 2.0, section 3.7.2.1; MikkTSpace). It does not depend on the side that is
+// seen: on the other one the turn of the corners changes its sign, and so does that of the places.
 vec3 bentNormal(vec3 level, vec2 place, vec3 picture) {
     vec3 along_x = dFdx(shape_position), along_y = dFdy(shape_position);
     vec2 place_x = dFdx(place), place_y = dFdy(place);
-    vec3 from_x = cross(level, along_x), from_y = cross(along_y, level);
-    vec3 tangent = from_y * place_x.x + from_x * place_y.x, bitangent = -(from_y * place_x.y + from_x * place_y.y);
-    float longest = max(dot(tangent, tangent), dot(bitangent, bitangent));
-    if (!(longest > 0.0)) return level;
-    picture.xy *= surface_numbers.z * sign(dot(level, cross(along_x, along_y)));  // also seen from behind
-    vec3 bent = (tangent * picture.x + bitangent * picture.y) * inversesqrt(longest) + level * picture.z;
+    float turn = place_x.x * place_y.y - place_y.x * place_x.y;
+    vec3 tangent = (along_x * place_y.y - along_y * place_x.y) * sign(turn);
+    tangent -= level * dot(level, tangent);
+    if (!(dot(tangent, tangent) > 0.0)) return level;
+    tangent = normalize(tangent);
+    vec3 bitangent = cross(level, tangent) * (dot(level, cross(along_x, along_y)) * turn > 0.0 ? -1.0 : 1.0);
+    vec2 bend = surface_numbers.z * picture.xy;
+#ifdef TURNED
+    vec2 x = dot(surface_turn.xy, surface_turn.xy) > 0.0 ? normalize(surface_turn.xy) : vec2(1.0, 0.0);
+    if (surface_turn.z < 0.0) bend.y = -bend.y;
+    bend = bend.x * x + bend.y * vec2(-x.y, x.x);
+#endif
+    vec3 bent = tangent * bend.x + bitangent * bend.y + level * picture.z;
     return dot(bent, bent) > 0.0 ? normalize(bent) : level;
 }
 #endif
@@ -101,7 +112,10 @@ Surface surfaceHere() {
 vec3 surfaceRadiance(Surface s, vec3 value) {
 #if SLOPES > 0
     vec3 along = vec3(dot(term[0], s.normal), dot(term[1], s.normal), dot(term[2], s.normal));
-    value = max(value * dot(s.normal, s.level) + along, 0.0);
+    float cosine = clamp(dot(s.normal, s.level), -1.0, 1.0), angle = acos(cosine);
+    // What lies above the vertex and below the picture's horizon counts as 0, where the first two terms take it off.
+    vec3 below = max(value * (0.5 - 0.5 * cosine) - along * (angle / 3.14159265), 0.0);
+    value = max(value * cosine + along + below, 0.0);
 #endif
     vec3 sum = s.diffuse * value;
 #if STEPS > 0

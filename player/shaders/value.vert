@@ -35,6 +35,10 @@ flat out int surface_plain;
 uniform samplerBuffer surface_colors;  // a texel a vertex that is drawn
 out vec4 surface_color;
 #endif
+#ifdef TURNED
+uniform isamplerBuffer surface_turns;  // a texel a vertex that is drawn
+out vec3 surface_turn;
+#endif
 #if SLOPES > 0
 out vec3 shape_position;
 INTERPOLATION out vec3 shape_normal;
@@ -55,6 +59,9 @@ void main() {
     surface_plain = surface_replaced ? 1 : 0;
 #ifdef COLORED
     surface_color = texelFetch(surface_colors, gl_VertexID);
+#endif
+#ifdef TURNED
+    surface_turn = vec3(texelFetch(surface_turns, gl_VertexID).xyz) / 127.0;
 #endif
 #if SLOPES > 0
     shape_position = position;

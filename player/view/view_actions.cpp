@@ -5,6 +5,7 @@
 
 #include "player/view/view_controls.h"
 #include "player/view/view_look.h"
+#include "player/view/view_scene.h"
 
 namespace penumbra {
 namespace {
@@ -101,7 +102,11 @@ void browse(ViewState& state, const Scene&, KeyPress) {
     if (state.window.browsed)
         state.window.browsed.reset();
     else
-        state.window.browsed = ".";
+        browseFiles(state);
+}
+void help(ViewState& state, const Scene&, KeyPress) {
+    state.window.help = !state.window.help || state.window.browsed;
+    state.window.browsed.reset();
 }
 void brush(ViewState& state, const Scene& scene, KeyPress) {
     state.tool.brush.on = scene.field && !state.tool.brush.on;
@@ -117,34 +122,83 @@ void screenshot(ViewState& state, const Scene&, KeyPress press) {
     state.window.screenshot_panels = !press.shift;
 }
 
+// Where a change shows, of keys whose change only some pictures show.
+constexpr std::string_view kInShaded = "shows in shaded pictures (1)";
+
+std::string_view unlessShaded(const Scene&, const ViewState& state) {
+    return state.show.channel == Channel::kShaded && !state.show.component ? "" : kInShaded;
+}
+std::string_view unlessSuns(const Scene& scene, const ViewState& state) {
+    const std::string_view where = unlessShaded(scene, state);
+    return where.empty() ? whyNoSuns(scene, state) : where;
+}
+std::string_view unlessShadowed(const Scene&, const ViewState& state) {
+    switch (state.show.channel) {
+        case Channel::kShaded:
+        case Channel::kAmbient:
+        case Channel::kError:
+        case Channel::kBouncedAmbient:
+            if (!state.show.component) return {};
+            break;
+        default:
+            break;
+    }
+    return "shows in shaded pictures, ambient visibility and errors (1, 2, 3)";
+}
+std::string_view unlessCompared(const Scene& scene, const ViewState& state) {
+    if (!scene.hasTruth()) return {};  // then it changes nothing
+    if (shownCompare(state) != state.show.compare) return "shows in shaded pictures and ambient visibility (1, 2)";
+    return state.show.compare == Compare::kModel ? "" : whyNoTruth(scene, state);
+}
+std::string_view unlessTruth(const Scene& scene, const ViewState& state) {
+    return scene.hasTruth() ? whyNoTruth(scene, state) : "";
+}
+std::string_view unlessError(const Scene&, const ViewState& state) {
+    return state.show.channel == Channel::kError && !state.show.component ? "" : "shows in the picture of errors (3)";
+}
+std::string_view unlessBetween(const Scene&, const ViewState& state) {
+    return state.smooth && snapsToFrames(state) ? "shows where no truth does: between sampled frames there is none"
+                                                : "";
+}
+std::string_view unlessOutlines(const Scene& scene, const ViewState&) {
+    return scene.hasOutlines() ? "" : "no character here has boxes or spheres to cast by";
+}
+std::string_view unlessBrush(const Scene&, const ViewState& state) {
+    return state.tool.brush.on ? "" : "shows with the brush (0)";
+}
+
 constexpr std::array kShortcuts = {
     Shortcut{' ', "Space", "", "play or pause", toggle<&ViewState::playhead, &Playhead::playing>},
     Shortcut{kKeyRight, "Right", "10 frames", "next frame", step<1>},
     Shortcut{kKeyLeft, "Left", "10 frames", "previous frame", step<-1>},
     Shortcut{kKeyHome, "Home", "", "first frame", rewind},
     Shortcut{'W', "W", "farthest out of range", "the clip's frame of the largest error", worst,
-             "another frame than the worst"},
-    Shortcut{'I', "I", "", "interpolate between sampled frames, or snap to them", toggle<&ViewState::smooth>},
+             "another frame than the worst, and for the error a clip with baked truth"},
+    Shortcut{'I', "I", "", "interpolate between sampled frames, or snap to them", toggle<&ViewState::smooth>, "",
+             unlessBetween},
     Shortcut{kKeyUp, "Up", "", "twice as fast", faster},
     Shortcut{kKeyDown, "Down", "", "half as fast", slower},
     Shortcut{kKeyPageDown, "Page Down", "", "next clip", otherClip<1>, "another clip"},
     Shortcut{kKeyPageUp, "Page Up", "", "previous clip", otherClip<-1>, "another clip"},
-    Shortcut{'M', "M", "previous", "next material of the chosen slot", next<kMaterialMenu>, "another material"},
+    Shortcut{'M', "M", "previous", "next material of the chosen slot", next<kMaterialMenu>, "another material",
+             unlessShaded},
     Shortcut{'S', "S", "previous", "next slot, or all slots", next<kSlotMenu>, "a mesh with slots"},
-    Shortcut{'L', "L", "previous", "next light", next<kLightMenu>, "another light"},
-    Shortcut{'K', "K", "", "light as it came, not turned", unturnLight, "a light that is turned"},
+    Shortcut{'L', "L", "previous", "next light", next<kLightMenu>, "another light", unlessShaded},
+    Shortcut{'K', "K", "", "light as it came, not turned", unturnLight, "a light that is turned", unlessShaded},
     Shortcut{'H', "H", "", "suns of the light with shadow maps, or all light as SH",
-             toggle<&ViewState::lighting, &Lighting::suns>},
-    Shortcut{'V', "V", "previous", "next form of the light: lobes, fixed lobes, exact rotation", next<kLightFormMenu>},
-    Shortcut{'P', "P", "", "reflectance as slices or as operators", next<kReflectanceMenu>},
-    Shortcut{'E', "E", "automatic exposure", "brighter", brighter},
-    Shortcut{'D', "D", "", "darker", darker},
-    Shortcut{'O', "O", "previous", "next tone mapping", next<kToneMapMenu>},
-    Shortcut{'T', "T", "", "baked truth or model", toggleTruth, "a baked truth (--truth)"},
-    Shortcut{'C', "C", "previous", "next way to compare with the truth", next<kCompareMenu>, "a baked truth (--truth)"},
+             toggle<&ViewState::lighting, &Lighting::suns>, "", unlessSuns},
+    Shortcut{'V', "V", "previous", "next form of the light: lobes, fixed lobes, exact rotation", next<kLightFormMenu>,
+             "", unlessShaded},
+    Shortcut{'P', "P", "", "reflectance as slices or as operators", next<kReflectanceMenu>, "", unlessShaded},
+    Shortcut{'E', "E", "automatic exposure", "brighter", brighter, "", unlessShaded},
+    Shortcut{'D', "D", "", "darker", darker, "", unlessShaded},
+    Shortcut{'O', "O", "previous", "next tone mapping", next<kToneMapMenu>, "", unlessShaded},
+    Shortcut{'T', "T", "", "baked truth or model", toggleTruth, "a baked truth (--truth)", unlessCompared},
+    Shortcut{'C', "C", "previous", "next way to compare with the truth", next<kCompareMenu>, "a baked truth (--truth)",
+             unlessCompared},
     Shortcut{'1', "1", "", "shaded", channel<Channel::kShaded>, "a material and a light"},
     Shortcut{'2', "2", "", "ambient visibility", channel<Channel::kAmbient>},
-    Shortcut{'3', "3", "", "error against the truth", channel<Channel::kError>, "a baked truth (--truth)"},
+    Shortcut{'3', "3", "", "error against the truth", channel<Channel::kError>, "a baked truth (--truth)", unlessTruth},
     Shortcut{'4', "4", "", "clusters", channel<Channel::kClusters>},
     Shortcut{'5', "5", "", "normals", channel<Channel::kNormals>},
     Shortcut{'6', "6", "previous", "PCA component, the next one", component, "a model with components"},
@@ -152,25 +206,27 @@ constexpr std::array kShortcuts = {
     Shortcut{'8', "8", "", "ambient visibility with light that bounces", channel<Channel::kBouncedAmbient>,
              "a character with light that bounces"},
     Shortcut{'9', "9", "previous", "next light: all, direct light, light that bounces", next<kBounceMenu>,
-             "a character with light that bounces"},
-    Shortcut{'[', "[", "", "error scale to a smaller number", smallerError},
-    Shortcut{']', "]", "", "error scale to a larger number", largerError},
+             "a character with light that bounces", unlessShaded},
+    Shortcut{'[', "[", "", "error scale to a smaller number", smallerError, "", unlessError},
+    Shortcut{']', "]", "", "error scale to a larger number", largerError, "", unlessError},
     Shortcut{'N', "N", "", "normals and tangents as lines", toggle<&ViewState::show, &ShowChoice::frames>},
     Shortcut{'U', "U", "", "boxes of fields, or spheres, that characters cast by",
-             toggle<&ViewState::show, &ShowChoice::boxes>},
+             toggle<&ViewState::show, &ShowChoice::boxes>, "", unlessOutlines},
     Shortcut{'Y', "Y", "previous", "lobe of the next factor of the picked vertex", nextFactor,
              "a picked vertex of a composed character"},
     Shortcut{'X', "X", "", "no vertex picked", unpick, "a picked vertex"},
     Shortcut{'Z', "Z", "", "scores as the pose has them, not changed", unedit, "scores that are changed"},
     Shortcut{'F', "F", "", "frame everything", frameScene},
     Shortcut{'R', "R", "", "turntable", toggle<&ViewState::turntable>},
-    Shortcut{'B', "B", "", "background of the light", toggle<&ViewState::show, &ShowChoice::background>},
+    Shortcut{'B', "B", "", "background of the light", toggle<&ViewState::show, &ShowChoice::background>, "",
+             unlessShaded},
     Shortcut{'G', "G", "", "ground plane", toggle<&ViewState::show, &ShowChoice::ground>},
     Shortcut{'0', "0", "", "brush for a ground with heights: left drag raises, Shift + left drag lowers", brush,
              "a ground with heights"},
-    Shortcut{',', ",", "weaker brush", "smaller brush", otherBrush<false>},
-    Shortcut{'.', ".", "stronger brush", "larger brush", otherBrush<true>},
-    Shortcut{'J', "J", "previous", "next shadows: of all, on itself, on others, none", next<kShadowMenu>},
+    Shortcut{',', ",", "weaker brush", "smaller brush", otherBrush<false>, "", unlessBrush},
+    Shortcut{'.', ".", "stronger brush", "larger brush", otherBrush<true>, "", unlessBrush},
+    Shortcut{'J', "J", "previous", "next shadows: of all, on itself, on others, none", next<kShadowMenu>, "",
+             unlessShadowed},
     Shortcut{'A', "A", "previous",
              "next way that shadows of others join: product, folded, Nowrouzezahrai 2009 and 2011", next<kCastModeMenu>,
              "several characters that cast"},
@@ -179,12 +235,17 @@ constexpr std::array kShortcuts = {
     Shortcut{kKeyF11, "F11", "turntable as a video", "pictures of all frames of the clip", sequence},
     Shortcut{kKeyBackspace, "Backspace", "forth again", "back to the view before (Ctrl + Z)", undo},
     Shortcut{kKeyF2, "F2", "", "open a file (Ctrl + O)", browse},
-    Shortcut{kKeyF1, "F1", "", "this help", toggle<&ViewState::window, &WindowChoice::help>},
+    Shortcut{kKeyF1, "F1", "", "this help", help},
     Shortcut{kKeyEscape, "Escape", "", "close the help and the files, stop pictures", closeHelp, "something to close"},
     Shortcut{'Q', "Q", "", "quit", quit},
 };
 
 }  // namespace
+
+void browseFiles(ViewState& state) {
+    state.window.browsed = state.window.recent.empty() ? "." : state.window.recent.front().parent_path();
+    state.window.help = false;
+}
 
 std::span<const Shortcut> shortcuts() { return kShortcuts; }
 
@@ -195,6 +256,14 @@ std::string whyNothing(KeyPress press) {
                                                   : "";
     const std::string what = std::string(shortcut->name) + " (" + std::string(shortcut->text) + ")";
     return what + (shortcut->needs.empty() ? " changes nothing now" : " needs " + std::string(shortcut->needs));
+}
+
+std::string whyUnseen(const ViewState& state, const Scene& scene, KeyPress press) {
+    const auto shortcut = std::ranges::find(kShortcuts, press.key, &Shortcut::key);
+    if (shortcut == kShortcuts.end() || !shortcut->unseen) return "";
+    const std::string_view why = shortcut->unseen(scene, state);
+    if (why.empty()) return "";
+    return std::string(shortcut->name) + " (" + std::string(shortcut->text) + "): " + std::string(why);
 }
 
 bool applyKey(ViewState& state, const Scene& scene, KeyPress press) {

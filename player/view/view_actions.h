@@ -37,13 +37,20 @@ struct Shortcut {
     std::string_view text;
     void (*apply)(ViewState& state, const Scene& scene, KeyPress press);
     std::string_view needs = {};  // without which it changes nothing
+    // Says where the change shows, where the picture that is on does not show it; empty where it does. Null: always.
+    std::string_view (*unseen)(const Scene& scene, const ViewState& state) = nullptr;
 };
 std::span<const Shortcut> shortcuts();
+
+// Shows the files of the folder that the last one came from, beside the picture. Nothing else is listed then.
+void browseFiles(ViewState& state);
 
 // Does what the key stands for; returns false when it stands for nothing.
 bool applyKey(ViewState& state, const Scene& scene, KeyPress press);
 // Says why a key changed nothing: that it stands for nothing, or what it needs. Empty for a key that writes nothing, as
 // Shift.
 std::string whyNothing(KeyPress press);
+// Says why the picture does not show what a key has just changed. Empty where it does.
+std::string whyUnseen(const ViewState& state, const Scene& scene, KeyPress press);
 
 }  // namespace penumbra

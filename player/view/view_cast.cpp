@@ -127,13 +127,12 @@ void showLevelGround(Scene& scene, const ViewState& state, const GroundKey& key,
     const Mat3d rotation = toDouble(lightRotation(state));
     if (ground.seen.update({key.seen, key.on_cpu})) {
         const CastShadow nobody({});
-        ground.vertices =
-            joins ? groundMesh(file)
-                  : groundVertices(file, key.seen.shadows == Shadows::kCast ? *scene.cast : nobody, threads);
+        if (joins || ground.vertices.positions.empty()) ground.vertices = groundMesh(file);
+        if (!joins) castOnGround(key.seen.shadows == Shadows::kCast ? *scene.cast : nobody, threads, ground.vertices);
     }
     if (!joins) {
-        values =
-            light ? groundRadiance(ground.vertices, *light, rotation, file.albedo) : ambientValues(ground.vertices);
+        values = light ? groundRadiance(ground.vertices, *light, rotation, file.albedo, threads)
+                       : ambientValues(ground.vertices);
         return;
     }
     values = joinedGround(key.seen.mode, castersOf(scene, key.seen.mode),

@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "player/frame/framed_rest.h"
+#include "player/frame/truth_frames.h"
 #include "player/view/vertex_figures.h"
 #include "player/view/view_controls.h"
 #include "player/view/view_look.h"
@@ -67,11 +68,54 @@ ViewState stateFor(const Scene& scene, const ViewState& old) {
     return state;
 }
 
+ViewState carriedOver(const Scene& from, const Scene& to, const ViewState& old) {
+    const auto moved = [](const std::vector<std::string_view>& names, std::size_t at,
+                          const std::vector<std::string_view>& now) -> std::optional<std::size_t> {
+        if (at >= names.size()) return std::nullopt;
+        const auto found = std::ranges::find(now, names[at]);
+        if (found == now.end()) return std::nullopt;
+        return std::size_t(found - now.begin());
+    };
+    ViewState state = old;
+    for (CharacterChoice& character : state.characters)
+        for (std::size_t& material : character.material_of_slot) {
+            const std::optional<std::size_t> now = moved(from.material_names, material, to.material_names);
+            if (!now) {
+                character.material_of_slot.clear();
+                break;
+            }
+            material = *now;
+        }
+    state.lighting.light = moved(from.light_names, old.lighting.light, to.light_names).value_or(0);
+    state.lighting.parameters.clear();
+    for (const auto& [material, value] : old.lighting.parameters)
+        if (const auto now = moved(from.material_names, material, to.material_names))
+            state.lighting.parameters[*now] = value;
+    return state;
+}
+
 const VisibilityFactor* shownFactor(const Scene& scene, const ViewState& state) {
     if (!state.inspect.picked) return nullptr;
     const std::vector<VisibilityFactor>& factors = *scene.characters[state.inspect.picked->character]->posed.factors;
     const auto found = std::ranges::find(factors, state.inspect.factor, &VisibilityFactor::choice);
     return found != factors.end() ? &*found : factors.empty() ? nullptr : &factors.front();
+}
+
+std::optional<std::size_t> truthFrameOf(const Character& character, const PoseKey& pose) {
+    if (!character.truth || pose.part > 0 || pose.file_pose || pose.weights) return std::nullopt;
+    return findTruthFrame(character.asset, *character.truth, pose.frame);
+}
+
+std::string_view whyNoTruth(const Scene& scene, const ViewState& state) {
+    if (!scene.hasTruth()) return "no baked truth (--truth)";
+    bool clip_has = false;
+    for (std::size_t i = 0; i < scene.characters.size(); ++i) {
+        const Character& character = *scene.characters[i];
+        const ClipView& clip = character.asset.animation.clips[state.characters[i].clip];
+        if (truthFrameOf(character, poseKey(scene, state, i))) return {};
+        clip_has |= character.truth && hasTruthOf(character.asset, *character.truth, clip);
+    }
+    return clip_has ? "no baked truth of this pose" : "no baked truth of this clip";
 }
 
 namespace {
@@ -114,6 +158,10 @@ std::string describe(const Scene& scene, const ViewState& state) {
                        (state.show.component ? "component " + std::to_string(*state.show.component)
                                              : std::string(nameOf(state.show.channel))) +
                        ", " + std::string(nameOf(shownCompare(state)));
+    const bool wants_truth =
+        shownCompare(state) != Compare::kModel || (state.show.channel == Channel::kError && !state.show.component);
+    if (const std::string_view problem = whyNoTruth(scene, state); wants_truth && !problem.empty())
+        text += ", " + std::string(problem);
     const bool shaded = state.show.channel == Channel::kShaded && !state.show.component;
     if (shaded)
         text += ", material " + std::string(scene.material_names[chosenMaterial(state)]) + parameterText(scene, state) +

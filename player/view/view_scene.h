@@ -168,6 +168,9 @@ Scene openScene(std::span<const std::filesystem::path> paths, int threads, const
 const SceneCharacter* memberOf(const Scene& scene, std::size_t character);
 // Returns characters, clips and materials as the files have them. What `old` has chosen stays where it still exists.
 ViewState stateFor(const Scene& scene, const ViewState& old);
+// Returns what a state of one scene has chosen of materials and lights as another scene numbers them, by their names. A
+// character whose material is gone loses its choice, which stateFor() then takes from the file.
+ViewState carriedOver(const Scene& from, const Scene& to, const ViewState& old);
 
 // Gives the state what the scene's file says: clips, times, materials, light and camera.
 void applySceneFile(const Scene& scene, ViewState& state);
@@ -190,6 +193,13 @@ bool stripsAreComplete(const Scene& scene, const ViewState& state);
 // Returns what of the picked vertex' visibility is drawn: state.inspect.factor, or the whole where the vertex has no
 // such factor. Null where nothing is picked, or the character is not composed.
 const VisibilityFactor* shownFactor(const Scene& scene, const ViewState& state);
+
+// Returns which frame of the truth a character shows in a pose. A pose between sampled frames, one of a file and one
+// with weights of the user have none.
+std::optional<std::size_t> truthFrameOf(const Character& character, const PoseKey& pose);
+// Says why nobody's baked truth can be shown now: no file has any, or none of the clip, or none of the pose. Empty
+// where a character has some. Characters without truth show the model in its place.
+std::string_view whyNoTruth(const Scene& scene, const ViewState& state);
 
 // Returns, for instance, "clip walk, frame 3, shaded, model, material lambert, light sky".
 std::string describe(const Scene& scene, const ViewState& state);

@@ -60,9 +60,7 @@ bool poseCharacter(Character& character, const PoseKey& key, int threads) {
                        key.file_pose ? std::span<const float>(key.file_pose->rotations) : posed.interpolation->pose());
         if (key.edited) editScores(*posed.evaluator, *key.edited);
         skinFrame(*posed.evaluator, threads, posed.vertices);
-        truth_frame.reset();
-        if (character.truth && key.part == 0 && !key.file_pose && !key.weights)
-            truth_frame = findTruthFrame(character.asset, *character.truth, key.frame);
+        truth_frame = truthFrameOf(character, key);
     });
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 
+#include "player/frame/truth_frames.h"
 #include "player/view/view_scene.h"
 #include "sh/angles.h"
 
@@ -53,7 +54,10 @@ const ClipFigures& knownFigures(const ViewState& state, const Scene& scene) {
 void showWorst(ViewState& state, const Scene& scene, Worst by) {
     const ClipFigures& figures = knownFigures(state, scene);
     state.awaited.reset();
-    if (by == Worst::kError && !scene.characters[state.selected]->truth) return;
+    const Character& character = *scene.characters[state.selected];
+    if (by == Worst::kError &&
+        (!character.truth || !hasTruthOf(character.asset, *character.truth, selectedClip(state, scene))))
+        return;
     state.playhead.playing = false;
     const std::size_t known = by == Worst::kOutOfRange
                                   ? showLargest(state, scene, figures.out_of_range, std::identity())

@@ -157,6 +157,7 @@ struct WindowChoice {
     int undone = 0;  // views to go back (below 0) or forth before the next frame (view_history.h)
     std::optional<std::filesystem::path> browsed;  // folder that the list of files shows, where it is open
     std::optional<std::filesystem::path> chosen;   // file that is opened before the next frame
+    std::optional<std::size_t> leaving;            // character that is taken away before the next frame
     std::vector<std::filesystem::path> recent;     // files that were opened, the latest first
     bool operator==(const WindowChoice&) const = default;
 };

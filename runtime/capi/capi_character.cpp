@@ -105,7 +105,8 @@ VertexFrames framesOf(const penumbra_vertices* vertices, std::size_t all, std::s
             floats(vertices->coefficients, all * stride),
             vertices->first,
             vertices->first + vertices->count,
-            floats(vertices->bounced, all * kIndirectStride)};
+            floats(vertices->bounced, all * kIndirectStride),
+            vectors(static_cast<const float*>(vertices->received), vertices->received ? all : 0)};
 }
 
 void requireCharacter(const penumbra_character* character, const penumbra_vertices* vertices) {

@@ -1,9 +1,11 @@
 // The part of penumbra.h that casts characters on one another and on the engine's own meshes.
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "runtime/capi/capi_handles.h"
 #include "runtime/cast/cast_on_cluster.h"
+#include "runtime/cast/ground_shadow.h"
 #include "runtime/shade/shading.h"
 #include "sh/sh_basis.h"
 #include "sh/tangent.h"
@@ -51,9 +53,9 @@ void overPoints(const penumbra_scene* scene, std::size_t except, const penumbra_
 }  // namespace
 
 std::size_t requireTransferOrder(int order) {
-    constexpr int kMost = VisibilityTransfer::kMaxTransferOrder;
-    if (order < 1 || order > kMost)
-        throw UsageError("order is " + std::to_string(order) + ", allowed are 1.." + std::to_string(kMost));
+    constexpr int kMax = VisibilityTransfer::kMaxTransferOrder;
+    if (order < 1 || order > kMax)
+        throw UsageError("order is " + std::to_string(order) + ", allowed are 1.." + std::to_string(kMax));
     return std::size_t(coefficientCount(order));
 }
 
@@ -202,6 +204,32 @@ penumbra_status penumbra_scene_transfer(const penumbra_scene* scene, size_t exce
                    [&](std::size_t i, std::span<const float> mirrored, const Mat3& to_local) {
                        scene->transfer.apply(mirrored, to_local, kOrder, {transfer + i * kRow, kRow});
                    });
+    });
+}
+
+penumbra_status penumbra_ground_shadow(const penumbra_character* character, const float* to_scene,
+                                       const penumbra_vertices* vertices, float* hidden, penumbra_error* error) {
+    return guarded(error, [&] {
+        requireReceiver(character, vertices);
+        const ModelView& model = character->asset->view.model;
+        const auto stride = std::size_t(model.stride);
+        const Mat3 turn = rigidOf(to_scene).linear();
+        const std::size_t last = vertices->first + vertices->count;
+        std::array<Vec3, kMaxReceivers> positions, normals, tangents;
+        std::array<float, kMaxReceivers * kFarNumbers> mirrored;
+        std::array<float, kMaxReceivers> before, after;
+        for (std::size_t at = vertices->first; at < last; at += kMaxReceivers) {
+            const std::size_t n = std::min(kMaxReceivers, last - at);
+            character->evaluator.skin(at, {positions.data(), n}, {normals.data(), n}, {tangents.data(), n});
+            for (std::size_t i = 0; i < n; ++i) normals[i] = turn * normals[i], tangents[i] = turn * tangents[i];
+            const std::span<float> numbers{vertices->coefficients + at * stride, n * stride};
+            ambient(model.convention, model.stride, numbers, std::span(before).first(n));
+            const std::span<float> used = std::span(mirrored).first(n * kFarNumbers);
+            groundVisibility({normals.data(), n}, {tangents.data(), n}, used);
+            character->product(numbers, stride, used);
+            ambient(model.convention, model.stride, numbers, std::span(after).first(n));
+            for (std::size_t i = 0; hidden && i < n; ++i) hidden[at + i] = std::max(before[i] - after[i], 0.0f);
+        }
     });
 }
 

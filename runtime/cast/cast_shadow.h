@@ -40,6 +40,26 @@ struct CasterChoice {
     bool has(std::size_t caster) const { return caster != except && (only == kNobody || caster == only); }
 };
 
+// What anchors know of the casters around them (CastShadow::sumAnchors()). It keeps its room.
+struct CastAnchors {
+    struct Values {
+        std::vector<float> all, values;  // [anchors, anchorStride(]of all that is found, and of what is near[)]
+        std::vector<std::size_t> near;   // index into what is found: what is near to any anchor
+
+        // Makes `values` of `all`, in which `found` things have columns.
+        void keepNear(std::size_t anchors, std::size_t found);
+        FarAnchors view(const std::uint16_t* anchor, const float* weight) const {
+            return {values.data(), anchorStride(near.size()), anchor, weight};
+        }
+    };
+    CasterChoice choice;
+    bool sums = false;  // else every vertex looks up all casters for itself
+    bool has_fields = false, has_spheres = false;
+    Values fields, spheres;
+    std::vector<std::uint16_t> near_parts;
+    std::vector<CasterSphere> near_spheres;
+};
+
 enum class CasterKind : std::uint8_t { kFields, kSpheres };
 // Returns what an asset casts by if nothing else is wished: fields, else spheres, else nothing.
 std::optional<CasterKind> casterKindOf(const Evaluator& evaluator);
@@ -76,8 +96,15 @@ public:
     // many receivers see any caster; the rows of the others are those of free sight. E of every row is in [0, 1]. A
     // thread keeps room for the parts and spheres in reach, so that nothing is allocated once it has seen as many.
     std::size_t evaluate(const CastReceivers& receivers, CasterChoice choice, std::span<float> out) const;
-    // The same for vertices of a character, but parts and spheres that are far and hide little are summed at the
-    // anchors alone. docs/scene.md has the error.
+    // Sums what is far and hides little at anchors, whose tangents are not read. Vertices in the sphere `around` may
+    // use them, which holds the anchors as well. `spacing` is the mean distance of a vertex from its anchors.
+    void sumAnchors(const CastReceivers& anchors, const CasterSphere& around, float spacing, CasterChoice choice,
+                    CastAnchors& out) const;
+    // Does what evaluate() does for vertices among anchors, which look up only what is near. `anchor` and `weight` are
+    // those of CastRun. docs/scene.md has the error.
+    std::size_t evaluateAt(const CastAnchors& anchors, const CastReceivers& vertices, const std::uint16_t* anchor,
+                           const float* weight, std::span<float> out) const;
+    // Both, for vertices of a character.
     std::size_t evaluateRun(const CastRun& run, CasterChoice choice, std::span<float> out) const;
 
 private:
@@ -113,7 +140,8 @@ private:
                     std::span<float> rows) const;
     void castSpheres(const CastReceivers& receivers, const Found& found, std::span<float> rows) const;
     void multiplyBySpheres(std::span<const float> by_spheres, std::span<float> rows) const;
-    void sumFields(const CastRun& run, std::span<const std::uint16_t> parts, std::span<float> values) const;
+    void sumFields(const CastReceivers& anchors, float spacing, std::span<const std::uint16_t> parts,
+                   std::span<float> values) const;
     void finish(std::span<float> rows) const;
     void mirrorSpheres(const CastReceivers& receivers, const Found& found, std::span<float> rows) const;
 };

@@ -111,7 +111,7 @@ struct ShadeJoint {
     const SparseTerm *turn, *turn_back;  // R(X(90)) and its transpose, for the order of the light
     std::size_t turn_terms;              // of each
 };
-constexpr std::size_t kMostJointTerms = 7;  // D, then A and B at three roughnesses
+constexpr std::size_t kMaxJointTerms = 7;  // D, then A and B at three roughnesses
 struct ShadeTerm {
     const ViewTerm* views;  // sorted by k
     std::size_t view_terms;
@@ -122,7 +122,7 @@ struct ShadeTerms {
     ShadeJoint joint;
     int view_order;
     std::size_t vertices, count;  // count: of the terms
-    ShadeTerm terms[kMostJointTerms];
+    ShadeTerm terms[kMaxJointTerms];
     bool has_slopes;      // a vector a colour, to the places 1 to 3: those along the two axes are slopes
     ShadeTerm slopes[2];  // what reflects s_x / pi and s_y / pi; their colour is 1, and views have e = 0
 };
@@ -158,6 +158,9 @@ struct ShadeInput {
     const float* indirect = nullptr;
     const Vec3* bounced = nullptr;
     const float* ambient = nullptr;
+    // Irradiance of light that others reflect onto the vertex [V]; null: none. It needs `ambient` too.
+    const Vec3* received = nullptr;
+    bool bounces() const { return indirect || received; }
     bool direct = true;  // false: the light that bounces alone
 };
 

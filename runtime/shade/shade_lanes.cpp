@@ -280,22 +280,31 @@ struct BouncedLanes {
     Lanes light[3], scale;
 };
 
-inline void gatherBounced(const ShadeInput& in, std::size_t first, std::size_t end, const LaneFrames& own,
-                          const Lanes* v, BouncedLanes& out) {
-    constexpr float kPi = 3.14159265f, kMinHidden = 0.01f;  // below it the light fades out
+inline void gatherIndirect(const ShadeInput& in, std::size_t first, std::size_t end, const LaneFrames& own,
+                           Lanes* light) {
     Lanes n[kIndirectNumbers], turned[kBouncedLight];
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
         const float* numbers = in.indirect + vertexOf(in, first, end, lane) * kIndirectStride;
         for (std::size_t i = 0; i < kIndirectNumbers; ++i) setLane(n[i], lane, numbers[i]);
     }
     turnIndirect(own, n, turned);
-    for (std::size_t c = 0; c < 3; ++c) out.light[c] = kZeros;
     for (std::size_t i = 0; i < kBouncedLight; ++i) {
-        out.light[0] += in.bounced[i].x * turned[i];
-        out.light[1] += in.bounced[i].y * turned[i];
-        out.light[2] += in.bounced[i].z * turned[i];
+        light[0] += in.bounced[i].x * turned[i];
+        light[1] += in.bounced[i].y * turned[i];
+        light[2] += in.bounced[i].z * turned[i];
     }
-    for (std::size_t c = 0; c < 3; ++c) raiseTo(0, out.light[c]);
+    for (std::size_t c = 0; c < 3; ++c) raiseTo(0, light[c]);
+}
+
+inline void gatherBounced(const ShadeInput& in, std::size_t first, std::size_t end, const LaneFrames& own,
+                          const Lanes* v, BouncedLanes& out) {
+    constexpr float kPi = 3.14159265f, kMinHidden = 0.01f;  // below it the light fades out
+    for (std::size_t c = 0; c < 3; ++c) out.light[c] = kZeros;
+    if (in.indirect) gatherIndirect(in, first, end, own, out.light);
+    for (std::size_t lane = 0; in.received && lane < kLanes; ++lane) {
+        const Vec3 received = in.received[vertexOf(in, first, end, lane)];
+        for (std::size_t c = 0; c < 3; ++c) setLane(out.light[c], lane, out.light[c][lane] + received[int(c)]);
+    }
     Lanes hidden = kZeros + 1;
     for (int j = 0; j < in.size; ++j) hidden -= in.ambient[j] * v[j];
     raiseTo(kMinHidden, hidden);
@@ -332,7 +341,7 @@ inline void shadeBlock(const ShadeMaterial& material, const ShadeLight& light, c
         lightByLobes(light, material.channels, block.frames, block.t, radiance);
     else if (in.direct)
         lightByRotation(light, material.channels, block.frames, block.t, radiance);
-    if (in.indirect) addBounced(material, in, first, end, block, radiance);
+    if (in.bounces()) addBounced(material, in, first, end, block, radiance);
     for (std::size_t lane = 0; lane < kLanes && first + lane < end; ++lane) {
         Vec3& out = in.packed ? in.packed[first + lane - in.packed_first] : in.radiance[vertexOf(in, first, end, lane)];
         out.x = material.color[0] * radiance[0][lane];
@@ -349,11 +358,11 @@ inline void shadeLanes(const ShadeMaterial& material, const ShadeLight& light, c
             gather(in, first + b * kLanes, end, blocks[b].frames);
             gatherNumbers(in, first + b * kLanes, end, blocks[b].v);
             if (material.is_live) liveTransfer(material.live, light.order, blocks[b]);
-            if (material.is_live && in.indirect) liveHiddenAlbedo(material.live, blocks[b]);
+            if (material.is_live && in.bounces()) liveHiddenAlbedo(material.live, blocks[b]);
             if (!material.is_live) laneBasis(light, material.view_order, blocks[b].frames.view, blocks[b].view_basis);
         }
         for (std::size_t c = 0; c < material.channels && !material.is_live; ++c)
-            transfer(material, light.order, in.indirect, c, blocks);
+            transfer(material, light.order, in.bounces(), c, blocks);
         for (std::size_t b = 0; b < kBlocks; ++b) shadeBlock(material, light, in, first + b * kLanes, end, blocks[b]);
     }
 }

@@ -41,12 +41,12 @@ inline void turnOf(int order, const Lanes& x, const Lanes& y, JointTurn& out) {
 
 // Reads the numbers of 8 vertices, in the order of the convention.
 inline void gatherRows(const ShadeInput& in, std::size_t first, std::size_t end, Lanes* out) {
-    constexpr std::size_t kMost = kMaxOrder * kMaxOrder;
-    float rows[kLanes][kMost];
+    constexpr std::size_t kMax = kMaxOrder * kMaxOrder;
+    float rows[kLanes][kMax];
     for (std::size_t lane = 0; lane < kLanes; ++lane)
         __builtin_memcpy(rows[lane], in.numbers + vertexOf(in, first, end, lane) * std::size_t(in.stride),
                          std::size_t(in.size) * sizeof(float));
-    for (int j = 0; j < in.size; j += 8) transpose(&rows[0][j], kMost, out + j);
+    for (int j = 0; j < in.size; j += 8) transpose(&rows[0][j], kMax, out + j);
 }
 
 // Turns the frame of a block about the normal until the eye has azimuth 0, and what was gathered with it.
@@ -263,9 +263,9 @@ inline void shadeSums(const ShadeTerms& terms, const ShadeInput& in, const Piece
     for (std::size_t n = 0; n < terms.count; ++n) {
         const ShadeTerm& term = terms.terms[n];
         sumTerm(term, blocks, sums);
-        if (in.indirect) sumHidden(term, blocks, sums);
+        if (in.bounces()) sumHidden(term, blocks, sums);
         for (int b = 0; b < kBlocks; ++b) {
-            if (in.indirect) {
+            if (in.bounces()) {
                 raiseTo(0, sums.hidden[b]);
                 addBouncedTerm(blocks.bounced[b], b, sums);
             }
@@ -281,12 +281,12 @@ inline void shadeSlopes(const ShadeTerms& terms, const ShadeInput& in, const Pie
     TermSums x, y;
     sumTerm(terms.slopes[0], blocks, x);
     sumTerm(terms.slopes[1], blocks, y);
-    if (in.indirect) {
+    if (in.bounces()) {
         sumHidden(terms.slopes[0], blocks, x);
         sumHidden(terms.slopes[1], blocks, y);
     }
     for (int b = 0; b < kBlocks; ++b) {
-        if (in.indirect) {
+        if (in.bounces()) {
             addBouncedTerm(blocks.bounced[b], b, x);
             addBouncedTerm(blocks.bounced[b], b, y);
         }
@@ -312,7 +312,7 @@ inline void gatherJoint(const ShadeTerms& terms, const ShadeLight& light, const 
         const std::size_t first = piece.first + std::size_t(b) * kLanes;
         gather(in, first, piece.end, blocks.frames[b]);
         gatherRows(in, first, piece.end, numbers);
-        if (in.indirect) gatherBounced(in, first, piece.end, blocks.frames[b], numbers, blocks.bounced[b]);
+        if (in.bounces()) gatherBounced(in, first, piece.end, blocks.frames[b], numbers, blocks.bounced[b]);
         turnToEye(terms, numbers, in, b, blocks);
         meridianBasis(light, terms.view_order, b, blocks);
     }

@@ -230,6 +230,11 @@ ShadeInput ShadingSet::inputOf(const VertexFrames& vertices, Vec3 eye, std::span
         input.bounced = bounced_.data();
         input.ambient = ambient_weights_.data();
     }
+    assert(vertices.received.empty() || vertices.received.size() == radiance.size());
+    if (bounces_ != Bounces::kDirect && !vertices.received.empty()) {
+        input.received = vertices.received.data();
+        input.ambient = ambient_weights_.data();
+    }
     input.direct = bounces_ != Bounces::kIndirect;
     return input;
 }

@@ -92,8 +92,8 @@ public:
     // Replaces the fastest path of this processor, which is the default. Tests go through all of shadePaths().
     void usePath(const ShadePath& path) { path_ = path; }
     // Computes the radiance towards `eye` of those vertices that stand at [begin, end) of shadingOrder(). Pieces that
-    // cover [0, V) together shade every vertex once. vertices.indirect counts where showsBounces(). Everything else is
-    // as in VertexShader::shade().
+    // cover [0, V) together shade every vertex once. vertices.indirect counts where showsBounces(), and
+    // vertices.received unless bounces() is kDirect. Everything else is as in VertexShader::shade().
     void shade(const VertexFrames& vertices, Vec3 eye, std::span<Vec3> radiance) const;
     // The asset has pictures on its mesh, and they are shown where the material of a slot is that of its surface. Then
     // one radiance a vertex is not enough: a fragment joins terms() of them with its pictures

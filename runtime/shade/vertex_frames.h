@@ -13,6 +13,8 @@ struct VertexFrames {
     std::span<const float> coefficients;                 // [V * stride] of visibility, or transfer
     std::size_t begin = 0, end = 0;
     std::span<const float> indirect = {};  // [V * kIndirectStride] light that bounces; empty: there is none
+    // [V] irradiance of light that a ground and others in the scene reflect onto the vertex; empty: none
+    std::span<const Vec3> received = {};
 };
 
 // Returns what the kernel reads of vertices that have `size` coefficients each; `radiance` is [V].

@@ -169,7 +169,7 @@ float SunMap::visibility(Vec3 position, Vec3 normal) const {
     const Vec3 at = frame_.place(position), n = frame_.turned(normal);
     const float cosine = -n.z;
     if (!(cosine > 0) || !isFinitePlace(at)) return 0;
-    const float limited = std::max(cosine, kSunLeastCosine);
+    const float limited = std::max(cosine, kSunMinCosine);
     const float tangent = std::sqrt(std::max(1 - limited * limited, 0.0f)) / limited;
     const SunReceiver receiver{{at.x, at.y, at.z - kSunBias - kSunSlopeBias * tangent}, n.x / limited, n.y / limited};
     // No blocker is farther away than the first caster, at depth 0.

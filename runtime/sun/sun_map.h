@@ -11,7 +11,7 @@ namespace penumbra {
 // between normal and sun). Flat receivers need less, since they compare with their plane; the rest is for normals that
 // are interpolated over the facets of a mesh.
 constexpr float kSunBias = 0.5f, kSunSlopeBias = 0.5f;
-constexpr float kSunLeastCosine = 0.02f;  // slopes are limited to those of this cosine
+constexpr float kSunMinCosine = 0.02f;  // slopes are limited to those of this cosine
 // The box that filters as a disc of the sun does has this side, in radii of the disc (docs/formulas.md, section 12).
 constexpr float kSunBox = 1.71f;
 // Most cells that a box has along a side, without those at its border: of the filter, and of a search.

@@ -44,7 +44,7 @@ PENUMBRA_AT(penumbra_frame, matrices, 8);
 PENUMBRA_AT(penumbra_light, sh, 8);
 PENUMBRA_AT(penumbra_light, sun_count, 16);
 
-static_assert(sizeof(penumbra_vertices) == 28);
+static_assert(sizeof(penumbra_vertices) == 32);
 PENUMBRA_AT(penumbra_vertices, coefficients, 12);
 PENUMBRA_AT(penumbra_vertices, bounced, 16);
 PENUMBRA_AT(penumbra_vertices, first, 20);

@@ -10,7 +10,7 @@ namespace penumbra {
 
 namespace {
 
-constexpr double kMostIor = 100, kMostColor = 1e3, kMostEmission = 1e6;
+constexpr double kMaxIor = 100, kMaxColor = 1e3, kMaxEmission = 1e6;
 
 struct NumberKey {
     const char* name;
@@ -19,7 +19,7 @@ struct NumberKey {
 };
 constexpr std::array<NumberKey, 4> kNumbers = {{{"metallic", &Principled::metallic, 1},
                                                 {"roughness", &Principled::roughness, 1},
-                                                {"ior", &Principled::ior, kMostIor},
+                                                {"ior", &Principled::ior, kMaxIor},
                                                 {"specular", &Principled::specular, 1}}};
 
 struct ColorKey {
@@ -28,12 +28,12 @@ struct ColorKey {
     double most;
 };
 constexpr std::array<ColorKey, 3> kColors = {{{"color", &Principled::color, 1},
-                                              {"specular-color", &Principled::specular_color, kMostColor},
-                                              {"emission", &Principled::emission, kMostEmission}}};
+                                              {"specular-color", &Principled::specular_color, kMaxColor},
+                                              {"emission", &Principled::emission, kMaxEmission}}};
 
 BrdfSpec withRoughness(const char* model, double roughness) {
     BrdfSpec spec = parseBrdf(model);
-    spec.parameters["roughness"] = std::clamp(roughness, kLeastRoughness, 1.0);
+    spec.parameters["roughness"] = std::clamp(roughness, kMinRoughness, 1.0);
     return spec;
 }
 
@@ -104,7 +104,7 @@ Principled parsePrincipled(std::string_view list) {
     Principled material;
     for (const KeyValue& item : splitKeyValues(list)) setKey(item, material);
     if (material.ior > 0 && material.ior < 1)
-        throw std::invalid_argument("principled ior must be 0 or a number from 1 to " + shortest(kMostIor) + ", not '" +
+        throw std::invalid_argument("principled ior must be 0 or a number from 1 to " + shortest(kMaxIor) + ", not '" +
                                     shortest(material.ior) + "'");
     return material;
 }

@@ -27,7 +27,7 @@ namespace penumbra {
 
 constexpr std::string_view kPrincipledName = "principled";
 // Lobes that are narrower than that of this roughness are shaded as if they had it.
-constexpr double kLeastRoughness = 0.1;
+constexpr double kMinRoughness = 0.1;
 
 // The defaults are those of the command line. glTF's own are 1 for metallic and roughness.
 struct Principled {
@@ -51,7 +51,7 @@ struct PrincipledSplit {
 Vec3d dielectricF0(const Principled& material);
 PrincipledSplit splitOf(const Principled& material);
 
-// Return the three parts, with the colour 1. `roughness` is clamped to [kLeastRoughness, 1].
+// Return the three parts, with the colour 1. `roughness` is clamped to [kMinRoughness, 1].
 BrdfSpec principledDiffuse(const Principled& material);
 BrdfSpec principledF0(double roughness);
 BrdfSpec principledF90(double roughness);

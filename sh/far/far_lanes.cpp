@@ -238,7 +238,7 @@ inline void composeLanes(const FarConstants& constants, const float* far, const 
     const int size = constants.compose.size_out;
     for (std::size_t first = 0; first < vertices; first += kLanes) {
         const std::size_t lanes = vertices - first < kLanes ? vertices - first : kLanes;
-        Lanes a[kPaddedMostEven], b[kPaddedMostEven], out[kPaddedMostEven];
+        Lanes a[kPaddedMaxEven], b[kPaddedMaxEven], out[kPaddedMaxEven];
         loadRows(numbers + first * stride, stride, size, lanes, a);
         loadRows(far + first * kEven, kEven, kEven, lanes, b);
         for (int i = size; i < kMaxEven; ++i) a[i] = kZeros;

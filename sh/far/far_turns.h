@@ -11,9 +11,9 @@ namespace penumbra {
 namespace {
 
 constexpr int kOrder = 6, kFull = 36, kEven = 21, kRow = 40, kDistance = 36;
-constexpr int kMaxEven = 36;                           // numbers of a mirrored function of order kMaxOrder
-constexpr int kPaddedEven = 24, kPaddedMostEven = 40;  // whole vectors of them
-constexpr float kRootOfSphere = 3.5449077f;            // sqrt(4 pi): the coefficient of the function 1
+constexpr int kMaxEven = 36;                          // numbers of a mirrored function of order kMaxOrder
+constexpr int kPaddedEven = 24, kPaddedMaxEven = 40;  // whole vectors of them
+constexpr float kRootOfSphere = 3.5449077f;           // sqrt(4 pi): the coefficient of the function 1
 
 // Q = Z(a) Y(b) Z(c), by multiples of its angles.
 struct Turns {

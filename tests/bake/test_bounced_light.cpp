@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <optional>
 
 #include "bake/reference/bounced_light.h"
 #include "tests/bake/sheets.h"
@@ -18,6 +19,7 @@ struct PathScene {
     VisibilityFrame frame;
     SurfaceColors colors;
     int bounces = 1;
+    std::optional<ReferenceFrame::Floor> floor = {};
 
     explicit PathScene(const transfers::TransferCase& of) : colors(of.colors), bounces(of.bounces) {
         mesh.triangles = of.shape.triangles;
@@ -32,6 +34,8 @@ struct PathScene {
         ReferenceFrame input{mesh, frame};
         input.albedo = colors.albedo;
         input.transmission = colors.transmission;
+        input.ground = floor.has_value();
+        input.floor = floor;
         return input;
     }
     // The light that reaches a point by reflections and through sheets, over pi.
@@ -204,6 +208,29 @@ TEST(BouncedLight, AgreesWithTheBakeOnASheetThatLetsLightThrough) {
         }
     }
     EXPECT_LT(relativeDifference(found, expected), 0.02);
+}
+
+// A convex sphere high above a floor sees the floor in (1 - n.y) / 2 of a white sky. Its own shadow takes 0.2% of what
+// the floor is lit by. With 16384 paths a point. Measured: 0.4%.
+TEST(BouncedLight, ComesFromAFloorWithoutEnd) {
+    transfers::TransferCase of;
+    of.shape = shapes::sphere({}, 1, 24);
+    for (const Vec3 p : of.shape.positions) of.normals.push_back(normalized(p));
+    of.colors = transfers::sameAlbedo(of.normals.size(), {0.9f, 0.9f, 0.9f});
+    of.bounces = 1;
+    PathScene scene(of);
+    EXPECT_EQ(scene.lightAtTriangle(500, 64), Vec3d());
+    scene.floor = {-20, {0.8f, 0.4f, 0}};
+    for (const std::size_t triangle : {100u, 500u, 900u}) {
+        const Triangle& corners = scene.mesh.triangles[triangle];
+        Vec3 normal;
+        for (const std::uint32_t v : corners) normal += scene.frame.normals[v];
+        const double seen = (1 - double(normalized(normal).y)) / 2;
+        const Vec3d found = scene.lightAtTriangle(triangle, 4 * 16384);
+        EXPECT_NEAR(found.x, 0.8 * seen, 0.01);
+        EXPECT_NEAR(found.y, 0.4 * seen, 0.01);
+        EXPECT_EQ(found.z, 0);
+    }
 }
 
 }  // namespace penumbra::test_bounced_light

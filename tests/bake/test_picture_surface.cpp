@@ -59,5 +59,44 @@ TEST(PictureSurface, BlendingLetsTheRestThrough) {
     EXPECT_TRUE(surface.isHole({0, {0, 0, 1}}, 0)) << "what has no alpha is not there";
 }
 
+// A triangle in the plane z = 0, twice as wide as high, with a normal map and perhaps tangents of the file.
+PictureSurface bumpyTriangle(const std::array<samples::Uv, 3>& uv, const std::vector<float>& tangent) {
+    EditableGlb glb =
+        samples::texturedRig({{{Vec3{0, 0, 0}, Vec3{2, 0, 0}, Vec3{0, 1, 0}}, uv}}, samples::greyPng(1, {255}));
+    glb.json["materials"][0]["normalTexture"] = {{"index", 0}};
+    std::vector<float> tangents;
+    for (int k = 0; k < 3; ++k) tangents.insert(tangents.end(), tangent.begin(), tangent.end());
+    if (!tangents.empty()) samples::addAttribute(glb, "TANGENT", "VEC4", 4, tangents);
+    const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / "bumpy_triangle.glb";
+    samples::writeText(path, glb.bytes());
+    return surfaceFrom(readRig({path}));
+}
+
+// Returns the normals of the pictures' vectors (0.6, 0, 0.8) and (0, 0.6, 0.8), whose third number is 0.8.
+std::array<Vec3d, 2> bentBy(const PictureSurface& surface) {
+    const SurfacePlace place{0, {0.25, 0.25, 0.5}};
+    const std::array<Vec3d, 3> corners = {Vec3d{0, 0, 0}, {2, 0, 0}, {0, 1, 0}};
+    return {surface.bentNormal(place, corners, {0, 0, 1}, {0.6, 0, 0.8}),
+            surface.bentNormal(place, corners, {0, 0, 1}, {0, 0.6, 0.8})};
+}
+
+// glTF's tangents are unit, however the picture is stretched. v points down.
+TEST(PictureSurface, NormalsLeanAlongUnitTangents) {
+    constexpr samples::Uv kLow{0, 1}, kRight{1, 1}, kHigh{0, 0};
+    const auto expect = [](const std::array<Vec3d, 2>& bent, Vec3d x, Vec3d y) {
+        EXPECT_LT(length(bent[0] - (x * 0.6 + Vec3d{0, 0, 0.8})), 1e-6);
+        EXPECT_LT(length(bent[1] - (y * 0.6 + Vec3d{0, 0, 0.8})), 1e-6);
+    };
+    expect(bentBy(bumpyTriangle({kLow, kRight, kHigh}, {})), {1, 0, 0}, {0, 1, 0});
+    // Lines of equal v, not those across lines of equal u, are the tangent's.
+    expect(bentBy(bumpyTriangle({kLow, kRight, {1, 0}}, {})), {1, 0, 0}, {0, 1, 0});
+    expect(bentBy(bumpyTriangle({kRight, kLow, {1, 0}}, {})), {-1, 0, 0}, {0, 1, 0});
+    // Tangents of the file, w of which tells the side of the bitangent.
+    expect(bentBy(bumpyTriangle({kLow, kRight, kHigh}, {0, 1, 0, 1})), {0, 1, 0}, {-1, 0, 0});
+    expect(bentBy(bumpyTriangle({kLow, kRight, kHigh}, {0, 1, 0, -1})), {0, 1, 0}, {1, 0, 0});
+    expect(bentBy(bumpyTriangle({kLow, kRight, kHigh}, {1, 0, 0, -1})), {1, 0, 0}, {0, -1, 0});
+    expect(bentBy(bumpyTriangle({kRight, kLow, {1, 0}}, {0, 1, 0, 1})), {0, 1, 0}, {-1, 0, 0});
+}
+
 }  // namespace
 }  // namespace penumbra::test_picture_surface

@@ -1,7 +1,7 @@
 // bench_capture BRACKET.json BALL AT LIGHT.exr [COMMIT]: light from a mirror ball by our way, with each of its parts
-// left out, and as paper 004 has it, against the true light at AT. BALL is x,y,z,radius,reflectance and AT is x,y,z,
-// metres of the marker's frame; the list has "R" and "t", and a response that is known. Relative errors of SH of orders
-// 6 and 4, and milliseconds, the best of five. CSV on stdout.
+// left out, and as Nowrouzezahrai 2011 has it, against the true light at AT. BALL is x,y,z,radius,reflectance and AT is
+// x,y,z, metres of the marker's frame; the list has "R" and "t", and a response that is known. Relative errors of SH of
+// orders 6 and 4, and milliseconds, the best of five. CSV on stdout.
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>

@@ -105,7 +105,7 @@ struct Frame {
 
     penumbra_vertices vertices(std::size_t first, std::size_t count) {
         float* const bounces = bounced.empty() ? nullptr : bounced.data();
-        return {positions.data(), normals.data(), tangents.data(), coefficients.data(), bounces, first, count};
+        return {positions.data(), normals.data(), tangents.data(), coefficients.data(), bounces, first, count, nullptr};
     }
     penumbra_vertices vertices() { return vertices(0, ambient.size()); }
     int evaluate(const penumbra_character* c, const penumbra_asset_info& info, std::size_t pieces = 1) {

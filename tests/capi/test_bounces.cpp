@@ -156,7 +156,7 @@ TEST(CApiBounces, AssetsWithoutItAndWrongCallsAreRefused) {
     EXPECT_EQ(penumbra_asset_bounces(nullptr), 0);
     penumbra_error error;
     float one = 0;
-    const penumbra_vertices vertices{&one, &one, &one, &one, &one, 0, 0};
+    const penumbra_vertices vertices{&one, &one, &one, &one, &one, 0, 0, &one};
     EXPECT_EQ(penumbra_character_evaluate(character(plain).get(), 0, 1, &vertices, &error), PENUMBRA_UNSUPPORTED);
     EXPECT_THAT(error.message, HasSubstr("no light that bounces"));
     penumbra_scene* made = nullptr;

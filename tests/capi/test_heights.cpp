@@ -49,8 +49,8 @@ struct FieldPoints {
           coefficients(PENUMBRA_HEIGHTS_STRIDE * count),
           radiance(3 * count) {}
     penumbra_vertices view() {
-        return {positions.data(),    normals.data(), tangents.data(), coefficients.data(), nullptr, 0,
-                positions.size() / 3};
+        return {positions.data(),     normals.data(), tangents.data(), coefficients.data(), nullptr, 0,
+                positions.size() / 3, nullptr};
     }
     void read(const penumbra_heights* field, std::size_t first = 0, std::size_t rows = 40) {
         const penumbra_vertices points = view();

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <thread>
 
 #include "sh/sh_basis.h"
@@ -126,6 +127,33 @@ TEST(CApiScenes, CastsOnCharacters) {
     Frame received = unshadowed;
     EXPECT_EQ(received.cast(scene.get(), PENUMBRA_NONE, receiver.get(), nullptr), PENUMBRA_OK);
     EXPECT_NE(received.coefficients, unshadowed.coefficients);
+}
+
+// What is hidden is what E loses, and a ground on which a character lies on its head hides what it did not before.
+TEST(CApiScenes, ALevelGroundHidesWhatGoesDown) {
+    const std::vector<std::byte> bytes = tube();
+    const Asset asset = open(bytes);
+    const Character one = character(asset);
+    const penumbra_asset_info info = infoOf(asset);
+    const Frame alone = evaluated(one, info);
+    const float over[12] = {1, 0, 0, 0, 0, -1, 0, 0, 0, 0, -1, 0};
+    std::vector<float> sum(info.vertex_count), hidden(info.vertex_count);
+    for (const float* to_scene : {static_cast<const float*>(nullptr), over}) {
+        Frame shadowed = alone;
+        const penumbra_vertices vertices = shadowed.vertices();
+        ASSERT_EQ(penumbra_ground_shadow(one.get(), to_scene, &vertices, hidden.data(), nullptr), PENUMBRA_OK);
+        penumbra_character_ambient(one.get(), &vertices, shadowed.ambient.data(), nullptr);
+        for (std::size_t v = 0; v < info.vertex_count; ++v) {
+            sum[v] += hidden[v];
+            EXPECT_NEAR(hidden[v], std::max(alone.ambient[v] - shadowed.ambient[v], 0.0f), 1e-5f);
+        }
+    }
+    EXPECT_GT(*std::max_element(hidden.begin(), hidden.end()), 0.3f);
+    // Both halves of the hemisphere are all of it. Bands, and E that stays in [0, 1], leave a part of it.
+    for (std::size_t v = 0; v < info.vertex_count; ++v) EXPECT_NEAR(sum[v], alone.ambient[v], 0.1f);
+    Frame unused = alone;
+    const penumbra_vertices some = unused.vertices();
+    EXPECT_EQ(penumbra_ground_shadow(nullptr, nullptr, &some, nullptr, nullptr), PENUMBRA_INVALID_ARGUMENT);
 }
 
 TEST(CApiScenes, AllocatesNothingPerFrame) {

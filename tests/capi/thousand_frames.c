@@ -36,7 +36,7 @@ static double play(const penumbra_asset* asset) {
     const size_t n = info.vertex_count;
     float *positions = floats(3 * n), *normals = floats(3 * n), *tangents = floats(3 * n), *radiance = floats(3 * n);
     float *coefficients = floats(n * info.stride), *ambient = floats(n);
-    const penumbra_vertices vertices = {positions, normals, tangents, coefficients, NULL, 0, n};
+    const penumbra_vertices vertices = {positions, normals, tangents, coefficients, NULL, 0, n, NULL};
     const size_t materials = penumbra_shading_material_count(shading);
     double sum = 0;
     for (size_t frame = 0; frame < frames; ++frame) {

@@ -101,7 +101,7 @@ TEST(AlignTracks, ClosedFormNeedsFifteenDegrees) {
     for (const PosePair& one : pairs)
         for (const PosePair& other : pairs) {
             const PosePair both[] = {one, other};
-            if (spreadOf(both) >= kLeastTwoViewDegrees) {
+            if (spreadOf(both) >= kMinTwoViewDegrees) {
                 ++exact;
                 expectMap(alignTwoViews(one, other), golden.at("truth"), 1e-8);
             } else {

@@ -15,6 +15,7 @@
 
 #include "formats/common/errors.h"
 #include "formats/common/fp16.h"
+#include "formats/common/joined.h"
 #include "formats/common/mesh.h"
 #include "formats/common/parallel_for.h"
 #include "formats/common/picture_text.h"
@@ -36,6 +37,14 @@ extern "C" int fsync(int file) {
 
 namespace penumbra::test_common {
 namespace {
+
+// --- Lists ----------------------------------------------------------------------------------------------------------
+
+TEST(ListedNames, QuoteNamesWithCommasAndTellHowTheyAreWritten) {
+    EXPECT_EQ(listedNames({}), "none");
+    EXPECT_EQ(listedNames({"walk", "run"}), "walk, run");
+    EXPECT_EQ(listedNames({"walk, fast", "run"}), "'walk, fast', 'run' (a comma in a name is written \\,)");
+}
 
 // --- SHA-256 --------------------------------------------------------------------------------------------------------
 

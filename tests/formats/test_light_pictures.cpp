@@ -301,6 +301,15 @@ TEST(LightPictures, WindowsAreCutOrFilled) {
     EXPECT_THAT(filled.notes.warnings, testing::IsEmpty());
 }
 
+// X, Y and Z may be places, too.
+TEST(LightPictures, ChannelsOfXyzAreNoColours) {
+    std::vector<Channel> channels = rgbOf(32 * 16);
+    channels[0].name = "X", channels[1].name = "Y", channels[2].name = "Z";
+    writeChannels("xyz.exr", {32, 16}, channels);
+    EXPECT_THAT(refusalOf([] { readMap("xyz.exr"); }),
+                testing::AllOf(HasSubstr("it holds X, Y, Z. "), HasSubstr("CIE XYZ"), HasSubstr("--colorspace")));
+}
+
 // --- Repair ----------------------------------------------------------------------------------------------------------
 
 TEST(LightPictures, RepairTakesTheMeanOfNeighbours) {

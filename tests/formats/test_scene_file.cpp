@@ -108,6 +108,7 @@ TEST(SceneFile, RefusesWithThePlace) {
         {sceneWith(R"(, "props": [{"asset": "p.pnb", "clip": "walk"}])"), "s.json: /props/0/clip: unknown key"},
         {sceneWith(R"(, "ground": {"resolution": 1})"), "s.json: /ground/resolution: is 1, not in [2, 2048]"},
         {sceneWith(R"(, "ground": {"resolution": 2.5})"), "s.json: /ground/resolution: must be a whole number"},
+        {sceneWith(R"(, "ground": {"casts": "fields"})"), "s.json: /ground/casts: "},
         {sceneWith(R"(, "ground": {"albedo": [0, 2, 0]})"), "s.json: /ground/albedo/1: is 2, not in [0, 1]"},
         {sceneWith(R"(, "camera": {})"), "s.json: /camera: has no \"size\""},
         {sceneWith(R"(, "camera": 3)"), "s.json: /camera: must be a string"},
@@ -214,6 +215,10 @@ TEST(SceneFile, RefusesHeightsWithThePlaceOfWhatIsWrong) {
     EXPECT_THAT(problemOf(R"({"version": 1, "characters": [{"asset": "a.pnb"}],
         "ground": {"size": 4, "heights": {"analytic": "waves"}}})"),
                 HasSubstr("/ground/size: is of a ground without"));
+    EXPECT_THAT(problemOf(sceneWith(R"(, "ground": {"casts": false, "heights": {"analytic": "waves"}})")),
+                HasSubstr("s.json: /ground/casts: is of a ground without heights"));
+    EXPECT_TRUE(parsed(sceneWith(R"(, "ground": {})")).ground->casts);
+    EXPECT_FALSE(parsed(sceneWith(R"(, "ground": {"casts": false})")).ground->casts);
     EXPECT_THAT(problemOf(sceneWith(R"(, "ground": {"material": "clay"})")), HasSubstr("is of a ground with heights"));
 }
 

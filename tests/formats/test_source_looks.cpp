@@ -9,6 +9,7 @@
 #include "formats/rig/gltf/rig_gltf_look.h"
 #include "formats/rig/rig_bytes.h"
 #include "formats/source/source_looks.h"
+#include "formats/source/source_readers.h"
 #include "tests/bake/shapes.h"
 #include "tests/formats/glb_writer.h"
 
@@ -41,9 +42,19 @@ TEST(GltfLook, HasFactorsExtensionsAndTextures) {
               "principled:color=0.5/0.25/0.125,metallic=0.25,roughness=0.625,ior=1.25,"
               "specular=0.5,specular-color=1/2/0.5,emission=4/2/0");
     EXPECT_THAT(look.textures, ElementsAre("emissive", "base color", "metallic-roughness", "normal", "occlusion"));
-    EXPECT_THAT(look.notes, ElementsAre("KHR_materials_clearcoat is not read"));
+    EXPECT_THAT(look.notes, ElementsAre("KHR_materials_clearcoat is not read: its clear coat does not shine"));
     EXPECT_EQ(look.material, "Brass");
     EXPECT_EQ(shownLook(look).emission, Vec3d{}) << "the texture is not read";
+}
+
+// A factor of 0 switches an extension off. Of one that nobody knows, only the name can be told.
+TEST(GltfLook, TellsWhatIsNotSeenOfExtensions) {
+    const SourceLook look = lookOf(R"({"extensions": {"KHR_materials_sheen": {"sheenColorFactor": [0, 0, 0.5]},
+        "KHR_materials_anisotropy": {"anisotropyStrength": 0}, "KHR_materials_iridescence": {},
+        "KHR_materials_unlit": {}, "ACME_glitter": {"glitter": 1}}})");
+    EXPECT_THAT(look.notes, ElementsAre("ACME_glitter is not read: what it changes is not seen",
+                                        "KHR_materials_sheen is not read: it does not shine as cloth does",
+                                        "KHR_materials_unlit is not read: it is shaded as any other surface"));
 }
 
 // Of the older extension the specular colour is the reflectance at normal incidence.
@@ -89,6 +100,29 @@ TEST(SourceLooks, GiveEverySlotItsOwn) {
     EXPECT_THAT(looks.files_read, ElementsAre(path));
     EXPECT_THROW(readSourceLooks("looks.obj"), Unsupported);
     EXPECT_THROW(readSourceLooks("/no/such.glb"), IoError);
+}
+
+// Lights are no part of materials, so a bake tells of them. What it tells is not told twice.
+TEST(SourceLooks, AreListedWithVariantsAndLightsOfTheFile) {
+    samples::GlbWriter file;
+    const int mesh = file.mesh(shapes::square({0, 0, 0}, {0, 0, 1}, 1));
+    auto& primitive = file.glb.json["meshes"][std::size_t(mesh)]["primitives"][0];
+    primitive["material"] = 0;
+    primitive["extensions"]["KHR_materials_variants"]["mappings"] = nlohmann::json::array();
+    file.glb.json["materials"] = {
+        {{"name", "Red"},
+         {"extensions",
+          {{"KHR_materials_unlit", nlohmann::json::object()}, {"KHR_materials_clearcoat", {{"clearcoatFactor", 1}}}}}}};
+    file.glb.json["extensionsUsed"] = {"KHR_lights_punctual", "KHR_materials_variants"};
+    file.node("Body", mesh);
+    const Rig rig = readRig({file.save("variants")});
+    std::vector<std::string> baked, looks;
+    for (const RigNote& note : rig.notes) baked.push_back(textOf(note));
+    for (const RigNote& note : lookNotes(rig)) looks.push_back(textOf(note));
+    EXPECT_THAT(baked, testing::UnorderedElementsAre(HasSubstr("KHR_materials_unlit: material 'Red'"),
+                                                     HasSubstr("KHR_lights_punctual: its lights are not used")));
+    EXPECT_THAT(looks, ElementsAre(HasSubstr("node 'Body/Red': material 'Red': KHR_materials_clearcoat is not read: "),
+                                   HasSubstr("KHR_materials_variants is not read: the part keeps this material")));
 }
 
 // A shiny and a dull part of one node, as Collada has them.

@@ -32,6 +32,8 @@ SurfaceLook someLook() {
         uv.push_back({float(corner / 6) / 8, float(corner % 3)});
     for (std::size_t corner = 0; corner < uv.size(); ++corner)
         look.surface.colors.push_back({std::uint16_t(corner / 3), 2, 3, std::uint16_t(corner)});
+    for (std::size_t corner = 0; corner < uv.size(); ++corner)
+        look.surface.turns.push_back({std::int8_t(corner / 2), 5, 127, 0});
     look.surface.slots.resize(std::max<std::size_t>(1, tube().mesh.slots.size()));
     for (SlotSurface& slot : look.surface.slots) {
         slot.base = {0.5f, 0.25f, 1};
@@ -62,6 +64,7 @@ TEST(SurfaceAsset, HoldsTheCoordinatesOfEveryCorner) {
     for (std::size_t corner = 0; corner < drawn.size(); ++corner) {
         EXPECT_EQ(uv[drawn[corner]], look.surface.uv[0][corner]);
         EXPECT_EQ(asset.surface->colors[drawn[corner]], look.surface.colors[corner]);
+        EXPECT_EQ(asset.surface->turns[drawn[corner]], look.surface.turns[corner]);
         const std::size_t copy = drawn[corner] - asset.mesh.positions.size();
         const std::uint32_t vertex =
             drawn[corner] < asset.mesh.positions.size() ? drawn[corner] : asset.surface->seam_vertices[copy];
@@ -74,12 +77,14 @@ TEST(SurfaceAsset, HoldsTheCoordinatesOfEveryCorner) {
     EXPECT_EQ(asset.surface->textures[1].file, "a/b.png");
 }
 
-TEST(SurfaceAsset, AssetsWithoutColoursOfVerticesHaveNone) {
+TEST(SurfaceAsset, AssetsWithoutColoursAndTangentsOfVerticesHaveNone) {
     SurfaceLook look = someLook();
     look.surface.colors.clear();
+    look.surface.turns.clear();
     const std::vector<std::byte> bytes = packed(std::move(look));
     EXPECT_EQ(fbs::GetAsset(bytes.data())->surface()->colors(), nullptr);
     EXPECT_TRUE(openAsset(bytes).surface->colors.empty());
+    EXPECT_EQ(fbs::GetAsset(bytes.data())->surface()->turns(), nullptr);
 }
 
 TEST(SurfaceAsset, AssetsWithoutPicturesHaveNoField) {

@@ -184,8 +184,8 @@ def pictures():
     run(OK, "player", "view", "pca.transfer.pnb", "--dry-run")
     for channel in ("ao", "normals", "clusters", "error"):
         run(OK, "player", "render", "linear.pnb", *TINY, *(truth if channel == "error" else []), "--channel", channel, "-o", "a.png")
-    run(OK, "player", "render", "neural.pnb", *TINY, *truth, "--frames", "0:3", "--sheet", "s.png", "--csv", "s.csv", "--flip",
-        "-o", "f.%d.png")
+    run(OK, "player", "render", "neural.pnb", *TINY, *truth, "--frames", "0:3", "-o", "f.%d.png")
+    run(OK, "player", "measure", "neural.pnb", *TINY, *truth, "--frames", "0:3", "--sheet", "s.png", "--csv", "s.csv", "--flip")
     run(OK, "player", "render", "c.pnb", *TINY, "-o", "a.png")
     for path in ("cpu", "glsl"):
         run(OK, "player", "render", "bounced.pnb", *TINY, "--path", path, "--bounces", "indirect", "-o", "a.png")

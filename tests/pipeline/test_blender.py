@@ -18,7 +18,7 @@ from run_blender import run
 BIN = os.path.abspath(sys.argv[1])
 HERE = os.path.dirname(os.path.abspath(__file__))
 SCRIPTS = os.path.join(HERE, "..", "..", "scripts", "blender")
-MOST_RMS, LEAST_SPEED = 0.03, 5.0
+MAX_RMS, MIN_SPEED = 0.03, 5.0
 
 
 def check_refused(what, argument, part):
@@ -95,5 +95,5 @@ with tempfile.TemporaryDirectory() as folder:
         said = run("blender_cycles.py", SCRIPTS, BIN, folder, "1024")
         rms, speed = (float(word) for word in lines_of(said, "CYCLES")[0].split()[1:])
         print("\n".join(line for line in said.splitlines() if "of Cycles' bake" in line))
-        if not (rms <= MOST_RMS and speed >= LEAST_SPEED):
-            sys.exit(f"test_blender: rms {rms} above {MOST_RMS}, or {speed} times faster, below {LEAST_SPEED}")
+        if not (rms <= MAX_RMS and speed >= MIN_SPEED):
+            sys.exit(f"test_blender: rms {rms} above {MAX_RMS}, or {speed} times faster, below {MIN_SPEED}")

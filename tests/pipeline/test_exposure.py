@@ -132,16 +132,18 @@ def check_sequence():
 def check_pairs():
     """Model and truth have the exposure of the truth, in pictures, on sheets and in the figures."""
     look = [*LOOK, "--light", "bright", "--truth", "x.truth.pnb", "--clip", "squat", "--frames", "0:2", "--report", "r.json"]
-    good("player", "render", "x.pnb", *look, "-o", "m.%d.png", "--flip", "--csv", "auto.csv", "--sheet", "auto.png")
+    look += ["--framing", "clips"]
+    good("player", "measure", "x.pnb", *look, "--flip", "--csv", "auto.csv", "--sheet", "auto.png")
     factor = exposure_of("r.json")
+    good("player", "render", "x.pnb", *look, "-o", "m.%d.png")
+    assert exposure_of("r.json") == factor
     good("player", "render", "x.pnb", *look, "-o", "t.%d.png", "--source", "truth")
     assert exposure_of("r.json") == factor
     check_shown("t.0.png", "truth")
-    good("player", "render", "x.pnb", *look, "-o", "m.%d.png", "--flip", "--csv", "fixed.csv", "--sheet", "fixed.png",
-         "--exposure", f"{factor:.4g}")
+    good("player", "measure", "x.pnb", *look, "--flip", "--csv", "fixed.csv", "--sheet", "fixed.png", "--exposure", f"{factor:.4g}")
     assert read("auto.csv") == read("fixed.csv") and read("auto.png") == read("fixed.png")
     # Figures of visibility do not depend on the exposure.
-    good("player", "render", "x.pnb", *look, "-o", "m.%d.png", "--csv", "other.csv", "--exposure", 1)
+    good("player", "measure", "x.pnb", *look, "--flip", "--csv", "other.csv", "--exposure", 1)
     rows = [list(csv.DictReader(open(path))) for path in ("auto.csv", "other.csv")]
     for a, b in zip(*rows):
         for key in ("ambient_error_mean", "ambient_error_max", "rms_v", "relative_error", "out_of_range"):

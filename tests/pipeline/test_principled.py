@@ -75,7 +75,7 @@ def write_spheres(path):
     indices = glb.add(triangles.ravel(), "SCALAR")
     times, turns = glb.add([0.0, 1.0], "SCALAR"), glb.add([[0, 0, 0, 1], [0, 1e-3, 0, 1]], "VEC4")
     looks = [material(m, r) for m in METALNESS for r in ROUGHNESS]
-    looks[0]["extensions"] = {"KHR_materials_ior": {"ior": 1.5}, "KHR_materials_clearcoat": {}}
+    looks[0]["extensions"] = {"KHR_materials_ior": {"ior": 1.5}, "KHR_materials_clearcoat": {"clearcoatFactor": 1}}
     glb.json.update(
         materials=looks, meshes=[{"primitives": [{"attributes": place, "indices": indices, "material": k}]} for k in range(8)],
         nodes=[{"name": f"ball{k}", "mesh": k, "translation": [SPACING * (k % 4 - 1.5), SPACING * (0.5 - k // 4), 0]} for k in range(8)],

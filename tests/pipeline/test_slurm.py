@@ -19,7 +19,7 @@ from farm_folder import SCRIPTS, make_farm, outputs_made, replace, skip_without,
 
 BIN = os.path.abspath(sys.argv[1])
 SHARDS = 5
-MOST_TASKS = 3  # an array has no more, so that the shards need two arrays
+MAX_TASKS = 3  # an array has no more, so that the shards need two arrays
 RAYS = 1024  # a shard takes about a second, so that it can be killed in the middle
 SLURM = os.path.join(SCRIPTS, "slurm")
 
@@ -113,7 +113,7 @@ def check_arrays(folder, wanted):
     assert re.search(rf"merge: 1 tasks, array \d+, after {first}, {second}\n", text), text
     text = run(*command, cwd=folder)
     assert "jobs are under way" in text and "tasks" not in text, text
-    run("scancel", f"{second}_{SHARDS - MOST_TASKS - 1}", cwd=folder)
+    run("scancel", f"{second}_{SHARDS - MAX_TASKS - 1}", cwd=folder)
     kill_one_bake(os.path.join(folder, "out"))
     wait_for(lambda: any("Restarts=1" in run("scontrol", "-o", "show", "job", array, cwd=folder) for array in (first, second)),
              "a requeued task", pause=0.3)
@@ -177,7 +177,7 @@ def main():
     with tempfile.TemporaryDirectory() as top:
         cluster = os.path.join(top, "slurm")
         os.environ["SLURM_CONF"] = os.path.join(cluster, "slurm.conf")
-        run(os.path.join(SLURM, "local_cluster"), "start", cluster, "2", f"MaxArraySize={MOST_TASKS}",
+        run(os.path.join(SLURM, "local_cluster"), "start", cluster, "2", f"MaxArraySize={MAX_TASKS}",
             f"AuthInfo=socket={cluster}/munge.socket,cred_expire=5", cwd=top)  # a requeued job waits for 5 s
         pids = daemons(cluster)
         try:

@@ -35,8 +35,17 @@ BUMPS = picture(np.kron([[[64, 128, 238], [191, 128, 238]]], np.ones((16, 16, 1)
 GLOW = picture(np.kron([[[255, 255, 255], [0, 0, 0]]], np.ones((16, 16, 1))))
 
 
-def save_sheet(path, images, material, seam=False, n=12, beside=False):
-    """Writes a rig of one joint: a sheet of side 2 in n x n squares, whose picture lies mirrored behind a seam."""
+def leaning(degrees):
+    """A normal map that leans to the right."""
+    turn = np.radians(degrees)
+    return picture(np.full((16, 16, 3), np.round(127.5 + 127.5 * np.array([np.sin(turn), 0, np.cos(turn)]))))
+
+
+def save_sheet(path, images, material, seam=False, n=12, beside=False, width=1, tangent=None):
+    """Writes a rig of one joint: a sheet of depth 2 in n x n squares, whose picture lies mirrored behind a seam.
+
+    All vertices have this tangent, if any.
+    """
     g = Gltf()
     joint = g.node("root")
     skin = g.skin([joint])
@@ -44,7 +53,7 @@ def save_sheet(path, images, material, seam=False, n=12, beside=False):
     at = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
     a, b, c, d = at[:-1, :-1].ravel(), at[:-1, 1:].ravel(), at[1:, 1:].ravel(), at[1:, :-1].ravel()
     triangles = np.concatenate([np.stack([a, c, b], 1), np.stack([a, d, c], 1)])
-    points, uv = np.stack([2 * u.ravel() - 1, 0 * u.ravel(), 2 * v.ravel() - 1], 1), np.stack([u.ravel(), v.ravel()], 1)
+    points, uv = np.stack([width * (2 * u.ravel() - 1), 0 * u.ravel(), 2 * v.ravel() - 1], 1), np.stack([u.ravel(), v.ravel()], 1)
     if seam:  # the right half has vertices of its own, at the same places
         right = points[triangles].mean(1)[:, 0] > 0
         triangles = np.where(right[:, None], triangles + len(points), triangles)
@@ -52,6 +61,8 @@ def save_sheet(path, images, material, seam=False, n=12, beside=False):
     joints, weights = np.zeros((len(points), 4), np.uint8), np.tile([1.0, 0, 0, 0], (len(points), 1))
     part = {**primitive(g, points, triangles, joints, weights), "material": 0}
     part["attributes"]["TEXCOORD_0"] = g.accessor(np.asarray(uv, np.float32))
+    if tangent:
+        part["attributes"]["TANGENT"] = g.accessor(np.tile(np.float32(tangent), (len(points), 1)))
     mesh = g.mesh(part)
     g.node("set", mesh=mesh, skin=skin)
     if beside:
@@ -84,8 +95,8 @@ def shot(folder, asset, *words):
     return np.asarray(Image.open(folder / "p.png").convert("RGBA"), float)
 
 
-def truth(folder, name):
-    good("bake", "reference", folder / f"{name}.vis.h5", "--materials-of", folder / f"{name}.glb", "--light", "uniform",
+def truth(folder, name, light="uniform"):
+    good("bake", "reference", folder / f"{name}.vis.h5", "--materials-of", folder / f"{name}.glb", "--light", light,
          "--samples", 256, "--aa", 4, "--exposure", 0.8, *VIEW, "-o", folder / "r.png")
     return np.asarray(Image.open(folder / "r.png").convert("RGBA"), float)
 
@@ -121,6 +132,44 @@ def check_scene(folder, material):
     assert colorful[0] > 100 and colorful[1] < 5, colorful
 
 
+def radiance(image):
+    """The mean linear radiance of what is covered."""
+    seen = image[image[..., 3] > 250][:, :3] / 255
+    assert len(seen) > 300
+    return np.where(seen <= 0.04045, seen / 12.92, ((seen + 0.055) / 1.055) ** 2.4).mean() / 0.8
+
+
+def check_normals(folder):
+    """White, rough and without shine: radiance is irradiance by pi."""
+    white = {"pbrMetallicRoughness": {"metallicFactor": 0, "roughnessFactor": 1}, "normalTexture": {"index": 0},
+             "extensions": {"KHR_materials_specular": {"specularFactor": 0}}}
+
+    def made(degrees, **sheet):
+        save_sheet(folder / "lean.glb", [leaning(degrees)], white, n=2, **sheet)
+        make_model(folder, "lean")
+        pack(folder, "lean", folder / "lean.pnb", "--materials-of", folder / "lean.glb", "--textures", "embed",
+             "--light", folder / "sun.light.h5")
+
+    sun = "directional:direction=%g/1/%g,irradiance=3.14159265"
+    good("fit", "light", "--analytic", sun % (1, 0), "--factor", "--name", "sun", "-o", folder / "sun.light.h5")
+    for degrees in (15, 30, 45, 60):
+        made(degrees)
+        free = (1 + np.cos(np.radians(degrees))) / 2  # the sky ends at the sheet
+        for image in (shot(folder, folder / "lean.pnb"), truth(folder, "lean")):
+            assert abs(radiance(image) - free) < 0.012, (degrees, radiance(image), free)
+    # The sun stands at 45 degrees to the right. A sheet twice as wide as deep leans by the same angle.
+    for degrees in (0, 45):
+        made(degrees, width=2)
+        for image in (shot(folder, folder / "lean.pnb", "--light", "sun"), truth(folder, "lean", sun % (1, 0))):
+            assert abs(radiance(image) - np.cos(np.radians(45 - degrees))) < 0.015, (degrees, radiance(image))
+    # A tangent of the file: the map's right is the back of the sheet.
+    made(45, tangent=[0, 0, -1, 1])
+    for toward, expected in ((0, np.sqrt(0.5)), (-1, 1), (1, 0)):
+        seen = radiance(truth(folder, "lean", sun % (0, toward)))
+        assert abs(seen - expected) < 0.015, (toward, seen)
+    assert abs(radiance(shot(folder, folder / "lean.pnb", "--light", "sun")) - 0.5) < 0.015
+
+
 def check_parts(folder, material):
     """Who reads the rig again for its pictures takes the parts that the bake took. A glow without a picture counts once.
 
@@ -146,7 +195,9 @@ def check_lost_pictures(folder, material):
     (folder / "lost0.png").write_bytes(COLORS[:60])  # the colours are cut short
     (folder / "lost3.png").unlink()  # that of glow and occlusion is gone
     for storage in ("embed", "link"):
-        told = pack(folder, "lost", folder / "less.pnb", *words, storage).stderr
+        packed = pack(folder, "lost", folder / "less.pnb", *words, storage)
+        told = packed.stderr
+        assert "emissive (not read), base color (not read), metallic-roughness, normal, occl" in packed.stdout, packed.stdout
         assert told.count("warning") == 2 and "images[0]" in told and "images[3]" in told, told
         assert told.count("stand alone") == 2, told
         less = shot(folder, folder / "less.pnb")
@@ -155,6 +206,13 @@ def check_lost_pictures(folder, material):
         assert np.ptp(less[covered][:, :3], axis=1).max() < 4 and np.ptp(less[covered][:, 0]) > 20
     refused = pack(folder, "lost", folder / "refused.pnb", *words, "embed", "--strict", code=5)
     assert "images[0]" in refused.stderr and not (folder / "refused.pnb").exists(), refused.stderr
+    # The reference does the same.
+    words = ["bake", "reference", folder / "lost.vis.h5", "--materials-of", folder / "lost.glb", "--samples", 4, *VIEW]
+    drawn = run_tool(*words, "-o", folder / "r.png")
+    assert drawn.returncode == 0 and drawn.stderr.count("stand alone") == 2, drawn.stderr
+    refused = run_tool(*words, "--strict", "-o", folder / "refused.png")
+    assert refused.returncode == 5 and "images[0]" in refused.stderr, refused.stderr
+    assert not (folder / "refused.png").exists()
 
 
 def check(folder):
@@ -190,6 +248,7 @@ def check(folder):
     make_model(folder, "every")
     pack(folder, "every", folder / "every.pnb", "--materials-of", folder / "every.glb", "--textures", "embed")
     compare(folder, "every", folder / "every.pnb", 14)
+    check_normals(folder)
     check_scene(folder, base)
     check_parts(folder, base)
     check_lost_pictures(folder, every)

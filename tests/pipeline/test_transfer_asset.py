@@ -66,7 +66,7 @@ def check_errors(place):
 def check_pictures(place):
     """The column is the figure of the check, the channel its picture, and a model that is the truth shows none."""
     asset, truth = place("p.pnb"), place("t.truth.pnb")
-    good("player", "render", asset, "--truth", truth, "--clip", HELD, "--csv", place("f.csv"), "-q")
+    good("player", "measure", asset, "--truth", truth, "--clip", HELD, "--csv", place("f.csv"), "-q")
     good("pack", "check", asset, place("t.vis.h5"), "--report", place("check.json"))
     rows = list(csv.DictReader(open(place("f.csv"))))
     held = [clip for clip in figures(place("check.json"))["clips"] if clip["name"] == HELD][0]
@@ -82,16 +82,16 @@ def check_pictures(place):
     for truth_name in ("t", "v"):
         good("player", "render", asset, *SIZE, "--clip", HELD, "--source", "truth", "--truth", place(truth_name + ".truth.pnb"),
              "-o", place("truth.png"), "-q")
-    good("player", "render", asset, *SIZE, "--frames", "0:2", "--truth", truth, "--channel", "transfer-error", "--sheet",
+    good("player", "measure", asset, *SIZE, "--frames", "0:2", "--truth", truth, "--channel", "transfer-error", "--sheet",
          place("sheet.png"), "-q", "--error-max", 1)
-    good("player", "render", asset, "--truth", truth, "--clip", HELD, "--fail-above", 100, "--fail-metric", "transfer", "-q")
+    good("player", "measure", asset, "--truth", truth, "--clip", HELD, "--fail-above", 100, "--fail-metric", "transfer", "-q")
 
 
 def check_visibility(place):
     """An asset of visibility has the column and the channel as well."""
     good("fit", "visibility", place("v.vis.h5"), "-o", place("v.model.h5"), "-q", "--holdout", HELD, "--clusters", 6)
     good("pack", "asset", place("v.model.h5"), "-o", place("v.pnb"), "-q")
-    good("player", "render", place("v.pnb"), "--truth", place("v.truth.pnb"), "--clip", HELD, "--csv", place("v.csv"), "-q")
+    good("player", "measure", place("v.pnb"), "--truth", place("v.truth.pnb"), "--clip", HELD, "--csv", place("v.csv"), "-q")
     mean = np.mean([float(row["transfer_error"]) for row in csv.DictReader(open(place("v.csv")))])
     assert 0 < mean < 0.2, mean
     for path in ("cpu", "glsl"):

@@ -4,12 +4,14 @@ and model/truth, and its screenshots change as they should.
 usage: test_view.py BIN
 """
 import json
+import os
 import time
 
 import numpy as np
 from PIL import Image
 
 from programs import good
+from x11_events import DragSource
 from view_window import (ERROR, HEIGHT, PANEL, RANGE, ROWS, SCRUB, TIMELINE, WIDTH, View, center, difference, frame_x, make_scene, opened,
                          prepared, wait_until)
 
@@ -248,7 +250,7 @@ def check_heat_map(view):
     wide, narrow = view.shot("3"), view.shot("bracketleft", "bracketleft", "bracketleft", "bracketleft")
     assert narrow.picture[narrow.mask()].mean() > wide.picture[wide.mask()].mean() + 1, "smaller errors are brighter"
     legend = view.shot(panels=True)
-    assert (legend.picture[-170:, -150:].min(-1) > 200).sum() > 60, "numbers and unit beside the scale"
+    assert (legend.picture[:190, -150:].min(-1) > 200).sum() > 60, "numbers and unit beside the scale"
     assert difference(view.shot(*["bracketright"] * 4), wide) < 0.05
     named, bare = view.shot("4", panels=True), view.shot()
     written = np.abs(named.picture - bare.picture).max(-1)[40:] > 60
@@ -295,9 +297,32 @@ def check_scene():
     view.close()
 
 
+def check_who_is_there():
+    """A scene that is opened takes the place of what was there, and the x at a name takes its character away."""
+    view = View("x.pnb", "--no-settings", size=f"{WIDTH}x{HEIGHT}")
+    alone = view.shot("b")
+    DragSource(view.window).drop([os.path.abspath("y.pnb")])
+    wait_until(lambda: difference(view.shot(), alone) > 0.5, "two side by side")
+    two = view.shot()
+    for y in range(40, 80, 6):  # the first name is below a row of buttons and a heading; its x is at the right edge
+        view.move(PANEL - 30, y)
+        view.tool("click", 1)
+        view.move(PANEL + 200, 200)
+        if difference(view.shot(), two) > 0.5:
+            break
+    assert 0.5 < difference(view.shot(), two) and difference(view.shot(), alone) < 5, "one of them alone"
+    DragSource(view.window).drop([os.path.abspath("scene.json")])
+    staged = wait_until(lambda: (shot := view.shot()) and difference(shot, alone) > 2 and shot, "the scene")
+    view.close()
+    view = View("--scene", "scene.json", "--no-settings", size=f"{WIDTH}x{HEIGHT}")
+    assert difference(view.shot("b"), staged) < 0.5, "as if it had been opened alone"
+    view.close()
+
+
 def fix_camera(name, **changes):
     with open("scene.json") as file:
         fixed = {**json.load(file), "camera": "yaw=10,pitch=25,target=0/0.6/0,distance=5", **changes}
+    fixed["ground"]["casts"] = False  # the window has no light between things
     with open(name, "w") as file:
         json.dump(fixed, file)
 
@@ -382,6 +407,7 @@ with prepared():
         check_heat_map(window)
     check_paths_agree()
     check_scene()
+    check_who_is_there()
     check_same_as_render()
     check_suns()
 print("ok")

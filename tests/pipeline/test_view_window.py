@@ -48,6 +48,12 @@ def check_window(view):
         wait_until(lambda: np.abs(shown.whole[:, :PANEL] - panel()).mean() > 3, f"{key} to list {what}")
         assert difference(shown, view.shot(panels=True)) == 0, "beside the picture"
         view.keys(key)
+    view.keys("F2")
+    wait_until(lambda: np.abs(shown.whole[:, :PANEL] - panel()).mean() > 3, "the files")
+    files = panel()
+    view.keys("F1")
+    wait_until(lambda: np.abs(files - panel()).mean() > 1, "the keys in the files' place")
+    view.keys("F1")
     before = view.shot()
     view.drag(1, (500, 350), (600, 330))
     dragged = view.shot()

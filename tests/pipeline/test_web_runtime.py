@@ -60,7 +60,7 @@ class Error(ctypes.Structure):
 
 class Vertices(ctypes.Structure):
     _fields_ = [*((name, ctypes.c_void_p) for name in ("positions", "normals", "tangents", "coefficients", "bounced")),
-                ("first", ctypes.c_size_t), ("count", ctypes.c_size_t)]
+                ("first", ctypes.c_size_t), ("count", ctypes.c_size_t), ("received", ctypes.c_void_p)]
 
 
 class Points(ctypes.Structure):

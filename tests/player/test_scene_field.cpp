@@ -71,7 +71,7 @@ TEST_F(SceneFieldTest, OfLevelHeightsIsTheLevelGround) {
     FieldLook look(*field.file().ground, field.field()->convention(), AssetView(), light);
     std::vector<Vec3> radiance;
     look.shade(points, {3, 4, 5}, 2, radiance);
-    const std::vector<Vec3> flat = groundRadiance(ground, light, Mat3d(), {0.5f, 0.5f, 0.5f});
+    const std::vector<Vec3> flat = groundRadiance(ground, light, Mat3d(), {0.5f, 0.5f, 0.5f}, 2);
     Largest brightest, off, off_radiance;
     double least = 1;
     for (std::size_t r = 0; r < 65; ++r)

@@ -1,6 +1,9 @@
 // The vertices of a scene: what they see past everyone else.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
 #include <fstream>
 #include <map>
 
@@ -135,6 +138,26 @@ TEST_F(SceneReceivers, MostOfTheGroundIsInterpolated) {
     castOn(stands.cast(), {}, {all.positions, all.normals, all.tangents}, 2, all.mirrored);
     const std::vector<float> e = groundAmbient(ground), expected = groundAmbient(all);
     EXPECT_LT(largestDifference(e, expected), 0.005);
+}
+
+// A level ground sums what is far at anchors. The bounds are what anchors cost the vertices of two characters 0.55 m
+// apart (docs/scene.md).
+TEST_F(SceneReceivers, AnchorsOfTheGroundGiveWhatEachPointSees) {
+    const PosedScene stand =
+        scene(R"({"asset": "tube.pnb", "yaw": 20}, {"asset": "tube.pnb", "position": [0.4, 0, 0.2]},
+                                      {"asset": "tube.pnb", "position": [-0.3, 0.1, 0.5], "yaw": 70})",
+              R"(, "ground": {"height": -0.05, "size": 3, "resolution": 129})");
+    const GroundVertices ground = groundVertices(stand, 2);
+    GroundVertices all = ground;
+    castOn(stand.cast(), {}, {all.positions, all.normals, all.tangents}, 2, all.mirrored);
+    const std::vector<float> e = groundAmbient(ground), expected = groundAmbient(all);
+    double squares = 0;
+    for (std::size_t v = 0; v < e.size(); ++v) squares += (e[v] - expected[v]) * (e[v] - expected[v]);
+    const double rms = std::sqrt(squares / double(e.size())), largest = largestDifference(e, expected);
+    std::printf("anchors of a ground: E off by %.4f rms, %.4f at most\n", rms, largest);
+    EXPECT_LT(*std::ranges::min_element(expected), 0.6f);
+    EXPECT_LT(rms, 0.0018);
+    EXPECT_LT(largest, 0.015);
 }
 
 // What is drawn has fewer triangles. They cover the ground once, face up, and meet along whole edges, so that nothing

@@ -9,6 +9,7 @@
 #include "formats/common/write_file.h"
 #include "pack/pack_asset.h"
 #include "pack/sections/material_section.h"
+#include "player/view/shown_files.h"
 #include "player/view/view_scene.h"
 #include "tests/difference.h"
 #include "tests/synthetic_model.h"
@@ -225,6 +226,27 @@ TEST_F(ViewFiles, FilesWithoutACharacterAreRefused) {
     EXPECT_THROW(openScene(none, 1), InvalidInput);
     const std::array missing = {folder / "none.pnb"};
     EXPECT_THROW(openScene(missing, 1), IoError);
+}
+
+TEST_F(ViewFiles, ACharacterLeavesAndTheOthersStay) {
+    const fs::path other = folder / "other.pnb", scene_file = folder / "s.json";
+    fs::copy_file(tube, other);
+    const std::vector<fs::path> files = {library, tube, other, tube};
+    const Scene scene = openScene(files, 1);
+    ASSERT_EQ(scene.characters.size(), 3u);
+    for (std::size_t i = 0; i < 3; ++i) EXPECT_TRUE(canLeave(scene, i));
+    EXPECT_EQ(filesWithout(scene, files, 0), (std::vector<fs::path>{library, other, tube}));
+    EXPECT_EQ(filesWithout(scene, files, 1), (std::vector<fs::path>{library, tube, tube}));
+    EXPECT_EQ(filesWithout(scene, files, 2), (std::vector<fs::path>{library, tube, other}));
+    EXPECT_EQ(filesWithoutAnyone(scene, files), (std::vector<fs::path>{library}));
+    EXPECT_FALSE(canLeave(openScene(std::array{tube}, 1), 0)) << "the last one stays";
+    writeWholeFile(scene_file, std::string(R"({"version": 1, "characters": [{"asset": "tube.pnb"}]})"));
+    const std::vector<fs::path> with_scene = {scene_file, library, other};
+    const Scene staged = openScene(with_scene, 1);
+    EXPECT_FALSE(canLeave(staged, 0)) << "the scene's file names it";
+    EXPECT_TRUE(canLeave(staged, 1));
+    EXPECT_EQ(filesWithout(staged, with_scene, 1), (std::vector<fs::path>{scene_file, library}));
+    EXPECT_EQ(filesWithoutAnyone(staged, with_scene), (std::vector<fs::path>{library}));
 }
 
 // A component is shown instead of the channel, and without a material.

@@ -204,6 +204,71 @@ TEST(ViewActions, WithoutTruthThereIsNothingToCompare) {
     EXPECT_EQ(bare.state.show.channel, Channel::kAmbient);
 }
 
+// The first clip is not in the truth. Nothing that stands in for truth may pass for it.
+TEST(ViewActions, AClipWithoutTruthIsSaidToHaveNone) {
+    Contents c;
+    AssetView partial = c.character.asset;
+    partial.animation.clips = {{"b", 3, 1}};
+    c.character.truth = &partial;
+    const std::array<FrameError, 3> errors = {FrameError{0.1f, 0.2f, false}, {0.3f, 0.4f, false}, {0, 0, false}};
+    c.character.timeline.figures.errors.assign(errors.begin(), errors.end());
+    EXPECT_EQ(whyNoTruth(c.scene, c.state), "no baked truth of this clip");
+    c.press('W');
+    EXPECT_EQ(c.frame(), 0u) << "no frame has an error";
+    c.press('T');
+    EXPECT_EQ(whyUnseen(c.state, c.scene, {'T', false}), "T (baked truth or model): no baked truth of this clip");
+    c.press('3');
+    EXPECT_EQ(whyUnseen(c.state, c.scene, {'3', false}), "3 (error against the truth): no baked truth of this clip");
+    chooseClip(c.state, 1);
+    EXPECT_EQ(whyNoTruth(c.scene, c.state), "");
+    EXPECT_EQ(whyUnseen(c.state, c.scene, {'3', false}), "");
+    c.state.inspect.weight_edit = WeightEdit{0, {1}};
+    EXPECT_EQ(whyNoTruth(c.scene, c.state), "no baked truth of this pose");
+    c.character.truth = nullptr;
+    EXPECT_EQ(whyNoTruth(c.scene, c.state), "no baked truth (--truth)");
+}
+
+// Keys change what the picture that is on does not show, and say where it shows.
+TEST(ViewActions, AKeyWhoseChangeIsNotSeenSaysSo) {
+    Contents c;
+    const auto unseen = [&](int key) { return whyUnseen(c.state, c.scene, {key, false}); };
+    for (const int key : {'M', 'L', 'K', 'V', 'P', 'E', 'D', 'O', 'B', 'J', 'C', 'G', 'N'}) EXPECT_EQ(unseen(key), "");
+    EXPECT_EQ(unseen('H'), "H (suns of the light with shadow maps, or all light as SH): no material or no light");
+    EXPECT_EQ(unseen('['), "[ (error scale to a smaller number): shows in the picture of errors (3)");
+    EXPECT_EQ(unseen('U'),
+              "U (boxes of fields, or spheres, that characters cast by): no character here has boxes or "
+              "spheres to cast by");
+    EXPECT_EQ(unseen('.'), ". (larger brush): shows with the brush (0)");
+    EXPECT_EQ(unseen(';'), "");
+    c.press('5');
+    for (const int key : {'M', 'L', 'K', 'H', 'V', 'P', 'E', 'D', 'O', 'B'})
+        EXPECT_TRUE(unseen(key).ends_with("): shows in shaded pictures (1)")) << unseen(key);
+    EXPECT_TRUE(unseen('J').ends_with("): shows in shaded pictures, ambient visibility and errors (1, 2, 3)"));
+    c.press('C');
+    EXPECT_TRUE(unseen('C').ends_with("): shows in shaded pictures and ambient visibility (1, 2)"));
+    c.press('2');
+    EXPECT_EQ(unseen('C'), "");
+    EXPECT_TRUE(unseen('I').ends_with("between sampled frames there is none"));
+}
+
+TEST(ViewActions, KeysAndFilesTakeTurnsInThePanel) {
+    Contents c;
+    c.state.window.recent = {"/rigs/man.pnb"};
+    c.press(kKeyF2);
+    EXPECT_EQ(c.state.window.browsed, "/rigs") << "where the last file came from";
+    c.press(kKeyF1);
+    EXPECT_TRUE(c.state.window.help);
+    EXPECT_FALSE(c.state.window.browsed);
+    c.press(kKeyF2);
+    EXPECT_TRUE(c.state.window.browsed);
+    EXPECT_FALSE(c.state.window.help);
+    c.press(kKeyF2);
+    EXPECT_FALSE(showsPanels(c.state) && (c.state.window.browsed || c.state.window.help));
+    c.press(kKeyF1);
+    c.press(kKeyF1);
+    EXPECT_FALSE(c.state.window.help);
+}
+
 TEST(ViewActions, ComponentsTakeTheChannelsPlace) {
     Contents c;
     c.press('T');

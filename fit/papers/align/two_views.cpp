@@ -40,11 +40,11 @@ FrameMap mapFrom(double scale, const Eigen::Matrix3d& turn, const Eigen::Vector3
 
 FrameMap alignTwoViews(const PosePair& first, const PosePair& second) {
     const PosePair both[] = {first, second};
-    if (const double degrees = spreadOf(both); !(degrees >= kLeastTwoViewDegrees)) {
+    if (const double degrees = spreadOf(both); !(degrees >= kMinTwoViewDegrees)) {
         char text[160];
         std::snprintf(text, sizeof text,
                       "the two views are %.1f degrees apart as seen from the marker, and the closed form needs %.0f",
-                      degrees, kLeastTwoViewDegrees);
+                      degrees, kMinTwoViewDegrees);
         throw InvalidInput(text);
     }
     const Eigen::Matrix3d turn = turnOf(first.b).transpose() * turnOf(first.a);

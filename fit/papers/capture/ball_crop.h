@@ -1,7 +1,7 @@
 #pragma once
-// How paper 004 (Nowrouzezahrai 2011, section 4) makes light of a mirror ball: the square crop of one photograph, in
-// which (u, v) in [-1, 1]^2 are coordinates and the outline of the ball is r = 1, is projected to SH by a formula for
-// directions and weights. These are references to compare with: formats/capture has the exact way.
+// How Nowrouzezahrai 2011 (section 4) makes light of a mirror ball: the square crop of one photograph, in which (u, v)
+// in [-1, 1]^2 are coordinates and the outline of the ball is r = 1, is projected to SH by a formula for directions and
+// weights. These are references to compare with: formats/capture has the exact way.
 #include <optional>
 #include <vector>
 

@@ -20,7 +20,7 @@ namespace {
 
 constexpr double kCurveStep = 1 / 60.0;  // seconds
 constexpr double kRamp = 1e-4;           // seconds that a step takes
-constexpr std::size_t kMostSamples = 1000000;
+constexpr std::size_t kMaxSamples = 1000000;
 
 struct ColladaCurve {
     std::string id;  // for messages
@@ -208,7 +208,7 @@ void straightenSampler(ColladaSources& sources, XmlNode& sampler, ColladaCurve c
     if (!bends) return;
     const double span = curve.times.back() - curve.times.front();
     sources.samples += 2 * curve.times.size() + std::size_t(std::min(span / kCurveStep, 1e9));
-    if (sources.samples * curve.width > 16 * kMostSamples) sources.fail(id, "its curves are too long");
+    if (sources.samples * curve.width > 16 * kMaxSamples) sources.fail(id, "its curves are too long");
     ColladaLines lines;
     for (std::size_t k = 0; k < curve.times.size(); ++k) addSegment(curve, k, lines);
     std::string kinds;

@@ -177,8 +177,8 @@ ColladaText prepareCollada(std::string_view xml, const std::filesystem::path& pa
     leaveOutZeroPictures(*root, path, out.notes);
     const std::vector<ClipElement> clips = clipElements(*root, path);
     std::erase_if(root->children, [](const XmlNode& child) { return child.name == "library_animation_clips"; });
-    constexpr std::size_t kMostClips = 1000;
-    if (clips.size() > kMostClips) throw Unsupported(path.string() + ": has more than 1000 animation clips");
+    constexpr std::size_t kMaxClips = 1000;
+    if (clips.size() > kMaxClips) throw Unsupported(path.string() + ": has more than 1000 animation clips");
     if (clips.empty()) {
         out.text = textOf(*root);
         return out;

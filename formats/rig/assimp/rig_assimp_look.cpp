@@ -13,7 +13,7 @@ namespace penumbra {
 
 namespace {
 
-constexpr double kMostEmission = 1e6;
+constexpr double kMaxEmission = 1e6;
 
 std::optional<double> numberOf(const aiMaterial& material, const char* key) {
     ai_real value = 0;
@@ -75,7 +75,7 @@ SourceLook readAssimpLook(const aiMaterial& material) {
     Principled& out = look.principled;
     const std::optional<Vec3d> base = colorOf(material, "$clr.base", 1), diffuse = colorOf(material, "$clr.diffuse", 1);
     out.color = base ? *base : diffuse.value_or(Vec3d{1, 1, 1});
-    out.emission = colorOf(material, "$clr.emissive", kMostEmission).value_or(Vec3d{});
+    out.emission = colorOf(material, "$clr.emissive", kMaxEmission).value_or(Vec3d{});
     const std::optional<double> metallic = numberOf(material, "$mat.metallicFactor"),
                                 roughness = numberOf(material, "$mat.roughnessFactor");
     if (metallic || roughness) {

@@ -104,7 +104,7 @@ void readArray(FbxBinaryParser& parser, char type, std::size_t end, FbxNode& nod
     node.count = count;
     if (!isFbxArrayRead(node.name)) return;
     parser.numbers += count;
-    if (parser.numbers > kMostFbxNumbers) parser.fail(node.name, "its numbers are too many");
+    if (parser.numbers > kMaxFbxNumbers) parser.fail(node.name, "its numbers are too many");
     const std::size_t raw_size = count * sizeOfNumber(type);
     if (encoding == 0) {
         if (packed.size() != raw_size) parser.fail(node.name, "its bytes are not as many as its numbers take");
@@ -175,11 +175,11 @@ void readValue(FbxBinaryParser& parser, std::size_t end, FbxNode& node) {
     if (type != 'S' && type != 'R' && type < 'a') {  // FBX 6 writes arrays as so many values
         ++node.count;
         if (isFbxArrayRead(node.name)) {
-            if (++parser.numbers > kMostFbxNumbers) parser.fail(node.name, "its numbers are too many");
+            if (++parser.numbers > kMaxFbxNumbers) parser.fail(node.name, "its numbers are too many");
             node.numbers.push_back(value.number);
         }
     }
-    if (node.values.size() < kMostFbxValues) node.values.push_back(std::move(value));
+    if (node.values.size() < kMaxFbxValues) node.values.push_back(std::move(value));
 }
 
 // Reads records until an empty one. The list of a node may also end with its bytes; that of the file may not.
@@ -190,7 +190,7 @@ void readRecords(FbxBinaryParser& parser, std::size_t end, int depth, FbxNode& p
         parser.readLength(end);
         const std::uint8_t name_size = parser.read<std::uint8_t>(end);
         if (node_end == 0) return;
-        if (++parser.nodes > kMostFbxNodes) parser.fail(parent.name, "the file has too many nodes");
+        if (++parser.nodes > kMaxFbxNodes) parser.fail(parent.name, "the file has too many nodes");
         FbxNode& node = parent.children.emplace_back();
         node.name = parser.take(name_size, end);
         if (node_end > parser.bytes.size()) parser.failCut();

@@ -21,7 +21,7 @@ struct FbxValue {
 
 struct FbxNode {
     std::string name;
-    std::vector<FbxValue> values;  // the first kMostFbxValues; none of the bytes of pictures
+    std::vector<FbxValue> values;  // the first kMaxFbxValues; none of the bytes of pictures
     std::vector<double> numbers;   // of an array that is looked into
     std::uint64_t count = 0;       // how many numbers an array has, or values an ASCII list
     std::vector<FbxNode> children;
@@ -32,7 +32,7 @@ struct FbxNode {
     const FbxValue& value(std::size_t index) const;
 };
 
-constexpr std::size_t kMostFbxValues = 64;
+constexpr std::size_t kMaxFbxValues = 64;
 
 struct FbxTree {
     int version = 0;  // 7400
@@ -49,8 +49,8 @@ FbxTree parseFbxText(std::string_view text, const std::filesystem::path& path);
 
 // Tells whether the numbers of an array of this name are kept, and counts them against the most that a file may have.
 bool isFbxArrayRead(std::string_view name);
-constexpr std::uint64_t kMostFbxNumbers = std::uint64_t(1) << 26;
-constexpr std::uint64_t kMostFbxNodes = std::uint64_t(1) << 23;
+constexpr std::uint64_t kMaxFbxNumbers = std::uint64_t(1) << 26;
+constexpr std::uint64_t kMaxFbxNodes = std::uint64_t(1) << 23;
 constexpr int kDeepestFbxNode = 64;
 
 }  // namespace penumbra

@@ -95,10 +95,10 @@ std::optional<FbxValue> readTextValue(FbxTextParser& parser) {
 void keepValue(FbxTextParser& parser, FbxValue&& value, bool array, FbxNode& node) {
     ++node.count;
     if (array) {
-        if (++parser.numbers > kMostFbxNumbers) parser.fail("'" + node.name + "' has too many numbers");
+        if (++parser.numbers > kMaxFbxNumbers) parser.fail("'" + node.name + "' has too many numbers");
         node.numbers.push_back(value.number);
     }
-    if (node.values.size() < kMostFbxValues) node.values.push_back(std::move(value));
+    if (node.values.size() < kMaxFbxValues) node.values.push_back(std::move(value));
 }
 
 void readValues(FbxTextParser& parser, bool array, FbxNode& node) {
@@ -152,7 +152,7 @@ void readTextNodes(FbxTextParser& parser, int depth, FbxNode& parent) {
     while (parser.peek() != '\0' && parser.peek() != '}') {
         const std::string_view name = parser.word();
         if (name.empty() || !parser.accept(':')) parser.fail("the name of an FBX node is expected");
-        if (++parser.nodes > kMostFbxNodes) parser.fail("the file has too many nodes");
+        if (++parser.nodes > kMaxFbxNodes) parser.fail("the file has too many nodes");
         FbxNode& node = parent.children.emplace_back();
         node.name = name;
         readTextNode(parser, depth, node);

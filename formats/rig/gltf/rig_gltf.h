@@ -12,15 +12,11 @@
 #include <vector>
 
 #include "formats/rig/gltf/rig_gltf_extensions.h"
+#include "formats/rig/gltf/rig_gltf_look.h"
 #include "formats/rig/rig_file.h"
 #include "formats/rig/source_look.h"
 
 namespace penumbra {
-
-// RigNote::feature and RigNote::effect of a material.
-struct GltfEffect {
-    std::string feature, effect;
-};
 
 // Which texture coordinates a picture takes.
 struct GltfUv {
@@ -29,8 +25,8 @@ struct GltfUv {
 };
 
 struct GltfMaterial {
-    std::string name;  // "" where it has none
-    std::vector<GltfEffect> effects;
+    std::string name;                 // "" where it has none
+    std::vector<GltfEffect> effects;  // in bakes
     MaterialColor color;
     SourceLook look;
     GltfUv uv;                          // of the base colour
@@ -82,6 +78,12 @@ void readInfluences(const GltfFile& file, const tinygltf::Primitive& primitive, 
 // Reads NORMAL of a primitive whose positions are already read, if it has it.
 void readNormals(const GltfFile& file, const tinygltf::Primitive& primitive, const std::string& where,
                  RigSource& source, SourcePart& part);
+
+// Returns how TANGENT of a primitive lies to the coordinates `uv` of its normal map, one for each vertex: the mean over
+// the vertex' triangles. Returns nothing where it has no TANGENT, or where no turn is more than a step of 8 bits.
+std::vector<TangentTurn> readTangentTurns(const GltfFile& file, const tinygltf::Primitive& primitive,
+                                          const std::string& where, const SourcePart& part,
+                                          const std::vector<std::array<double, 2>>& uv);
 
 // Reads what a primitive whose positions are already read looks like. Damage goes into the part's problem.
 void readPartColor(const GltfFile& file, const tinygltf::Primitive& primitive, const std::string& where,

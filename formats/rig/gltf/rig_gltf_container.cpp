@@ -274,8 +274,8 @@ void dropExtensions(Json& objects) {
 
 std::string geometryOnly(Json& document) {
     Json kept = Json::object();
-    for (const char* key :
-         {"asset", "scene", "scenes", "nodes", "meshes", "skins", "animations", "accessors", "bufferViews"})
+    for (const char* key : {"asset", "extensionsUsed", "scene", "scenes", "nodes", "meshes", "skins", "animations",
+                            "accessors", "bufferViews"})
         if (document.contains(key)) kept[key] = std::move(document[key]);
     for (const char* key : {"scenes", "nodes", "meshes", "skins", "animations", "accessors"})
         if (kept.contains(key)) dropExtensions(kept[key]);

@@ -260,12 +260,16 @@ namespace {
 
 // Extensions that are read, or that change nothing of shapes and movements. Materials have notes of their own.
 bool changesNothing(const std::string& extension) {
-    constexpr std::array kBeginnings = {
-        "KHR_materials_", "KHR_texture_",        "EXT_texture_",        "KHR_mesh_quantization", "KHR_draco_mesh_",
-        "EXT_meshopt_",   "KHR_meshopt_",        "KHR_node_visibility", "KHR_animation_",        "MSFT_lod",
-        "MSFT_texture",   "MSFT_screencoverage", "EXT_mesh_gpu_",       "KHR_lights_",           "EXT_lights_",
-        "KHR_xmp",        "KHR_techniques_",     "KHR_audio",           "EXT_mesh_features",     "EXT_structural_meta",
-        "VRMC_vrm",       "VRMC_materials_"};
+    constexpr std::array kBeginnings = {"KHR_materials_",    "KHR_texture_",
+                                        "EXT_texture_",      "KHR_mesh_quantization",
+                                        "KHR_draco_mesh_",   "EXT_meshopt_",
+                                        "KHR_meshopt_",      "KHR_node_visibility",
+                                        "KHR_animation_",    "MSFT_lod",
+                                        "MSFT_texture",      "MSFT_screencoverage",
+                                        "EXT_mesh_gpu_",     "KHR_xmp",
+                                        "KHR_techniques_",   "KHR_audio",
+                                        "EXT_mesh_features", "EXT_structural_meta",
+                                        "VRMC_vrm",          "VRMC_materials_"};
     return std::any_of(kBeginnings.begin(), kBeginnings.end(),
                        [&](const char* beginning) { return extension.starts_with(beginning); });
 }
@@ -276,10 +280,12 @@ void noteExtensions(const GltfFile& file, std::vector<RigNote>& notes) {
     for (const std::string& extension :
          std::set<std::string>(file.model.extensionsUsed.begin(), file.model.extensionsUsed.end())) {
         const bool springs = extension == "VRM" || extension == "VRMC_springBone";
+        const bool lights = extension.starts_with("KHR_lights_") || extension.starts_with("EXT_lights_");
         if (!changesNothing(extension))
             notes.push_back({file.path.string(), "", cleanText(extension),
-                             springs ? "springs of hair and cloth do not swing: bake clips that have them"
-                                     : "it is not read; what it draws or moves is left out"});
+                             springs  ? "springs of hair and cloth do not swing: bake clips that have them"
+                             : lights ? "its lights are not used: penumbra-fit light makes lights"
+                                      : "it is not read; what it draws or moves is left out"});
     }
 }
 

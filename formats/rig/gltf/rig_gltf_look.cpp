@@ -61,15 +61,15 @@ Json objectAt(const Json& from, const char* key) {
     return *found;
 }
 
-constexpr double kMostFactor = 1, kMostSpecularColor = 1e3, kMostEmission = 1e6;
+constexpr double kMaxFactor = 1, kMaxSpecularColor = 1e3, kMaxEmission = 1e6;
 
 // The defaults of glTF 2.0, section 5.22: white, metal and rough.
 void readMetallicRoughness(const LookReader& reader, const Json& material) {
     const Json look = objectAt(material, "pbrMetallicRoughness");
     Principled& out = reader.look.principled;
-    out.color = reader.color(look, "baseColorFactor", {1, 1, 1}, kMostFactor);
-    out.metallic = reader.number(look, "metallicFactor", 1, kMostFactor);
-    out.roughness = reader.number(look, "roughnessFactor", 1, kMostFactor);
+    out.color = reader.color(look, "baseColorFactor", {1, 1, 1}, kMaxFactor);
+    out.metallic = reader.number(look, "metallicFactor", 1, kMaxFactor);
+    out.roughness = reader.number(look, "roughnessFactor", 1, kMaxFactor);
     reader.texture(look, "baseColorTexture", "base color");
     reader.texture(look, "metallicRoughnessTexture", "metallic-roughness");
 }
@@ -78,9 +78,9 @@ void readMetallicRoughness(const LookReader& reader, const Json& material) {
 // incidence: that is what this extension asks for.
 void readGlossiness(const LookReader& reader, const Json& extension) {
     Principled& out = reader.look.principled;
-    out.color = reader.color(extension, "diffuseFactor", {1, 1, 1}, kMostFactor);
-    out.specular_color = reader.color(extension, "specularFactor", {1, 1, 1}, kMostFactor);
-    out.roughness = 1 - reader.number(extension, "glossinessFactor", 1, kMostFactor);
+    out.color = reader.color(extension, "diffuseFactor", {1, 1, 1}, kMaxFactor);
+    out.specular_color = reader.color(extension, "specularFactor", {1, 1, 1}, kMaxFactor);
+    out.roughness = 1 - reader.number(extension, "glossinessFactor", 1, kMaxFactor);
     out.metallic = 0;
     out.ior = 0;
     reader.texture(extension, "diffuseTexture", "diffuse");
@@ -95,19 +95,19 @@ void readExtensions(const LookReader& reader, const Json& extensions) {
         out.ior = 1;
     }
     if (const Json specular = objectAt(extensions, "KHR_materials_specular"); !specular.empty()) {
-        out.specular = reader.number(specular, "specularFactor", 1, kMostFactor);
-        out.specular_color = reader.color(specular, "specularColorFactor", {1, 1, 1}, kMostSpecularColor);
+        out.specular = reader.number(specular, "specularFactor", 1, kMaxFactor);
+        out.specular_color = reader.color(specular, "specularColorFactor", {1, 1, 1}, kMaxSpecularColor);
         reader.texture(specular, "specularTexture", "specular");
         reader.texture(specular, "specularColorTexture", "specular color");
     }
     out.emission *=
-        reader.number(objectAt(extensions, "KHR_materials_emissive_strength"), "emissiveStrength", 1, kMostEmission);
+        reader.number(objectAt(extensions, "KHR_materials_emissive_strength"), "emissiveStrength", 1, kMaxEmission);
     for (int c = 0; c < 3; ++c) out.emission[c] = shortestOf(float(out.emission[c]));
 }
 
 // A colour that a picture makes dark in most places must not light the whole surface.
 void readEmission(const LookReader& reader, const Json& material) {
-    reader.look.principled.emission = reader.color(material, "emissiveFactor", {}, kMostFactor);
+    reader.look.principled.emission = reader.color(material, "emissiveFactor", {}, kMaxFactor);
     reader.texture(material, "emissiveTexture", "emissive");
 }
 
@@ -125,12 +125,52 @@ void readAll(const LookReader& reader, const Json& material) {
     readExtensions(reader, extensions);
     reader.texture(material, "normalTexture", "normal");
     reader.texture(material, "occlusionTexture", "occlusion");
-    for (const auto& [name, value] : extensions.items())
-        if (std::find(std::begin(kRead), std::end(kRead), name) == std::end(kRead) && !(glossy && name == kGlossiness))
-            reader.look.notes.push_back(cleanText(name) + " is not read");
+    for (const GltfEffect& effect : unreadEffects(material))
+        if (!(glossy && effect.feature == kGlossiness))
+            reader.look.notes.push_back(effect.feature + " is not read: " + effect.effect);
+}
+
+// What is lost of an extension that we know. It changes nothing where `factor` is 0, which is its default.
+struct KnownExtension {
+    const char *name, *factor, *effect;
+    bool in_bakes;
+};
+constexpr KnownExtension kKnown[] = {
+    {"KHR_materials_transmission", "transmissionFactor", "it stops light as if it was opaque", true},
+    {"KHR_materials_diffuse_transmission", "diffuseTransmissionFactor", "no light comes through it", true},
+    {"KHR_materials_volume", "thicknessFactor", "light is neither bent nor absorbed inside of it", true},
+    {"KHR_materials_unlit", nullptr, "it is shaded as any other surface", true},
+    {"KHR_materials_clearcoat", "clearcoatFactor", "its clear coat does not shine", false},
+    {"KHR_materials_sheen", "sheenColorFactor", "it does not shine as cloth does", false},
+    {"KHR_materials_anisotropy", "anisotropyStrength", "its highlights are as long as wide", false},
+    {"KHR_materials_iridescence", "iridescenceFactor", "its colours do not change with the angle", false},
+    {"KHR_materials_dispersion", "dispersion", "it does not part light into colours", false},
+    {kGlossiness, nullptr, "the metallic-roughness model of the same material is", false}};
+
+bool isOff(const KnownExtension& known, const Json& extension) {
+    if (!known.factor || !extension.is_object()) return false;
+    const auto found = extension.find(known.factor);
+    if (found == extension.end()) return true;
+    const Json numbers = found->is_array() ? *found : Json::array({*found});
+    return std::ranges::all_of(numbers, [](const Json& x) { return x.is_number() && !(x.get<double>() > 0); });
 }
 
 }  // namespace
+
+std::vector<GltfEffect> unreadEffects(const Json& material) {
+    std::vector<GltfEffect> out;
+    const auto extensions = material.find("extensions");
+    if (extensions == material.end() || !extensions->is_object()) return out;
+    for (const auto& [name, value] : extensions->items()) {
+        if (std::ranges::find(kRead, name) != std::end(kRead)) continue;
+        const auto known = std::ranges::find(kKnown, name, &KnownExtension::name);
+        if (known == std::end(kKnown))
+            out.push_back({cleanText(name), "what it changes is not seen"});
+        else if (!isOff(*known, value))
+            out.push_back({name, known->effect, known->in_bakes});
+    }
+    return out;
+}
 
 SourceLook readGltfLook(const Json& material) {
     SourceLook look;

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "formats/common/errors.h"
 #include "formats/rig/gltf/rig_gltf.h"
@@ -176,22 +177,17 @@ void readCoverage(const Json& from, MaterialColor& color) {
     color.alpha_cutoff = cutoff;
 }
 
-// Lists the extensions by which a material is seen otherwise than we show it.
-std::vector<GltfEffect> effectsOf(const Json& from) {
-    std::vector<GltfEffect> out;
-    const Json extensions = from.value("extensions", Json::object());
-    const auto amount = [&](const char* extension, const char* field) {
-        const auto found = extensions.find(extension);
-        return found == extensions.end() ? 0.0 : found->value(field, 0.0);
-    };
-    if (amount("KHR_materials_transmission", "transmissionFactor") > 0)
-        out.push_back({"KHR_materials_transmission", "it stops light as if it was opaque"});
-    if (amount("KHR_materials_diffuse_transmission", "diffuseTransmissionFactor") > 0)
-        out.push_back({"KHR_materials_diffuse_transmission", "no light comes through it"});
-    if (amount("KHR_materials_volume", "thicknessFactor") > 0)
-        out.push_back({"KHR_materials_volume", "light is neither bent nor absorbed inside of it"});
-    if (extensions.contains("KHR_materials_unlit"))
-        out.push_back({"KHR_materials_unlit", "it is shaded as any other surface"});
+// Returns the materials of the parts that have others to choose from. A mesh that is damaged is refused later.
+std::set<std::size_t> variedMaterials(const Json& document) {
+    std::set<std::size_t> out;
+    try {
+        for (const Json& mesh : document.value("meshes", Json::array()))
+            for (const Json& primitive : mesh.value("primitives", Json::array()))
+                if (primitive.contains("material") &&
+                    primitive.value("extensions", Json::object()).contains("KHR_materials_variants"))
+                    out.insert(primitive.at("material").get<std::size_t>());
+    } catch (const Json::exception&) {
+    }
     return out;
 }
 
@@ -230,14 +226,17 @@ std::vector<std::array<double, 2>> readTextureUv(const GltfFile& file, const tin
 }
 
 void readPartTextures(const GltfFile& file, const tinygltf::Primitive& primitive, const std::string& where,
-                      const GltfMaterial& material, PartColor& color) try {
+                      const GltfMaterial& material, SourcePart& part) try {
+    PartColor& color = part.color;
     color.textures_problem = material.textures_problem;
     for (std::size_t i = 0; i < material.textures.size(); ++i) {
         PartTexture& texture = color.textures.emplace_back(material.textures[i]);
         texture.uv = readTextureUv(file, primitive, material.textures_uv[i], where, "further");
+        if (texture.role == TextureRole::kNormal)
+            color.turns = readTangentTurns(file, primitive, where, part, texture.uv);
     }
 } catch (const InvalidInput& error) {
-    color.textures_problem = error.what();
+    part.color.textures_problem = error.what();
 }
 
 }  // namespace
@@ -255,7 +254,8 @@ std::vector<GltfMaterial> readMaterials(const std::filesystem::path& path, const
         try {
             readCoverage(from, material.color);
             readColor(reader, from, material);
-            material.effects = effectsOf(from);
+            material.effects = unreadEffects(from);
+            std::erase_if(material.effects, [](const GltfEffect& effect) { return !effect.in_bakes; });
             readTexturesOf(reader, from, where, material);
         } catch (const Json::exception& error) {
             material.color = damagedColor(material.color, where + error.what());
@@ -263,6 +263,10 @@ std::vector<GltfMaterial> readMaterials(const std::filesystem::path& path, const
             material.color = damagedColor(material.color, where + error.what());
         }
     }
+    for (const std::size_t m : variedMaterials(document))
+        if (m < materials.size())
+            materials[m].look.notes.push_back(
+                "KHR_materials_variants is not read: the part keeps this material, its default one");
     return materials;
 }
 
@@ -288,7 +292,7 @@ void readPartColor(const GltfFile& file, const tinygltf::Primitive& primitive, c
         if (!has_material) part.color.material.base = Vec3{1, 1, 1};
     }
     if (material.color.texture) part.color.uv = readTextureUv(file, primitive, material.uv, where, "base colour");
-    readPartTextures(file, primitive, where, material, part.color);
+    readPartTextures(file, primitive, where, material, part);
 } catch (const InvalidInput& error) {
     part.color = {damagedColor(part.color.material, error.what()), {}, {}, {}, {}, ""};
 }

@@ -13,31 +13,50 @@ void chooseFile(ViewState& state, const fs::path& file) {
     state.window.browsed.reset();
 }
 
+// Says what a file holds, as far as its name tells.
+const char* kindOf(const fs::path& file) {
+    const std::string extension = file.extension();
+    if (extension == ".json") return "scene";
+    if (extension == ".exr" || extension == ".hdr") return "light";
+    return file.stem().extension() == ".truth" ? "baked truth" : "";
+}
+
+// Writes a line with the kind of the file at the right, where there is room for it.
+void fileLine(ViewState& state, const fs::path& file, std::size_t id) {
+    const std::string name = file.filename();
+    const char* const kind = kindOf(file);
+    const float room = ImGui::GetContentRegionAvail().x, width = ImGui::CalcTextSize(kind).x;
+    if (listLine(name, id, false)) chooseFile(state, file);
+    if (ImGui::IsItemHovered()) tooltip(file.c_str());
+    if (ImGui::CalcTextSize(name.c_str()).x + width + ImGui::GetFontSize() > room) return;
+    ImGui::SameLine(ImGui::GetWindowContentRegionMin().x + room - width);
+    ImGui::TextDisabled("%s", kind);
+}
+
 void recentFiles(ViewState& state) {
     ImGui::TextDisabled("Opened last");
-    for (std::size_t i = 0; i < state.window.recent.size(); ++i) {
-        const fs::path file = state.window.recent[i];
-        if (listLine(file.filename().string(), i, false)) chooseFile(state, file);
-        if (ImGui::IsItemHovered()) tooltip(file.c_str());
-    }
+    const std::vector<fs::path> recent = state.window.recent;  // a click changes the list
+    for (std::size_t i = 0; i < recent.size(); ++i) fileLine(state, recent[i], i);
 }
 
 }  // namespace
 
 void filePanel(const FolderList& list, ViewState& state) {
+    if (ImGui::Button("Close (F2)")) state.window.browsed.reset();
+    ImGui::TextWrapped(
+        "A character stands beside the others, and a scene takes the place of all. Lights, materials and baked truth "
+        "come to what is shown. Files can also be dropped onto the picture.");
     if (!state.window.recent.empty()) recentFiles(state);
     ImGui::TextDisabled("Folder");
     ImGui::TextWrapped("%s", list.folder.c_str());
     if (!list.problem.empty()) ImGui::TextColored(ImColor(kMarked), "%s", list.problem.c_str());
-    if (list.folder.has_relative_path() && listLine("..", 1000, false))
+    if (list.folder.has_relative_path() && listLine("../  (up)", 1000, false))
         state.window.browsed = list.folder.parent_path();
     for (std::size_t i = 0; i < list.folders.size(); ++i)
         if (listLine(list.folders[i].filename().string() + "/", 2000 + i, false))
             state.window.browsed = list.folders[i];
-    for (std::size_t i = 0; i < list.files.size(); ++i)
-        if (listLine(list.files[i].filename().string(), 1000000 + i, false)) chooseFile(state, list.files[i]);
+    for (std::size_t i = 0; i < list.files.size(); ++i) fileLine(state, list.files[i], 1000000 + i);
     if (list.files.empty()) ImGui::TextDisabled("no .pnb, .json, .exr or .hdr here");
-    if (ImGui::Button("Close (F2)")) state.window.browsed.reset();
 }
 
 }  // namespace penumbra

@@ -14,6 +14,7 @@
 #include "player/gl/gpu_timer.h"
 #include "player/gl/screenshot.h"
 #include "player/view/folder_list.h"
+#include "player/view/shown_files.h"
 #include "player/view/view_history.h"
 #include "player/view/view_look.h"
 #include "player/view/view_settings.h"
@@ -120,6 +121,8 @@ private:
     void tellSettingsProblem();
     void handle(const ViewEvents& events);
     void addFiles(const std::vector<std::filesystem::path>& dropped);
+    void takeAway(std::size_t character);
+    void show(std::vector<std::filesystem::path> files);
     void advanceTime();
     void updatePicture(const Rectangle& picture);
     void updateExposure(const Rectangle& picture);
@@ -172,29 +175,48 @@ void ViewLoop::tellSettingsProblem() {
 
 // Adds dropped files. A file that cannot be used changes nothing.
 void ViewLoop::addFiles(const std::vector<std::filesystem::path>& dropped) {
-    std::vector<std::filesystem::path> files = files_;
+    const bool is_scene = std::ranges::any_of(dropped, [](const auto& file) { return file.extension() == ".json"; });
+    std::vector<std::filesystem::path> files = is_scene ? filesWithoutAnyone(*scene_, files_) : files_;
     try {
         for (const std::filesystem::path& file : dropped) files.push_back(shownFile(file));
-        auto scene = std::make_unique<Scene>(openScene(files, threads_, openChoice()));
-        scene->blend = LightBlend(options_.fade);
-        const bool is_new = !scene_->file && scene->file;
-        scene_ = std::move(scene);
-        files_ = std::move(files);
-        history_.forget();
+        show(std::move(files));
         for (const std::filesystem::path& file : dropped) noteRecent(state_.window.recent, file);
-        painter_.forget();
-        exposed_.forget();
-        state_ = stateFor(*scene_, state_);
-        if (is_new) applySceneFile(*scene_, state_);
+        if (is_scene) applySceneFile(*scene_, state_);
         figures_.message = "opened " + dropped.back().filename().string();
     } catch (const std::runtime_error& error) {
         figures_.message = error.what();
     }
 }
 
+void ViewLoop::takeAway(std::size_t character) {
+    const ViewState before = state_;
+    state_.characters.erase(state_.characters.begin() + std::ptrdiff_t(character));
+    if (state_.selected > character) --state_.selected;
+    try {
+        show(filesWithout(*scene_, files_, character));
+    } catch (const std::runtime_error& error) {  // a file that has gone
+        state_ = before;
+        figures_.message = error.what();
+    }
+}
+
+// Shows these files in the place of those before. Throws the errors of openScene(), and changes nothing then.
+void ViewLoop::show(std::vector<std::filesystem::path> files) {
+    auto scene = std::make_unique<Scene>(openScene(files, threads_, openChoice()));
+    scene->blend = LightBlend(options_.fade);
+    state_ = carriedOver(*scene_, *scene, state_);
+    scene_ = std::move(scene);
+    files_ = std::move(files);
+    history_.forget();
+    painter_.forget();
+    exposed_.forget();
+    state_ = stateFor(*scene_, state_);
+}
+
 void ViewLoop::handle(const ViewEvents& events) {
     if (!events.dropped.empty()) addFiles(events.dropped);
     if (const auto chosen = std::exchange(state_.window.chosen, {})) addFiles({*chosen});
+    if (const auto leaving = std::exchange(state_.window.leaving, {})) takeAway(*leaving);
     // A picture of the window shows what it says, but not that the picture before was written.
     const bool other = std::ranges::any_of(events.keys, [](const KeyPress& press) { return press.key != kKeyF12; });
     if (figures_.message.starts_with(kWrote) && !events.keys.empty()) figures_.message.clear();
@@ -205,7 +227,9 @@ void ViewLoop::handle(const ViewEvents& events) {
     for (const KeyPress& press : events.keys) {
         const ViewState before = state_;
         applyKey(state_, *scene_, press);
-        if (state_ == before) figures_.message = whyNothing(press);
+        const bool changed = state_ != before;
+        const std::string why = changed ? whyUnseen(state_, *scene_, press) : whyNothing(press);
+        if (!changed || !why.empty()) figures_.message = why;
         if (const int steps = std::exchange(state_.window.undone, 0))
             if (!history_.go(state_, steps)) figures_.message = steps < 0 ? "no view before" : "no view after";
         if (!state_.window.screenshot) continue;
@@ -333,7 +357,7 @@ void ViewLoop::drawFrame() {
     applyMouse(*scene_, state_, in_units);
     if (!state_.turntable && !state_.window.sequence && !window_->held()) history_.note(state_);
     window_->drawPanels();
-    if (state_.window.screenshot) takeScreenshot({0, 0, width, height});
+    if (state_.window.screenshot && state_.window.screenshot_panels) takeScreenshot({0, 0, width, height});
     checkGl("drawing a frame");
     window_->present();
     ++result_.frames;

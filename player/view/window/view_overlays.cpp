@@ -20,10 +20,10 @@ namespace {
 constexpr ImU32 kInk = IM_COL32(230, 230, 230, 255);
 
 // Writes a text with a shadow, which is readable over a bright background too.
-void write(ImVec2 at, const char* label, ImU32 color = kInk) {
+void write(ImVec2 at, const char* label) {
     ImDrawList& list = *ImGui::GetBackgroundDrawList();
     list.AddText(ImVec2(at.x + 1, at.y + 1), IM_COL32(0, 0, 0, 160), label);
-    list.AddText(at, color, label);
+    list.AddText(at, kInk, label);
 }
 
 // Draws a dark plate for texts and legends, which are then readable over any picture.
@@ -34,44 +34,33 @@ void plate(ImVec2 low, ImVec2 high) {
                                                   margin);
 }
 
-void writeOnPlate(ImVec2 at, const char* label, ImU32 color = kInk) {
-    const ImVec2 size = ImGui::CalcTextSize(label);
+// Writes a text in lines of at most `width`. Returns the lower edge of its plate.
+float writeOnPlate(ImVec2 at, const std::string& label, ImU32 color, float width) {
+    width = std::max(width, 1.0f);
+    const ImVec2 size = ImGui::CalcTextSize(label.c_str(), nullptr, false, width);
     plate(at, ImVec2(at.x + size.x, at.y + size.y));
-    write(at, label, color);
+    ImGui::GetBackgroundDrawList()->AddText(ImGui::GetFont(), ImGui::GetFontSize(), at, color, label.c_str(), nullptr,
+                                            width);
+    return at.y + size.y + 0.4f * ImGui::GetFontSize();
 }
 
-// Writes names over the panes, so that a screenshot tells what it shows.
-void paneLabels(const Scene& scene, const ViewState& state, const Rectangle& picture) {
-    if (!scene.hasTruth() && !state.inspect.score_edit) return;
-    static constexpr std::array kNames = {"model", "baked truth", "difference"};
-    ImDrawList& list = *ImGui::GetBackgroundDrawList();
-    for (const Pane& pane : panesOf(state, picture)) {
-        if (pane.clip.width == 0) continue;
-        const float left = float(pane.clip.x), top = float(pane.clip.y), margin = 0.6f * ImGui::GetFontSize();
-        writeOnPlate(ImVec2(left + margin, top + margin), kNames[std::size_t(pane.shown)]);
-        if (state.inspect.score_edit)
-            write(ImVec2(left + margin, top + margin + 1.3f * ImGui::GetFontSize()), "scores changed (Z: back)",
-                  kMarked);
-        if (pane.clip.x > picture.x)
-            list.AddLine(ImVec2(left, top), ImVec2(left, top + float(pane.clip.height)), IM_COL32(230, 230, 230, 160));
-    }
-}
-
-// Draws colours from below to above, and the numbers of `low` to `high` that they stand for.
+// Draws colours from below to above, and the numbers of `low` to `high` that they stand for, in the upper right corner
+// of the picture: messages and the hint have its lower edge.
 void scale(const Rectangle& picture, const char* what, std::span<const ImU32> colors, double low, double high) {
     ImDrawList& list = *ImGui::GetBackgroundDrawList();
-    const float font = ImGui::GetFontSize(), height = 8 * font, width = 0.9f * font;
-    const float x = float(picture.x + picture.width) - 5 * font;
-    const float title = float(picture.x + picture.width) - ImGui::CalcTextSize(what).x - 0.6f * font;
-    const float y = float(picture.y + picture.height) - height - 2 * font;
+    const float font = ImGui::GetFontSize(), width = 0.9f * font;
+    const float height = std::min(8 * font, 0.35f * float(picture.height));
+    const float x = float(picture.x + picture.width) - std::max(ImGui::CalcTextSize(what).x, 5 * font) - font;
+    const float top = float(picture.y) + font, y = top + 2 * font;
+    plate(ImVec2(x, top), ImVec2(float(picture.x + picture.width) - font, y + height + 0.5f * font));
+    write(ImVec2(x, top), what);
     const std::size_t steps = colors.size() - 1;
-    plate(ImVec2(std::min(title, x), y - 2 * font), ImVec2(x + 4.4f * font, y + height + 0.5f * font));
-    write(ImVec2(title, y - 2 * font), what);
     const auto heightOf = [&](std::size_t i) { return y + height * float(steps - i) / float(steps); };
     for (std::size_t i = 0; i < steps; ++i)
         list.AddRectFilledMultiColor(ImVec2(x, heightOf(i + 1)), ImVec2(x + width, heightOf(i)), colors[i + 1],
                                      colors[i + 1], colors[i], colors[i]);
-    for (std::size_t i = 0; i <= steps; ++i) {
+    const std::size_t every = height / float(steps) < font ? steps / 2 : 1;  // as many numbers as there is room for
+    for (std::size_t i = 0; i <= steps; i += every) {
         char label[24];
         std::snprintf(label, sizeof label, "%.3g", low + (high - low) * double(i) / double(steps));
         write(ImVec2(x + 1.4f * width, heightOf(i) - 0.5f * font), label);
@@ -87,17 +76,19 @@ ImU32 displayed(Vec3 linear) {
 }
 
 void scales(const Scene& scene, const ViewState& state, const Rectangle& picture) {
+    const bool compares = state.show.channel == Channel::kError || shownCompare(state) == Compare::kDifference;
+    if (!state.show.component && compares && !whyNoTruth(scene, state).empty()) return;
     if (state.show.component) {
         std::array<ImU32, 5> colors;
         for (std::size_t i = 0; i < colors.size(); ++i) colors[i] = displayed(divergingColor(float(i) - 2, 2));
         const double most = double(scene.characters[state.selected]->shown.component->most);
-        scale(picture, "change of E a unit of score", colors, -most, most);
+        scale(picture, "change of E for a score of 1", colors, -most, most);
     } else if (state.show.channel == Channel::kError) {
         // viridis as in shaders/channel.frag, at quarters.
         static constexpr std::array<ImU32, 5> kViridis = {IM_COL32(71, 1, 85, 255), IM_COL32(59, 82, 139, 255),
                                                           IM_COL32(33, 145, 140, 255), IM_COL32(94, 201, 98, 255),
                                                           IM_COL32(253, 231, 37, 255)};
-        scale(picture, "|E - truth|, E in 0..1   [ ]", kViridis, 0, double(state.show.error_max));
+        scale(picture, "|E - truth|   [ ]", kViridis, 0, double(state.show.error_max));
     } else if (shownCompare(state) == Compare::kDifference) {
         std::array<ImU32, 5> colors;
         for (std::size_t i = 0; i < colors.size(); ++i) {
@@ -209,19 +200,47 @@ void partNames(const Character& character, const Pane& pane, const FrameView& vi
             names.write(*at, nameOfPart(character.asset, p));
 }
 
-// Writes which factor the lobe shows, below the pane's name.
-void lobeLabel(const Scene& scene, const ViewState& state, const Rectangle& picture) {
-    const VisibilityFactor* factor = shownFactor(scene, state);
-    if (!factor) return;
+using Label = std::pair<std::string, ImU32>;
+
+// Returns the name of a pane. Where it should show truth and there is none, it says so in another colour.
+Label nameOfPane(const Scene& scene, const ViewState& state, Shown shown) {
+    static constexpr std::array kNames = {"model", "baked truth", "difference"};
+    const bool error = state.show.channel == Channel::kError && !state.show.component;
+    const std::string_view problem = whyNoTruth(scene, state);
+    if ((shown == Shown::kModel && !error) || problem.empty()) return {kNames[std::size_t(shown)], kInk};
+    const char* instead = shown == Shown::kTruth ? ": this is the model"
+                          : error                ? ": this is ambient visibility"
+                                                 : ": nothing to compare with";
+    return {std::string(problem) + instead, kMarked};
+}
+
+// Returns what is written over a pane, so that a screenshot tells what it shows.
+std::vector<Label> labelsOf(const Scene& scene, const ViewState& state, Shown shown) {
+    std::vector<Label> labels;
+    if (scene.hasTruth()) labels.push_back(nameOfPane(scene, state, shown));
+    if (state.inspect.score_edit) labels.emplace_back("scores changed (Z: back)", kMarked);
+    const VisibilityFactor* const factor = shownFactor(scene, state);
+    if (!factor || (shown == Shown::kTruth && factor->choice.kind == FactorKind::kWhole)) return labels;
     char label[160];
     std::snprintf(label, sizeof label, "lobe: %s, E %.4f",
                   nameOf(scene.characters[state.inspect.picked->character]->asset, factor->choice).c_str(),
                   double(factor->ambient));
-    for (const Pane& pane : panesOf(state, picture))
-        if (pane.clip.width > 0 && (pane.shown != Shown::kTruth || factor->choice.kind != FactorKind::kWhole))
-            writeOnPlate(ImVec2(float(pane.clip.x) + 0.6f * ImGui::GetFontSize(),
-                                float(pane.clip.y) + 3.2f * ImGui::GetFontSize()),
-                         label);
+    labels.emplace_back(label, kInk);
+    return labels;
+}
+
+void paneLabels(const Scene& scene, const ViewState& state, const Rectangle& picture) {
+    const float font = ImGui::GetFontSize();
+    for (const Pane& pane : panesOf(state, picture)) {
+        if (pane.clip.width == 0) continue;
+        ImVec2 at(float(pane.clip.x) + font, float(pane.clip.y) + font);
+        for (const auto& [label, color] : labelsOf(scene, state, pane.shown))
+            at.y = writeOnPlate(at, label, color, float(pane.clip.width) - 2 * font) + 0.6f * font;
+        const float left = float(pane.clip.x), top = float(pane.clip.y);
+        if (pane.clip.x > picture.x)
+            ImGui::GetBackgroundDrawList()->AddLine(ImVec2(left, top), ImVec2(left, top + float(pane.clip.height)),
+                                                    IM_COL32(230, 230, 230, 160));
+    }
 }
 
 }  // namespace
@@ -241,29 +260,34 @@ void drawOverlays(const Scene& scene, const ViewState& state, const Rectangle& p
             partNames(character, pane, view);
         });
     paneLabels(scene, state, picture);
-    lobeLabel(scene, state, picture);
     scales(scene, state, picture);
 }
 
 void drawMessage(const std::string& message, const Rectangle& picture) {
     const float margin = ImGui::GetFontSize(), width = float(picture.width) - 2 * margin;
     if (message.empty() || width <= 0) return;
-    const ImVec2 size = ImGui::CalcTextSize(message.c_str(), nullptr, false, width);
-    const ImVec2 at(float(picture.x) + margin, float(picture.y + picture.height) - margin - size.y);
-    plate(at, ImVec2(at.x + size.x, at.y + size.y));
-    ImGui::GetBackgroundDrawList()->AddText(ImGui::GetFont(), ImGui::GetFontSize(), at, kInk, message.c_str(), nullptr,
-                                            width);
+    const float height = ImGui::CalcTextSize(message.c_str(), nullptr, false, width).y;
+    writeOnPlate(ImVec2(float(picture.x) + margin, float(picture.y + picture.height) - margin - height), message, kInk,
+                 width);
 }
 
 void drawHint(const Rectangle& picture) {
-    static constexpr const char* kHint =
-        "Left drag: look around        Right drag: turn the light\n"
-        "Space: play                          Click: what a point sees\n"
-        "F1: all keys                          F2: open a file";
-    const ImVec2 size = ImGui::CalcTextSize(kHint);
-    writeOnPlate(ImVec2(float(picture.x) + 0.5f * (float(picture.width) - size.x),
-                        float(picture.y) + 0.12f * float(picture.height)),
-                 kHint);
+    static constexpr std::array<std::array<const char*, 2>, 3> kHint = {
+        {{"Left drag: look around", "Right drag: turn the light"},
+         {"Space: play", "Click: what a point sees"},
+         {"F1: all keys", "F2: open a file"}}};
+    const float font = ImGui::GetFontSize(), line = ImGui::GetTextLineHeightWithSpacing();
+    const float column = ImGui::CalcTextSize(kHint[0][0]).x + 2 * font;
+    const bool beside = column + ImGui::CalcTextSize(kHint[0][1]).x + 2 * font < float(picture.width);
+    const float width = ImGui::CalcTextSize(kHint[0][1]).x + (beside ? column : 0), height = (beside ? 3 : 6) * line;
+    const ImVec2 at(float(picture.x) + 0.5f * (float(picture.width) - width),
+                    float(picture.y + picture.height) - height - font);
+    plate(at, ImVec2(at.x + width, at.y + height));
+    for (std::size_t row = 0; row < kHint.size(); ++row)
+        for (std::size_t side = 0; side < 2; ++side)
+            write(beside ? ImVec2(at.x + column * float(side), at.y + line * float(row))
+                         : ImVec2(at.x, at.y + line * float(2 * row + side)),
+                  kHint[row][side]);
 }
 
 }  // namespace penumbra

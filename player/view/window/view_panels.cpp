@@ -8,6 +8,7 @@
 #include <cstdio>
 
 #include "player/frame/truth_frames.h"
+#include "player/view/shown_files.h"
 #include "player/view/view_actions.h"
 #include "player/view/view_pick.h"
 #include "player/view/window/view_widgets.h"
@@ -18,7 +19,11 @@ namespace {
 constexpr ImGuiWindowFlags kFixed = ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove |
                                     ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoSavedSettings;
 
-constexpr std::size_t kMaxClipLines = 8;  // of the list, which scrolls
+// How many clips the list shows; it scrolls. It leaves most of a small window to the rest.
+std::size_t mostClipLines() {
+    const float lines = 0.3f * ImGui::GetWindowHeight() / ImGui::GetTextLineHeightWithSpacing();
+    return std::size_t(std::clamp(lines, 3.0f, 8.0f));
+}
 
 std::string text(std::string_view view) { return std::string(view); }
 
@@ -27,23 +32,37 @@ std::string nameOfCharacter(const Scene& scene, std::size_t i) {
     return std::filesystem::path(scene.characters[i]->asset.name).stem();
 }
 
+// Writes a character's name, which a click selects, and at its right what takes the character away.
+void characterLine(const Scene& scene, ViewState& state, std::size_t i) {
+    const std::string label = "x##leave" + std::to_string(i);
+    const float width = ImGui::CalcTextSize("x").x + 2 * ImGui::GetStyle().FramePadding.x;
+    const bool leaves = canLeave(scene, i);
+    const float line = leaves ? ImGui::GetContentRegionAvail().x - width - ImGui::GetStyle().ItemSpacing.x : 0;
+    if (listLine(nameOfCharacter(scene, i), i, i == state.selected, line)) state.selected = i;
+    if (!leaves) return;
+    ImGui::SameLine(ImGui::GetWindowContentRegionMax().x - width);
+    if (ImGui::SmallButton(label.c_str())) state.window.leaving = i;
+    if (ImGui::IsItemHovered()) tooltip("Takes this character away");
+}
+
 void characterPanel(const Scene& scene, ViewState& state) {
     if (scene.characters.size() > 1) {
         ImGui::TextDisabled("Characters");
-        for (std::size_t i = 0; i < scene.characters.size(); ++i)
-            if (listLine(nameOfCharacter(scene, i), i, i == state.selected)) state.selected = i;
+        for (std::size_t i = 0; i < scene.characters.size(); ++i) characterLine(scene, state, i);
     }
     const Character& character = *scene.characters[state.selected];
     ImGui::TextDisabled("Clips");
     const std::size_t count = character.asset.animation.clips.size();
-    const bool scrolls = count > kMaxClipLines;
-    if (scrolls) ImGui::BeginChild("clips", ImVec2(0, float(kMaxClipLines) * ImGui::GetTextLineHeightWithSpacing()));
+    const std::size_t lines = mostClipLines();
+    const bool scrolls = count > lines;
+    if (scrolls) ImGui::BeginChild("clips", ImVec2(0, float(lines) * ImGui::GetTextLineHeightWithSpacing()));
     for (std::size_t i = 0; i < count; ++i) {
         const ClipView& clip = character.asset.animation.clips[i];
         if (clip.held_out) ImGui::PushStyleColor(ImGuiCol_Text, ImU32(kMarked));
         const std::string name = text(clip.name) + (clip.held_out ? "  (held out)" : "");
         if (listLine(name, i + 1000, i == state.characters[state.selected].clip)) chooseClip(state, i);
         if (clip.held_out) ImGui::PopStyleColor();
+        if (clip.held_out && ImGui::IsItemHovered()) tooltip("The model was not trained on this clip.");
     }
     if (scrolls) ImGui::EndChild();
 }
@@ -78,7 +97,7 @@ void figurePanel(const Scene& scene, const ViewState& state, const ViewFigures& 
 // Lists the keys in the panel, beside the picture that they change.
 void helpPanel(ViewState& state) {
     if (ImGui::Button("Close (F1)")) state.window.help = false;
-    const float column = 7.5f * ImGui::GetFontSize();
+    const float column = std::min(7.5f * ImGui::GetFontSize(), 0.45f * ImGui::GetWindowWidth());
     const auto row = [&](const std::string& key, const std::string& what, const std::string& shifted) {
         ImGui::TextUnformatted(key.c_str());
         ImGui::SameLine(column);
@@ -102,9 +121,42 @@ void beginFixed(const char* name, float x, float y, float width, float height) {
     ImGui::Begin(name, nullptr, kFixed);
 }
 
+// A button of a row goes on in the line where there is room. Returns whether it was clicked.
+bool rowButton(const char* name, const char* tip) {
+    const float width = ImGui::CalcTextSize(name).x + 2 * ImGui::GetStyle().FramePadding.x;
+    ImGui::SameLine();
+    if (ImGui::GetContentRegionAvail().x < width) ImGui::NewLine();
+    const bool clicked = ImGui::Button(name);
+    if (ImGui::IsItemHovered()) tooltip(tip);
+    return clicked;
+}
+
+void savePanel(ViewState& state) {
+    ImGui::TextDisabled("Save");
+    const auto begin = [&](Sequence of) {
+        state.window.of = of;
+        state.window.sequence = 0;
+    };
+    if (state.window.sequence) {
+        if (ImGui::Button("Stop (Escape)")) state.window.sequence.reset();
+        return;
+    }
+    if (ImGui::Button("picture")) {
+        state.window.screenshot = true;
+        state.window.screenshot_panels = false;
+    }
+    if (ImGui::IsItemHovered())
+        tooltip("Writes the picture without panels, view_0001.png, into the folder of --screenshots (Shift + F12)");
+    if (rowButton("turntable", "Writes a turn of the camera as a video of 12 s, turn_0001.y4m (Shift + F11)"))
+        begin(Sequence::kTurntable);
+    if (rowButton("frames", "Writes a picture of each frame of the clip (F11)")) begin(Sequence::kClip);
+}
+
 // Everything about the scene. What belongs to a picked vertex stands before what is always there, so that a click shows
 // it without scrolling.
 void scenePanel(const Scene& scene, ViewState& state, const ViewFigures& figures) {
+    if (ImGui::Button("Open (F2)")) browseFiles(state);
+    if (rowButton("Keys (F1)", "All keys, and what the mouse does")) state.window.help = true;
     characterPanel(scene, state);
     constexpr ImGuiTreeNodeFlags kOpen = ImGuiTreeNodeFlags_DefaultOpen;
     if (state.inspect.picked && ImGui::CollapsingHeader("Vertex", kOpen)) vertexPanel(scene, *state.inspect.picked);
@@ -114,11 +166,9 @@ void scenePanel(const Scene& scene, ViewState& state, const ViewFigures& figures
         morphPanel(scene, state);
     if (scene.shaded()) drawControls(ControlPanel::kLook, scene, state);
     drawControls(ControlPanel::kShow, scene, state);
+    savePanel(state);
     if (ImGui::CollapsingHeader("Asset")) assetPanel(*scene.characters[state.selected]);
     figurePanel(scene, state, figures);
-    if (ImGui::Button("Keys (F1)")) state.window.help = true;
-    ImGui::SameLine();
-    if (ImGui::Button("Open a file (F2)")) state.window.browsed = ".";
 }
 
 }  // namespace
@@ -142,12 +192,14 @@ void buildPanels(const Scene& scene, ViewState& state, const ViewFigures& figure
     const ImVec2 size = ImGui::GetIO().DisplaySize;
     const PanelSizes panels = panelSizes(size.x, size.y, unit);
     beginFixed("side", 0, 0, panels.side, size.y);
+    ImGui::PushTextWrapPos(0);  // lines that are too long go on below
     if (state.window.browsed)
         filePanel(*figures.folder, state);
     else if (state.window.help)
         helpPanel(state);
     else
         scenePanel(scene, state, figures);
+    ImGui::PopTextWrapPos();
     ImGui::End();
     beginFixed("timeline", panels.side, size.y - panels.timeline, size.x - panels.side, panels.timeline);
     buildTimeline(scene, state);

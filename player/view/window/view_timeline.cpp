@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstring>
 #include <functional>
 
 #include "player/view/window/view_widgets.h"
@@ -28,12 +27,13 @@ struct Row {
     std::size_t frameAt(float x) const { return std::min(std::size_t(numberAt(x)), frames - 1); }
 };
 
-// Begins a row with its name at the left.
-Row beginRow(const char* name, std::size_t frames, float height) {
-    const float column = std::min(7.5f * ImGui::GetFontSize(), 0.3f * ImGui::GetContentRegionAvail().x);
+// Begins a row with its name at the left, which says more while the pointer rests on it.
+Row beginRow(const char* name, const char* tip, std::size_t frames, float height) {
+    const float column = std::min(7.5f * ImGui::GetFontSize(), 0.36f * ImGui::GetContentRegionAvail().x);
     const float left = ImGui::GetCursorPosX();
     ImGui::AlignTextToFramePadding();
-    ImGui::TextUnformatted(name, std::strstr(name, "##"));
+    ImGui::TextUnformatted(name);
+    if (ImGui::IsItemHovered()) tooltip(tip);
     ImGui::SameLine(left + column);
     const Row row{ImGui::GetCursorScreenPos(), ImVec2(ImGui::GetContentRegionAvail().x, height), frames};
     ImGui::InvisibleButton(name, row.size);
@@ -57,7 +57,9 @@ void frameNumbers(const Row& row) {
     for (std::size_t frame = 0; frame < row.frames; frame += step) {
         const float x = row.left(double(frame));
         list.AddLine(ImVec2(x, row.corner.y), ImVec2(x, row.corner.y + row.size.y), IM_COL32(90, 96, 105, 255));
-        list.AddText(ImVec2(x + 3, row.corner.y + 2), IM_COL32(150, 156, 165, 255), std::to_string(frame).c_str());
+        const std::string number = std::to_string(frame);
+        if (x + 3 + ImGui::CalcTextSize(number.c_str()).x <= row.corner.x + row.size.x)
+            list.AddText(ImVec2(x + 3, row.corner.y + 2), IM_COL32(190, 195, 202, 255), number.c_str());
     }
 }
 
@@ -68,7 +70,7 @@ void jumpTo(const Scene& scene, ViewState& state, double number) {
 }
 
 void scrubBar(const Scene& scene, ViewState& state, std::size_t frames, double shown) {
-    const Row row = beginRow("frame##scrub", frames, 1.5f * ImGui::GetFontSize());
+    const Row row = beginRow("frame", "Drag or click to go to a frame", frames, 1.5f * ImGui::GetFontSize());
     if (ImGui::IsItemActive()) jumpTo(scene, state, row.numberAt(ImGui::GetIO().MousePos.x));
     ImGui::GetWindowDrawList()->AddRectFilled(ImVec2(row.left(std::floor(shown)), row.corner.y),
                                               ImVec2(row.left(std::floor(shown) + 1), row.corner.y + row.size.y),
@@ -79,7 +81,7 @@ void scrubBar(const Scene& scene, ViewState& state, std::size_t frames, double s
 
 // A strip shows this figure of each frame that is known.
 struct Figure {
-    const char* name;
+    const char *name, *tip;
     ImU32 color;
     float small;
     std::size_t known;
@@ -122,17 +124,24 @@ void columns(const Row& row, const Figure& figure, const StripRange& range) {
     }
 }
 
+// Writes how much is known at the right end, where the last frames will be.
+void shareDone(const Row& row, std::size_t known) {
+    const std::string done = std::to_string(100 * known / row.frames) + "%";
+    const ImVec2 size = ImGui::CalcTextSize(done.c_str());
+    const float right = row.corner.x + row.size.x, left = right - size.x - 8;
+    ImDrawList& list = *ImGui::GetWindowDrawList();
+    list.AddRectFilled(ImVec2(left, row.corner.y), ImVec2(right, row.corner.y + row.size.y), kBed);
+    list.AddText(ImVec2(left + 4, row.corner.y + 0.5f * (row.size.y - size.y)), kInk, done.c_str());
+}
+
 void strip(const Scene& scene, ViewState& state, const Figure& figure, std::size_t frames, double shown) {
-    const Row row = beginRow(figure.name, frames, 1.5f * ImGui::GetFontSize());
+    const Row row = beginRow(figure.name, figure.tip, frames, 1.5f * ImGui::GetFontSize());
     std::size_t worst = 0;
     for (std::size_t i = 0; i < figure.known; ++i)
         if (figure.value(i) > figure.value(worst)) worst = i;
     columns(row, figure, rangeOf(figure));
     playheadLine(row, shown);
-    if (figure.known < frames) {
-        const std::string done = std::to_string(100 * figure.known / frames) + "%";
-        ImGui::GetWindowDrawList()->AddText(ImVec2(row.corner.x + 4, row.corner.y + 2), kInk, done.c_str());
-    }
+    if (figure.known < frames) shareDone(row, figure.known);
     if (!ImGui::IsItemHovered() && !ImGui::IsItemActive()) return;
     const std::size_t frame = row.frameAt(ImGui::GetIO().MousePos.x);
     if (ImGui::IsItemActive()) jumpTo(scene, state, double(frame));
@@ -150,19 +159,34 @@ std::string format(const char* text, auto... values) {
 void strips(const Scene& scene, ViewState& state, std::size_t frames, double shown) {
     const Character& character = *scene.characters[state.selected];
     const std::vector<float>& range = character.timeline.figures.out_of_range;
-    strip(scene, state,
-          {"out of range", kRangeColor, kSmallRange, range.size(), [&](std::size_t i) { return range[i]; },
-           [&](std::size_t i) { return format("out of the training poses by %.3f rad", double(range[i])); }},
-          frames, shown);
+    strip(
+        scene, state,
+        {"out of range",
+         "How far each frame's pose is from the poses that the model was trained on, about in radians. Shift + W goes "
+         "to the farthest one.",
+         kRangeColor, kSmallRange, range.size(), [&](std::size_t i) { return range[i]; },
+         [&](std::size_t i) { return format("out of the training poses by %.3f rad", double(range[i])); }},
+        frames, shown);
     if (!character.truth) return;
     const std::vector<FrameError>& errors = character.timeline.figures.errors;
     strip(scene, state,
-          {"error of E", kErrorColor, kSmallError, errors.size(), [&](std::size_t i) { return errors[i].mean; },
+          {"error",
+           "The mean error of each frame's ambient visibility against the baked truth. W goes to the largest one.",
+           kErrorColor, kSmallError, errors.size(), [&](std::size_t i) { return errors[i].mean; },
            [&](std::size_t i) {
                if (!errors[i].has_truth) return std::string("not in the baked truth");
                return format("|E - truth| mean %.4f, at most %.3f", double(errors[i].mean), double(errors[i].most));
            }},
           frames, shown);
+}
+
+// Goes on in a line with a text, unless the window is too narrow for all of it.
+void textIfRoom(const std::string& text, ImU32 color) {
+    ImGui::SameLine(0, ImGui::GetFontSize());
+    if (ImGui::CalcTextSize(text.c_str()).x <= ImGui::GetContentRegionAvail().x)
+        ImGui::TextColored(ImColor(color), "%s", text.c_str());
+    else
+        ImGui::NewLine();
 }
 
 }  // namespace
@@ -173,16 +197,14 @@ void buildTimeline(const Scene& scene, ViewState& state) {
     if (ImGui::Button(state.playhead.playing ? "Pause" : "Play", ImVec2(ImGui::GetFontSize() * 5, 0)))
         state.playhead.playing = !state.playhead.playing;
     ImGui::SameLine();
-    drawControls(ControlPanel::kTime, scene, state, ImGui::GetFontSize() * 9);
-    ImGui::SameLine();
+    drawControls(ControlPanel::kTime, scene, state,
+                 std::min(9 * ImGui::GetFontSize(), 0.28f * ImGui::GetWindowWidth()));
     const ClipPosition position = shownPosition(state, scene, state.selected);
     const double shown = double(position.frame) + position.part;
-    ImGui::Text("frame %.*f of %u   %.2f s of %.2f s", snapsToFrames(state) ? 0 : 2, shown, clip.frame_count,
-                clipTime(state), clipSeconds(animation, clip));
-    if (state.smooth && snapsToFrames(state)) {
-        ImGui::SameLine();
-        ImGui::TextColored(ImVec4(0.95f, 0.75f, 0.3f, 1), "sampled frames: truth is shown");
-    }
+    const std::string frame = format("frame %.*f of %u", snapsToFrames(state) ? 0 : 2, shown, clip.frame_count);
+    textIfRoom(frame, kInk);
+    textIfRoom(format("%.2f s of %.2f s", clipTime(state), clipSeconds(animation, clip)), kInk);
+    if (state.smooth && snapsToFrames(state)) textIfRoom("sampled frames: truth is shown", kMarked);
     scrubBar(scene, state, clip.frame_count, shown);
     strips(scene, state, clip.frame_count, shown);
 }

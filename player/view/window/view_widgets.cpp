@@ -8,8 +8,8 @@
 
 namespace penumbra {
 
-bool listLine(const std::string& name, std::size_t id, bool chosen) {
-    return ImGui::Selectable((name + "##" + std::to_string(id)).c_str(), chosen);
+bool listLine(const std::string& name, std::size_t id, bool chosen, float width) {
+    return ImGui::Selectable((name + "##" + std::to_string(id)).c_str(), chosen, 0, ImVec2(width, 0));
 }
 
 void tooltip(const char* text) {
@@ -25,7 +25,11 @@ namespace {
 void drawMenu(const Menu& menu, const char* label, const Scene& scene, ViewState& state) {
     const std::vector<std::string> names = menu.names(scene, state);
     const std::size_t chosen = menu.chosen(state);
-    if (!ImGui::BeginCombo(label, names[chosen].c_str())) return;
+    const float room = ImGui::CalcItemWidth() - 2.5f * ImGui::GetFontSize();  // without the arrow
+    const bool open = ImGui::BeginCombo(label, names[chosen].c_str());
+    if (!open && ImGui::CalcTextSize(names[chosen].c_str()).x > room && ImGui::IsItemHovered())
+        tooltip(names[chosen].c_str());
+    if (!open) return;
     for (std::size_t i = 0; i < names.size(); ++i)
         if (menu.offers(scene, i) && listLine(names[i], i, i == chosen)) menu.choose(state, scene, i);
     ImGui::EndCombo();

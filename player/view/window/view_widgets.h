@@ -10,8 +10,8 @@ namespace penumbra {
 
 constexpr unsigned kMarked = 0xff4dbff2;  // the colour of what is not as usual, as ImU32
 
-// Adds a line of a list, and returns true when it is clicked.
-bool listLine(const std::string& name, std::size_t id, bool chosen);
+// Adds a line of a list, and returns true when it is clicked. `width` 0: as wide as the panel.
+bool listLine(const std::string& name, std::size_t id, bool chosen, float width = 0);
 
 // Says something beside the pointer, in lines of a readable length.
 void tooltip(const char* text);

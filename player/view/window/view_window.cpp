@@ -239,6 +239,10 @@ void styleFor(float unit_scale, bool first) {
     ImGui::GetStyle().WindowRounding = 0;
     ImGui::GetStyle().FrameRounding = 3;
     ImGui::GetStyle().WindowBorderSize = 0;
+    // Numbers stand on the grab of a slider: white on these colours has a contrast of 4.8 and more.
+    ImGui::GetStyle().Colors[ImGuiCol_SliderGrab] = ImVec4(0.22f, 0.40f, 0.66f, 1);
+    ImGui::GetStyle().Colors[ImGuiCol_SliderGrabActive] = ImVec4(0.26f, 0.45f, 0.72f, 1);
+    ImGui::GetStyle().Colors[ImGuiCol_TextDisabled] = ImVec4(0.62f, 0.65f, 0.70f, 1);  // headings
     ImGui::GetStyle().ScaleAllSizes(unit_scale);
     ImFontAtlas& fonts = *ImGui::GetIO().Fonts;
     fonts.Clear();

@@ -6,7 +6,7 @@ const NONE = -1; // PENUMBRA_NONE
 const COLUMNS_4X4 = 1; // PENUMBRA_COLUMNS_4X4
 // Offsets in penumbra_asset_info and the other structs: structs.cpp holds these to the C header.
 const INFO_SIZE = 136;
-const VERTICES_SIZE = 28;
+const VERTICES_SIZE = 32;
 
 export type Quality = 'full' | 'fast';
 /** Rows [R | t] of a rotation and a translation, 12 numbers. */
@@ -212,7 +212,7 @@ export class Character extends Handle {
         const perVertex = [3, 3, 3, asset.stride].map((size) => this.arrays.floats(size * count));
         this.ambientAt = this.arrays.floats(count);
         this.transferAt = this.arrays.floats(25 * count);
-        memory.words(this.vertices, VERTICES_SIZE / 4).set([...perVertex, 0, 0, count]);
+        memory.words(this.vertices, VERTICES_SIZE / 4).set([...perVertex, 0, 0, count, 0]);
     }
 
     setQuality(quality: Quality): void {

@@ -11,7 +11,7 @@ from .programs import Failed
 
 MODIFIER = "Penumbra"
 DARK = "_dark"  # ends the name of a second attribute, 1 - occlusion: where it is missing, materials read 0, no darkness
-MOST_TEXELS = 4096  # in a line of the image
+MAX_TEXELS = 4096  # in a line of the image
 INPUTS = ("First vertex", "Vertices", "First row", "Rows", "First frame", "Step")
 
 
@@ -19,7 +19,7 @@ def make_image(name, table):
     """The table [F,V] as a packed image of floats."""
     frames, vertices = table.shape
     texels = -(-vertices // 4)
-    width = min(texels, MOST_TEXELS)
+    width = min(texels, MAX_TEXELS)
     lines = -(-texels // width)
     if lines * frames > 65536:
         raise Failed(f"an image does not hold {frames} frames of {vertices} vertices: choose fewer, or a larger step")

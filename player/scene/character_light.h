@@ -1,5 +1,5 @@
 #pragma once
-// Light that characters throw onto the ground: one diffuse bounce.
+// Light that characters throw onto the ground and onto one another: one diffuse bounce.
 //
 // Problem: near the feet of a character the ground loses light to its shadow and gets light from its skin and clothes,
 // in their colours: 40% of what the shadow takes in red, where the skin sends back half of the red.
@@ -11,6 +11,7 @@
 // sees of them. That mean changes slowly. It is taken over a few hundred emitters, each of which stands for the
 // vertices of a cell of space whose normals point into one octant, and counts by the solid angle that it would have
 // without the others.
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -29,6 +30,15 @@ struct Emitter {
 struct ShiningVertex {
     Vec3 position, area, radiance;  // as Emitter
 };
+
+// A mesh and what its vertices send out, [V] or more.
+struct ShiningMesh {
+    std::span<const Vec3> positions, normals;
+    std::span<const std::uint32_t> triangles;  // [3 T]
+    std::span<const Vec3> radiance;
+};
+// Adds some vertices of a mesh, each for its neighbours as well.
+void addShining(const ShiningMesh& mesh, std::vector<ShiningVertex>& vertices);
 
 // Joins vertices that are in one cube of `cell` metres a side and whose normals lie in one octant.
 std::vector<Emitter> emittersOf(std::span<const ShiningVertex> vertices, float cell);

@@ -1,4 +1,4 @@
-#include "player/composite/character_light.h"
+#include "player/scene/character_light.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,6 +8,20 @@
 #include <tuple>
 
 namespace penumbra {
+
+void addShining(const ShiningMesh& mesh, std::vector<ShiningVertex>& vertices) {
+    constexpr std::size_t kMax = 2000;  // vertices of a mesh that are looked at
+    std::vector<float> areas(mesh.positions.size());
+    for (std::size_t t = 0; t + 2 < mesh.triangles.size(); t += 3) {
+        const Vec3 a = mesh.positions[mesh.triangles[t]], b = mesh.positions[mesh.triangles[t + 1]],
+                   c = mesh.positions[mesh.triangles[t + 2]];
+        const float third = length(cross(b - a, c - a)) / 6;
+        for (std::size_t k = 0; k < 3; ++k) areas[mesh.triangles[t + k]] += third;
+    }
+    const std::size_t step = areas.size() / kMax + 1;
+    for (std::size_t v = 0; v < areas.size(); v += step)
+        vertices.push_back({mesh.positions[v], mesh.normals[v] * (areas[v] * float(step)), mesh.radiance[v]});
+}
 
 std::vector<Emitter> emittersOf(std::span<const ShiningVertex> vertices, float cell) {
     struct Sum {

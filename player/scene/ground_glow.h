@@ -1,0 +1,47 @@
+#pragma once
+// The light that a level ground sends back to what stands on it.
+//
+// Problem: what a vertex sees of the ground is as bright as the sky makes it, and darker where characters shade it: the
+// sole of a shoe sees nearly nothing, a hand that hangs down the shadow of the body.
+//
+// Naive: sum over the whole ground what each of its points sends to each vertex.
+//
+// Here: the ground has the radiance of free sight but for the shadows on it. These stand on a coarse grid around
+// everyone, from which a pyramid is made whose levels are ever more blurred. A vertex at height h sees a spot whose
+// width grows with h: half of what goes straight down comes from within h. It reads two levels of the pyramid, for the
+// near and the far half of what it sees (docs/formulas.md, section 8, "Level ground").
+#include <array>
+#include <vector>
+
+#include "player/scene/cast_blocks.h"
+#include "player/scene/scene_ground.h"
+
+namespace penumbra {
+
+class GroundGlow {
+public:
+    // Finds the shadows on the ground around `standing`, corners of boxes of everyone, in a pose of the casters.
+    void cast(const CastShadow& cast, double ground_height, std::span<const Vec3> standing, int threads);
+    // Lights what cast() found. `weights` are of the whole light (groundWeights()).
+    void light(const GroundWeights& weights, Vec3 albedo);
+
+    // The mean radiance of what a vertex sees of the ground. Below the ground it is that of the ground itself.
+    Vec3 radianceAt(Vec3 position, Vec3 normal) const;
+
+private:
+    static constexpr std::uint32_t kSide = 65;  // points of the grid, a power of two and 1
+    static constexpr std::size_t kLevels = 6;   // of 65, 33, .. 3 points a side
+
+    float height_ = 0, cell_ = 1;
+    float corner_[2] = {0, 0};  // x and z of the first point
+    std::vector<Vec3> positions_, normals_, tangents_;
+    std::vector<float> mirrored_;
+    std::vector<CastBlock> blocks_;
+    Vec3 open_;                                     // radiance of free sight
+    std::array<std::vector<Vec3>, kLevels> shade_;  // what is missing from it; columns along z
+
+    Vec3 shadeAt(float x, float z, float width) const;
+    Vec3 shadeOf(std::size_t level, float x, float z) const;
+};
+
+}  // namespace penumbra

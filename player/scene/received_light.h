@@ -1,0 +1,37 @@
+#pragma once
+// Light that reaches the vertices of a member from other members and from a level ground: one diffuse bounce.
+#include <span>
+#include <vector>
+
+#include "player/frame/frame_values.h"
+#include "player/scene/character_light.h"
+#include "player/scene/ground_glow.h"
+#include "player/scene/posed_scene.h"
+#include "sh/bounding_box.h"
+
+namespace penumbra {
+
+// What others and then the ground take from each vertex of a white sky, 0 to 1. Empty: they take nothing.
+struct HiddenSky {
+    std::vector<float> by_others, by_ground;  // [V]
+    bool fromOthers() const { return !by_others.empty(); }
+};
+
+// The surface of a member as others see it, from near and from far.
+struct ShiningMember {
+    std::vector<Emitter> near, far;
+    BoundingBox box;
+};
+// `values` is what the vertices show, of which the first [V] count.
+ShiningMember shiningMember(const FrameVertices& vertices, std::span<const std::uint32_t> triangles,
+                            std::span<const Vec3> values);
+
+// Writes vertices.received: what the ground sends, pi times hidden.by_ground times its mean radiance.
+void receiveFromGround(const GroundGlow& glow, const HiddenSky& hidden, int threads, FrameVertices& vertices);
+
+// Adds what all others of `shining` send to member `index`: pi times hidden.by_others times their mean radiance as the
+// anchors of the member see it (Evaluator::castLayout()).
+void receiveFromOthers(const SceneMember& member, std::size_t index, std::span<const ShiningMember> shining,
+                       const HiddenSky& hidden, FrameVertices& vertices);
+
+}  // namespace penumbra
