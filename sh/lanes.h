@@ -6,6 +6,8 @@
 #include <cstdint>
 #ifdef __SSE2__
 #include <immintrin.h>
+#elif defined(__wasm_simd128__)
+#include <wasm_simd128.h>
 #endif
 
 #include "sh/vec3.h"
@@ -103,6 +105,10 @@ using Ints = Halves<std::int32_t>;
 inline Quad least(Quad a, Quad b) { return (Quad)_mm_min_ps((__m128)a, (__m128)b); }
 inline Quad most(Quad a, Quad b) { return (Quad)_mm_max_ps((__m128)a, (__m128)b); }
 inline Quad root(Quad x) { return (Quad)_mm_sqrt_ps((__m128)x); }
+#elif defined(__wasm_simd128__)
+inline Quad least(Quad a, Quad b) { return (Quad)wasm_f32x4_pmin((v128_t)b, (v128_t)a); }
+inline Quad most(Quad a, Quad b) { return (Quad)wasm_f32x4_pmax((v128_t)b, (v128_t)a); }
+inline Quad root(Quad x) { return (Quad)wasm_f32x4_sqrt((v128_t)x); }
 #else
 inline Quad least(Quad a, Quad b) { return a < b ? a : b; }
 inline Quad most(Quad a, Quad b) { return a > b ? a : b; }
@@ -117,8 +123,12 @@ inline void least(const Lanes& a, const Lanes& b, Lanes& out) { out = {least(a.l
 inline void most(const Lanes& a, const Lanes& b, Lanes& out) { out = {most(a.low, b.low), most(a.high, b.high)}; }
 inline void root(Lanes& x) { x = {root(x.low), root(x.high)}; }
 inline bool any(const Ints& mask) {
+#ifdef __wasm_simd128__
+    return wasm_v128_any_true((v128_t)(mask.low | mask.high));
+#else
     const Longs bits = (Longs)(mask.low | mask.high);
     return (bits[0] | bits[1]) != 0;
+#endif
 }
 inline void toInts(const Lanes& from, Ints& out) {
     out = {__builtin_convertvector(from.low, IntQuad), __builtin_convertvector(from.high, IntQuad)};

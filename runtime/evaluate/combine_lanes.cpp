@@ -81,6 +81,8 @@ inline void addPairs(const std::int8_t* bytes, std::uint32_t weights, Sums& sum)
     loadWords(bytes, words);
 #ifdef __SSE2__
     sum += (Sums)_mm_madd_epi16((__m128i)words, _mm_set1_epi32(int(weights)));
+#elif defined(__wasm_simd128__)
+    sum += (Sums)wasm_i32x4_dot_i16x8((v128_t)words, wasm_i32x4_splat(int(weights)));
 #else
     const Sums pairs = (Sums)words;
     sum += ((pairs << 16) >> 16) * std::int16_t(weights) + (pairs >> 16) * std::int16_t(weights >> 16);
