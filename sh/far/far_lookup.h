@@ -78,8 +78,8 @@ inline void sphereLevel(const FarConstants& constants, const FarTable& table, co
 
 #ifdef __wasm_simd128__
 // Sums eight corners of 40 bytes by weights of 15 bits, as whole numbers: two corners side by side, as combinePairs()
-// has two components. To turn each byte into a float first takes three times as long. The error of a weight, 2^-16, is
-// a hundredth of that of a byte.
+// has two components. A frame of a composed character takes 0.7 of the time that it takes where each byte is first made
+// a float. A weight is rounded by 2^-16 at most, which moves E by 6e-5.
 inline void sumCorners(const std::int8_t* const* corner, const float* weight, Lanes* out) {
     const v128_t none = wasm_i64x2_const(0, 0);
     v128_t sum[10] = {none, none, none, none, none, none, none, none, none, none};
