@@ -56,12 +56,12 @@ ShiningMember shiningMember(const FrameVertices& vertices, std::span<const std::
 }
 
 void receiveFromGround(const GroundGlow& glow, const HiddenSky& hidden, int threads, FrameVertices& vertices) {
-    constexpr std::size_t kPiece = 512;
+    constexpr std::size_t kVertices = 512;
     const std::size_t count = vertices.positions.size();
     vertices.received.assign(count, Vec3{});
     if (hidden.by_ground.empty()) return;
-    parallelFor((count + kPiece - 1) / kPiece, threads, [&](std::size_t piece) {
-        for (std::size_t v = piece * kPiece; v < std::min(count, (piece + 1) * kPiece); ++v)
+    parallelFor((count + kVertices - 1) / kVertices, threads, [&](std::size_t piece) {
+        for (std::size_t v = piece * kVertices; v < std::min(count, (piece + 1) * kVertices); ++v)
             if (hidden.by_ground[v] > kMinHidden)
                 vertices.received[v] =
                     glow.radianceAt(vertices.positions[v], vertices.normals[v]) * (kHalfSphere * hidden.by_ground[v]);

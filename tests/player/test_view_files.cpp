@@ -249,6 +249,27 @@ TEST_F(ViewFiles, ACharacterLeavesAndTheOthersStay) {
     EXPECT_EQ(filesWithoutAnyone(staged, with_scene), (std::vector<fs::path>{library}));
 }
 
+// Materials and lights are numbered over all files, so a file that leaves moves the others'.
+TEST_F(ViewFiles, WhatIsChosenKeepsItsNameWhenAFileLeaves) {
+    const std::array all = {library, tube}, left = {tube};
+    const Scene with = openScene(all, 1), without = openScene(left, 1);
+    ViewState state = stateFor(with, {});
+    const std::size_t chosen = with.material_names.size() - 1;
+    const auto at = std::ranges::find(without.material_names, with.material_names[chosen]);
+    const auto gone = std::ranges::find_if(with.material_names, [&](std::string_view name) {
+        return std::ranges::find(without.material_names, name) == without.material_names.end();
+    });
+    ASSERT_TRUE(at != without.material_names.end() && gone != with.material_names.end());
+    std::ranges::fill(state.characters[0].material_of_slot, chosen);
+    ViewState carried = stateFor(without, carriedOver(with, without, state));
+    EXPECT_EQ(carried.characters[0].material_of_slot[0], std::size_t(at - without.material_names.begin()));
+    std::ranges::fill(state.characters[0].material_of_slot, std::size_t(gone - with.material_names.begin()));
+    carried = stateFor(without, carriedOver(with, without, state));
+    for (const std::size_t material : carried.characters[0].material_of_slot)
+        EXPECT_LT(material, without.material_names.size());
+    EXPECT_LT(carried.lighting.light, without.light_names.size());
+}
+
 // A component is shown instead of the channel, and without a material.
 TEST_F(ViewFiles, APictureIsDescribedByWhatIsOnIt) {
     const std::array files = {tube};
