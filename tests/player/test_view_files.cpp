@@ -251,7 +251,8 @@ TEST_F(ViewFiles, ACharacterLeavesAndTheOthersStay) {
 
 // Materials and lights are numbered over all files, so a file that leaves moves the others'.
 TEST_F(ViewFiles, WhatIsChosenKeepsItsNameWhenAFileLeaves) {
-    const std::array all = {library, tube}, left = {tube};
+    const std::array all = {library, tube};
+    const std::array left = {tube};
     const Scene with = openScene(all, 1), without = openScene(left, 1);
     ViewState state = stateFor(with, {});
     const std::size_t chosen = with.material_names.size() - 1;
