@@ -274,7 +274,8 @@ SurfaceColors colorsOf(const ReferenceCommand& command, const VisibilityHeader& 
     return colors;
 }
 
-// What the materials reflect of white light from everywhere, of a membrane its rho. Emission lights nothing.
+// Returns the share of white light from everywhere that each material reflects; a membrane reflects its rho. Emission
+// is left out, because it lights nobody.
 std::vector<Vec3> albedosOf(const ReferenceOptions& options) {
     std::vector<Vec3> out;
     for (std::size_t m = 0; m < options.brdfs.size(); ++m) {

@@ -6,9 +6,8 @@ namespace penumbra {
 
 // Returns the integral of f L cos over the directions that hit the mesh, where L is the light that the mesh reflects
 // after 1 to scene.bounces reflections; a passage through a sheet (ReferenceFrame::transmission) counts as one. It
-// traces a quarter of `samples` paths. Backs of one-sided meshes and occluders reflect nothing, and
-// a floor without ReferenceFrame::floor. The same
-// `seed` gives the same number.
+// traces a quarter of `samples` paths. Backs of one-sided meshes and occluders reflect nothing, and neither does a
+// floor without ReferenceFrame::floor. The same `seed` gives the same number.
 Vec3d bouncedLight(const ReferenceScene& scene, const SurfacePoint& point, const EnvironmentLight& light,
                    const SampledBrdf& material, int samples, std::uint64_t seed);
 

@@ -127,7 +127,7 @@ std::string describeFile(const Imf::MultiPartInputFile& file) {
     return oneLine(text);
 }
 
-// The same names are those of places and normals, so nothing tells that they are colours.
+// Pictures of places and of normals have channels of these names, too, so that nothing tells whether they are colours.
 constexpr const char* kXyzAdvice =
     ". If X, Y, Z are CIE XYZ, write the file as R, G, B of a colour space that --colorspace knows";
 

@@ -285,7 +285,7 @@ void SceneFrames::shadeMembers() {
     if (receives()) addOthersLight();
 }
 
-// What members show under the whole light is what they send to others.
+// Finds what members send to others: what they show under the whole light.
 void SceneFrames::findShining() {
     shining_.assign(members_.size(), {});
     parallelFor(members_.size(), threads_, [&](std::size_t m) {

@@ -57,7 +57,7 @@ struct Points {
     CastReceivers view() const { return {positions, normals, tangents}; }
 };
 
-// Of vertices that are looked up together. A thread keeps its room.
+// Vertices that are looked up together, and what they see. Each thread has one and keeps its room.
 struct Batch {
     Points vertices;
     std::vector<std::uint16_t> anchor;

@@ -11,7 +11,8 @@
 
 namespace penumbra {
 
-// What others and then the ground take from each vertex of a white sky, 0 to 1. Empty: they take nothing.
+// The share of a white sky (0 to 1) that others hide from each vertex, and what the ground hides after them. A list is
+// empty where nobody hides anything.
 struct HiddenSky {
     std::vector<float> by_others, by_ground;  // [V]
     bool fromOthers() const { return !by_others.empty(); }

@@ -130,7 +130,8 @@ void readAll(const LookReader& reader, const Json& material) {
             reader.look.notes.push_back(effect.feature + " is not read: " + effect.effect);
 }
 
-// What is lost of an extension that we know. It changes nothing where `factor` is 0, which is its default.
+// Describes what a picture loses without an extension that is known but not drawn. The extension changes nothing where
+// `factor` is 0, which is its default.
 struct KnownExtension {
     const char *name, *factor, *effect;
     bool in_bakes;
