@@ -95,6 +95,7 @@ ReferenceBlockers blockersOfFrame(const VisibilityHeader& header, std::size_t fr
     for (std::uint32_t t = 0; t < out.blockers.twins.size(); ++t) out.front_alone.push_back(out.blockers.twins[t] == t);
     const std::span<const Vec3> rest(header.mesh.rest_positions);
     out.blockers.add(header.mesh.frontTriangles(), rest.first(header.mesh.frontVertexCount()), placesOf(header));
+    if (header.skin && !header.mesh.two_sided && occluders.empty()) out.blockers.keepToTwins(header.mesh);
     std::vector<std::string> clips = header.frames.clip_names;
     if (words.blocks)
         for (std::string& clip : clips) clip = clipOfBlock(clip);

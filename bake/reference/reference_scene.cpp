@@ -73,6 +73,8 @@ RayStart startOfShadowRays(const ReferenceScene& scene, const Corners& corners, 
     const Blockers& blockers = *scene.input.blockers;
     Triangle own{};
     for (std::size_t k = 0; k < 3; ++k) own[k] = blockers.placeOf(blockers.frontOf(corners.vertex[k]));
+    if (std::none_of(own.begin(), own.end(), [&](std::uint32_t p) { return blockers.startsOverSheet(p); }))
+        return {toFloat(wanted), false};
     // On a crumpled sheet the interpolated normal may point behind the triangle.
     const Vec3d a = toDouble(scene.positions[own[0]]), b = toDouble(scene.positions[own[1]]),
                 c = toDouble(scene.positions[own[2]]);

@@ -69,6 +69,13 @@ void Blockers::addSurface(const Mesh& mesh, const Skin* skin) {
     for (const std::uint32_t twin : more) twins.push_back(first + twin);
 }
 
+void Blockers::keepToTwins(const Mesh& mesh) {
+    of_sheet.assign(solid_of_vertex.size(), 0);
+    for (std::uint32_t t = 0; t < twins.size() && t < mesh.triangles.size(); ++t)
+        if (twins[t] != t)
+            for (const std::uint32_t corner : mesh.triangles[t]) of_sheet[placeOf(frontOf(corner))] = 1;
+}
+
 namespace {
 
 // Tells whether a source has a single pose.

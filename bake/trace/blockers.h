@@ -35,6 +35,13 @@ struct Blockers {
         return place_of_vertex.empty() ? vertex : place_of_vertex[vertex];
     }
 
+    // [Vs] 1 at the places whose rays start by the rules for sheets. Empty: at all places.
+    std::vector<std::uint8_t> of_sheet;
+    bool startsOverSheet(std::uint32_t place) const { return of_sheet.empty() || of_sheet[place] != 0; }
+    // Keeps the rules for sheets to the corners of twins. The other points of `mesh` start as those of a rig without
+    // twins: one that has sunk into another part is dark, and does not look out of it.
+    void keepToTwins(const Mesh& mesh);
+
     SeeThrough through() const { return {&opacity, twins}; }
     // Tells the opacity of the triangles that are added next, and which of them lie on one another. Points without a
     // skin move as they like, and have no twins.

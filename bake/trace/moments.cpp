@@ -11,11 +11,14 @@ float biasOf(const MomentTracer& tracer, std::size_t vertex) {
 
 RayStart startOfVertex(const MomentTracer& tracer, Vec3 position, Vec3 normal, std::size_t vertex) {
     const Vec3 scaled = tracer.scale.apply(position);
-    if (!tracer.blockers || dot(normal, normal) == 0)
+    const auto over_solid = [&] {
         return startOverSolid(scaled, tracer.start_ways.empty() ? normal : tracer.start_ways[vertex],
                               biasOf(tracer, vertex));
+    };
+    if (!tracer.blockers || dot(normal, normal) == 0) return over_solid();
     const std::uint32_t of_side = tracer.blockers->frontOf(std::uint32_t(vertex));
     const std::uint32_t front = tracer.blockers->placeOf(of_side);
+    if (!tracer.blockers->startsOverSheet(front)) return over_solid();
     const Vec3 direction =
         directionToSide(tracer.blockers->fans, tracer.vertices, front, normal, vertex == of_side ? 1 : -1);
     return startOverSheet(

@@ -27,10 +27,10 @@ struct BakePlan {
     std::vector<int> source_clip;                 // [C] the source's clip of each of header.frames' clips; -1 = at rest
     float bias = 1e-4f;
     std::vector<float> far_bias;  // far_bias.h; mostly empty
-    // With a point cache, a sheet or occluders, rays start by the rules of ray_start.h.
+    // Set with a point cache, sheets or occluders: rays start by the rules of ray_start.h where `blockers` says so.
     bool sheet_rules = false;
     Blockers blockers;
-    std::vector<std::uint32_t> places;  // BakeSource::places() of a solid: its rays start by start_ways.h
+    std::vector<std::uint32_t> places;  // BakeSource::places() of a rig: rays over its solids start by start_ways.h
     std::optional<LocalParts> local;    // set with header.local
     std::vector<Occluder> occluders;    // their clips go with header.frames.clip_names
     ExtraInputs inputs;

@@ -113,13 +113,14 @@ void addSurroundings(BakePlan& plan, const BakeOptions& options) {
         for (std::string& clip : clips) clip = clipOfBlock(clip);
     plan.occluders = readOccluders(options.occluders, options.cache, clips);
     plan.blockers.addSurface(plan.source.mesh(), plan.source.rig ? &plan.source.rig->skin : nullptr);
-    plan.sheet_rules =
-        plan.source.cache || options.two_sided || !plan.occluders.empty() || !plan.blockers.twins.empty();
+    const bool all_sheets = plan.source.cache || options.two_sided || !plan.occluders.empty();
+    plan.sheet_rules = all_sheets || !plan.blockers.twins.empty();
     if (plan.sheet_rules)
         plan.blockers.add(plan.source.mesh().triangles, sourcePositions(plan.source, -1, 0), plan.source.places());
     else
         plan.blockers.triangles = plan.source.mesh().triangles;  // nothing else will be asked of them
-    if (!plan.sheet_rules) plan.places = plan.source.places();
+    if (plan.sheet_rules && !all_sheets) plan.blockers.keepToTwins(plan.source.mesh());
+    if (!all_sheets) plan.places = plan.source.places();
     for (const Occluder& occluder : plan.occluders) {
         plan.blockers.addSurface(occluder.source.mesh(), occluder.source.rig ? &occluder.source.rig->skin : nullptr);
         plan.blockers.add(occluder.source.mesh().triangles, sourcePositions(occluder.source, -1, 0),

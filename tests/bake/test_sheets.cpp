@@ -113,6 +113,45 @@ TEST(Sheets, SheetSunkIntoAThinPlateComesOutOnce) {
     }
 }
 
+// A character of two boxes and a banner of two triangles back to back. One box and the banner have sunk into the other
+// box.
+TEST(Sheets, PartsOfACharacterThatSinkInAreDarkBesideABanner) {
+    constexpr double kDepth = 5e-3;  // of a diagonal near 2: less than kSunkIn
+    Shape s = box({-0.5, -1, -0.5}, {0.5, 0, 0.5});
+    shapes::append(s, box({-0.1, -kDepth, -0.1}, {0.1, 1, 0.1}));
+    const std::vector<Vec3> banner{toFloat({0.3, -kDepth, 0.3}), toFloat({0.3, -kDepth, 0.4}),
+                                   toFloat({0.4, -kDepth, 0.3})};
+    shapes::append(s, {banner, {{0, 1, 2}}});
+    shapes::append(s, {banner, {{0, 2, 1}}});
+    Mesh mesh;
+    mesh.triangles = s.triangles;
+    mesh.rest_positions = s.positions;
+    Skin skin;
+    skin.influences = 1;
+    skin.joints.assign(22, 0);
+    skin.weights.assign(22, 1.0f);
+    Blockers blockers;
+    blockers.addSurface(mesh, &skin);
+    blockers.add(s.triangles, s.positions);
+    blockers.keepToTwins(mesh);
+    const SceneScale scale = sceneScale(s.positions, boxDiagonal(s.positions));
+    std::vector<Vec3> scaled = s.positions;
+    for (Vec3& p : scaled) p = scale.apply(p);
+    const OcclusionScene scene(scaled, blockers.triangles, Queries::kFiltered, blockers.through());
+    const RayDirections directions = makeRayDirections(1024, 1, kOrder);
+    MomentTracer tracer{scene, directions, scale};
+    tracer.blockers = &blockers;
+    tracer.mesh = &mesh;
+    tracer.vertices = s.positions;
+    std::vector<float> b(22 * kSize);
+    traceMoments(tracer, s.positions, vertexNormals(s.triangles, s.positions), {b});
+    // The bottom of the small box is inside the large one, its top is outside.
+    for (const std::size_t v : {8, 9, 12, 13}) EXPECT_EQ(size(at(b, v)), 0) << v;
+    for (const std::size_t v : {10, 11, 14, 15}) EXPECT_GT(size(at(b, v)), 1) << v;
+    // The upper side of the banner comes out of the box, as that of a sheet does.
+    for (const std::size_t v : {16, 17, 18}) EXPECT_GT(size(at(b, v)), 1) << v;
+}
+
 // An open surface has no inside, so that what is behind it stays dark, however near it is.
 TEST(Sheets, OpenSurfaceIsNotLeft) {
     const std::vector<float> b = momentsOf(grid(5, -1e-3), shapes::square({0, 0, 0}, {0, 1, 0}, 2000));
