@@ -49,6 +49,19 @@ bool makeMountsReadOnly([[maybe_unused]] const std::string& folder) {
 #endif
 }
 
+#ifdef SYS_landlock_create_ruleset
+// Lets `rules` grant `access` to a path and what lies below it.
+bool allow(int rules, const char* path, std::uint64_t access) {
+    landlock_path_beneath_attr beneath{};
+    beneath.allowed_access = access;
+    beneath.parent_fd = ::open(path, O_PATH | O_CLOEXEC);
+    if (beneath.parent_fd < 0) return false;
+    const bool done = ::syscall(SYS_landlock_add_rule, rules, LANDLOCK_RULE_PATH_BENEATH, &beneath, 0) == 0;
+    ::close(beneath.parent_fd);
+    return done;
+}
+#endif
+
 bool landlock([[maybe_unused]] const std::string& folder) {
 #ifdef SYS_landlock_create_ruleset
     constexpr std::uint64_t kWrites = LANDLOCK_ACCESS_FS_WRITE_FILE | LANDLOCK_ACCESS_FS_REMOVE_DIR |
@@ -59,13 +72,9 @@ bool landlock([[maybe_unused]] const std::string& folder) {
     const std::uint64_t handled[1] = {kWrites};  // struct landlock_ruleset_attr as its first version has it
     const int rules = int(::syscall(SYS_landlock_create_ruleset, handled, sizeof handled, 0));
     if (rules < 0) return false;
-    landlock_path_beneath_attr beneath{};
-    beneath.allowed_access = kWrites;
-    beneath.parent_fd = ::open(folder.c_str(), O_PATH | O_CLOEXEC);
-    const bool done = beneath.parent_fd >= 0 &&
-                      ::syscall(SYS_landlock_add_rule, rules, LANDLOCK_RULE_PATH_BENEATH, &beneath, 0) == 0 &&
-                      ::syscall(SYS_landlock_restrict_self, rules, 0) == 0;
-    if (beneath.parent_fd >= 0) ::close(beneath.parent_fd);
+    // Read-only mounts leave devices alone. Here the one that scripts write into must be named.
+    allow(rules, "/dev/null", LANDLOCK_ACCESS_FS_WRITE_FILE);
+    const bool done = allow(rules, folder.c_str(), kWrites) && ::syscall(SYS_landlock_restrict_self, rules, 0) == 0;
     ::close(rules);
     return done;
 #else
