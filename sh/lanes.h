@@ -8,6 +8,8 @@
 #include <immintrin.h>
 #elif defined(__wasm_simd128__)
 #include <wasm_simd128.h>
+#elif defined(__ARM_NEON)
+#include <arm_neon.h>
 #endif
 
 #include "sh/vec3.h"
@@ -35,6 +37,7 @@ inline Quad loadQuad(const float* at) { return *(const LooseQuad*)at; }
 //   loadQuads four numbers from each of two places
 //   loadHalves finite numbers of 16 bits (formats/common/fp16.h)
 //   pick      (a_I, a_J, b_I, b_J) of the lower four numbers, and of the upper four
+//   addDots   adds a_2i b_0 + a_2i+1 b_1 to number i of `sum`; `pair` has b_0 in its lower 16 bits and b_1 above
 #ifdef __AVX2__
 typedef float Lanes __attribute__((vector_size(32)));
 typedef float LooseLanes __attribute__((vector_size(32), aligned(4), may_alias));
@@ -45,6 +48,7 @@ inline void least(const Lanes& a, const Lanes& b, Lanes& out) { out = (Lanes)_mm
 inline void most(const Lanes& a, const Lanes& b, Lanes& out) { out = (Lanes)_mm256_max_ps((__m256)a, (__m256)b); }
 inline void root(Lanes& x) { x = (Lanes)_mm256_sqrt_ps((__m256)x); }
 inline bool any(const Ints& mask) { return !_mm256_testz_si256((__m256i)mask, (__m256i)mask); }
+inline unsigned bitsOf(const Ints& mask) { return unsigned(_mm256_movemask_ps((__m256)mask)); }
 inline void toInts(const Lanes& from, Ints& out) { out = __builtin_convertvector(from, Ints); }
 inline void toFloats(const Ints& from, Lanes& out) { out = __builtin_convertvector(from, Lanes); }
 inline void roundDown(Lanes& x) { x = (Lanes)_mm256_floor_ps((__m256)x); }
@@ -61,6 +65,15 @@ inline void loadHalves(const std::uint16_t* at, Lanes& out) {
 }
 inline void gather(const float* from, const Ints& at, Lanes& out) {
     out = (Lanes)_mm256_i32gather_ps(from, (__m256i)at, 4);
+}
+typedef std::int16_t DotWords __attribute__((vector_size(32)));
+using Dots = Ints;
+inline void addDots(const DotWords& words, std::int32_t pair, Dots& sum) {
+#ifdef __AVX512VNNI__
+    sum = (Dots)_mm256_dpwssd_epi32((__m256i)sum, (__m256i)words, _mm256_set1_epi32(pair));
+#else
+    sum += (Dots)_mm256_madd_epi16((__m256i)words, _mm256_set1_epi32(pair));
+#endif
 }
 template <int I, int J>
 inline void pick(const Lanes& a, const Lanes& b, Lanes& out) {
@@ -130,6 +143,16 @@ inline bool any(const Ints& mask) {
     return (bits[0] | bits[1]) != 0;
 #endif
 }
+inline unsigned bitsOf(const IntQuad& mask) {
+#ifdef __SSE2__
+    return unsigned(_mm_movemask_ps((__m128)mask));
+#elif defined(__wasm_simd128__)
+    return wasm_i32x4_bitmask((v128_t)mask);
+#else
+    return (mask[0] & 1) | (mask[1] & 2) | (mask[2] & 4) | (mask[3] & 8);
+#endif
+}
+inline unsigned bitsOf(const Ints& mask) { return bitsOf(mask.low) | bitsOf(mask.high) << 4; }
 inline void toInts(const Lanes& from, Ints& out) {
     out = {__builtin_convertvector(from.low, IntQuad), __builtin_convertvector(from.high, IntQuad)};
 }
@@ -182,6 +205,21 @@ inline void loadHalves(const std::uint16_t* at, Lanes& out) {
 inline void gather(const float* from, const Ints& at, Lanes& out) {
     out = {Quad{from[at[0]], from[at[1]], from[at[2]], from[at[3]]},
            Quad{from[at[4]], from[at[5]], from[at[6]], from[at[7]]}};
+}
+using DotWords = Words;
+using Dots = IntQuad;
+inline void addDots(const DotWords& words, std::int32_t pair, Dots& sum) {
+#ifdef __SSE2__
+    sum += (Dots)_mm_madd_epi16((__m128i)words, _mm_set1_epi32(pair));
+#elif defined(__wasm_simd128__)
+    sum += (Dots)wasm_i32x4_dot_i16x8((v128_t)words, wasm_i32x4_splat(pair));
+#elif defined(__ARM_NEON)
+    const int16x8_t a = (int16x8_t)words, b = (int16x8_t)vdupq_n_s32(pair);
+    sum += (Dots)vpaddq_s32(vmull_s16(vget_low_s16(a), vget_low_s16(b)), vmull_high_s16(a, b));
+#else
+    const Dots pairs = (Dots)words;
+    sum += ((pairs << 16) >> 16) * std::int16_t(pair) + (pairs >> 16) * (pair >> 16);
+#endif
 }
 template <int I, int J>
 inline void pick(const Lanes& a, const Lanes& b, Lanes& out) {

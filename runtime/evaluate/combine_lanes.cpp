@@ -17,10 +17,8 @@ namespace penumbra {
 namespace {
 
 #ifdef __AVX2__
-using Sums = Ints;
 constexpr int kTileVectors = 8;  // hide the 4 cycles that a fused multiply-add takes, at 2 a cycle
 #else
-using Sums = IntQuad;
 constexpr int kTileVectors = 4;  // a vector takes two registers
 #endif
 
@@ -67,35 +65,22 @@ void combine(const CombineInput& in, float* out) {
 }
 
 // Multiplies two bytes of each number by their two weights and adds them to `sum`.
-inline void addPairs(const std::int8_t* bytes, std::uint32_t weights, Sums& sum) {
+inline void addPairs(const std::int8_t* bytes, std::uint32_t weights, Dots& sum) {
 #ifdef __AVX2__
-    const __m256i words = _mm256_cvtepi8_epi16(_mm_loadu_si128((const __m128i*)bytes));
-    const __m256i both = _mm256_set1_epi32(int(weights));
-#ifdef __AVX512VNNI__
-    sum = (Sums)_mm256_dpwssd_epi32((__m256i)sum, words, both);
+    const DotWords words = (DotWords)_mm256_cvtepi8_epi16(_mm_loadu_si128((const __m128i*)bytes));
 #else
-    sum += (Sums)_mm256_madd_epi16(words, both);
-#endif
-#else
-    Words words;
+    DotWords words;
     loadWords(bytes, words);
-#ifdef __SSE2__
-    sum += (Sums)_mm_madd_epi16((__m128i)words, _mm_set1_epi32(int(weights)));
-#elif defined(__wasm_simd128__)
-    sum += (Sums)wasm_i32x4_dot_i16x8((v128_t)words, wasm_i32x4_splat(int(weights)));
-#else
-    const Sums pairs = (Sums)words;
-    sum += ((pairs << 16) >> 16) * std::int16_t(weights) + (pairs >> 16) * std::int16_t(weights >> 16);
 #endif
-#endif
+    addDots(words, std::int32_t(weights), sum);
 }
 
 // Sums kPairTile numbers, 8 registers at a time. The empty statement keeps these in place: g++ 12 would copy them to
 // other registers and back in every round.
-inline void sumPairs(const PairInput& in, const std::int8_t* bytes, Sums* out) {
-    constexpr std::size_t kNumbers = sizeof(Sums) / 4, kRegisters = kPairTile / kNumbers;
+inline void sumPairs(const PairInput& in, const std::int8_t* bytes, Dots* out) {
+    constexpr std::size_t kNumbers = sizeof(Dots) / 4, kRegisters = kPairTile / kNumbers;
     for (std::size_t first = 0; first < kRegisters; first += 8) {
-        Sums a = {}, b = {}, c = {}, d = {}, e = {}, f = {}, g = {}, h = {};
+        Dots a = {}, b = {}, c = {}, d = {}, e = {}, f = {}, g = {}, h = {};
         for (std::size_t p = 0; p < in.pairs; ++p) {  // `bytes` may be null where there are none
             const std::int8_t* from = bytes + 2 * kPairTile * p + 2 * kNumbers * first;
             const std::uint32_t weights = in.weights[p];
@@ -111,7 +96,7 @@ inline void sumPairs(const PairInput& in, const std::int8_t* bytes, Sums* out) {
             asm("" : "+x"(a), "+x"(b), "+x"(c), "+x"(d), "+x"(e), "+x"(f), "+x"(g), "+x"(h));
 #endif
         }
-        const Sums sums[8] = {a, b, c, d, e, f, g, h};
+        const Dots sums[8] = {a, b, c, d, e, f, g, h};
         for (std::size_t r = 0; r < 8; ++r) out[first + r] = sums[r];
     }
 }
@@ -192,7 +177,7 @@ void clampAmbients(const AmbientClamp& weights, float* numbers, std::size_t vert
 template <class Mean>
 inline void pairTile(const PairInput& in, const std::int8_t* bytes, const Mean* mean, float* out) {
     Ints sums[kPairTile / kLanes];
-    sumPairs(in, bytes, (Sums*)sums);
+    sumPairs(in, bytes, (Dots*)sums);
     for (std::size_t i = 0; i < kPairTile / kLanes; ++i) {
         Lanes number, sum;
         load(mean + i * kLanes, number);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 
+#include "sh/lanes.h"
 #include "sh/tangent.h"
 
 namespace penumbra {
@@ -11,15 +12,16 @@ namespace {
 
 // Blends the bones that move a vertex, by its weights (linear blend skinning).
 Affine blendBones(const MeshView& mesh, std::size_t vertex, std::span<const Affine> bones) {
-    Affine blend;
-    blend.m.fill(0);
+    Quad rows[3] = {};
     const std::size_t first = vertex * std::size_t(mesh.influences);
     for (std::size_t k = first; k < first + std::size_t(mesh.influences); ++k) {
         const float weight = mesh.skin_weights[k];
         if (weight == 0) continue;
-        const Affine& bone = bones[mesh.skin_joints[k]];
-        for (int e = 0; e < 12; ++e) blend.m[e] += weight * bone.m[e];
+        const float* bone = bones[mesh.skin_joints[k]].m.data();
+        for (int row = 0; row < 3; ++row) rows[row] += weight * loadQuad(bone + 4 * row);
     }
+    Affine blend;
+    __builtin_memcpy(blend.m.data(), rows, sizeof rows);
     return blend;
 }
 

@@ -9,7 +9,7 @@ namespace {
 // Eight points of a level around each receiver.
 struct Level {
     Lanes share, part[3];
-    Ints first;
+    Ints first, weights[4];  // weighCorners()
     std::int32_t stride[3];
 };
 
@@ -76,78 +76,82 @@ inline void sphereLevel(const FarConstants& constants, const FarTable& table, co
     out.part[2] = (u - low) / (high - low);
 }
 
-#ifdef __wasm_simd128__
-// Sums eight corners of 40 bytes by weights of 15 bits, as whole numbers: two corners side by side, as combinePairs()
-// has two components. A frame of a composed character takes 0.7 of the time that it takes where each byte is first made
-// a float. A weight is rounded by 2^-16 at most, which moves E by 6e-5.
-inline void sumCorners(const std::int8_t* const* corner, const float* weight, Lanes* out) {
-    const v128_t none = wasm_i64x2_const(0, 0);
-    v128_t sum[10] = {none, none, none, none, none, none, none, none, none, none};
-    const auto add = [&](v128_t bytes, v128_t weights, v128_t * to) __attribute__((always_inline)) {
-        to[0] = wasm_i32x4_add(to[0], wasm_i32x4_dot_i16x8(wasm_i16x8_extend_low_i8x16(bytes), weights));
-        to[1] = wasm_i32x4_add(to[1], wasm_i32x4_dot_i16x8(wasm_i16x8_extend_high_i8x16(bytes), weights));
-    };
-#pragma clang loop unroll(full)
-    for (int c = 0; c < 8; c += 2) {
-        const auto first = std::uint32_t(weight[c] * 32767 + 0.5f),
-                   second = std::uint32_t(weight[c + 1] * 32767 + 0.5f);
-        const v128_t weights = wasm_i32x4_splat(std::int32_t(first | second << 16));
-#pragma clang loop unroll(full)
-        for (int i = 0; i < 40; i += 8) {
-            const v128_t a = wasm_v128_load64_zero(corner[c] + i), b = wasm_v128_load64_zero(corner[c + 1] + i);
-            add(wasm_i8x16_shuffle(a, b, 0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23), weights, sum + i / 4);
-        }
+// Splits whole numbers in two: `share` of each goes to `second`, and what is left stays.
+inline void split(const Lanes& share, Ints& whole, Ints& second) {
+    Lanes number;
+    toFloats(whole, number);
+    toInts(share * number + 0.5f, second);
+    whole = whole - second;
+}
+
+// Weights of the eight corners as whole numbers of 15 bits, two in one number: of first and first + x, the same at y,
+// at z, and at y + z. They add up to kWholeWeight, so that what is rounded counts only as far as corners differ.
+constexpr std::int32_t kWholeWeight = 32767;
+inline void weighCorners(Level& at) {
+    Ints edges[4];
+    edges[0] = Ints{} + kWholeWeight;
+    split(at.part[2], edges[0], edges[2]);
+    split(at.part[1], edges[0], edges[1]);
+    split(at.part[1], edges[2], edges[3]);
+    for (int i = 0; i < 4; ++i) {
+        Ints far;
+        split(at.part[0], edges[i], far);
+        at.weights[i] = edges[i] + far * 65536;
     }
-#pragma clang loop unroll(full)
-    for (int i = 0; i < 5; ++i) {
-        toFloats({(IntQuad)sum[2 * i], (IntQuad)sum[2 * i + 1]}, out[i]);
-        out[i] *= 1.0f / 32767;
-    }
+}
+
+// Adds 16 bytes, those of two corners in turn, times the two weights. What a byte counts in the sum is kPerByte.
+#ifdef __AVX2__
+constexpr float kPerByte = 1;
+inline void addBytes(const Bytes& both, std::int32_t weights, Ints& sum) {
+    addDots((DotWords)_mm256_cvtepi8_epi16((__m128i)both), weights, sum);
+}
+#else
+constexpr float kPerByte = 256;  // to put a byte into the upper half of a word is the quickest way to keep its sign
+inline void addBytes(const Bytes& both, std::int32_t weights, Ints& sum) {
+    const Bytes none = {};
+    addDots((Words)__builtin_shufflevector(none, both, 0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23), weights,
+            sum.low);
+    addDots((Words)__builtin_shufflevector(none, both, 8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13, 29, 14, 30, 15, 31),
+            weights, sum.high);
 }
 #endif
 
-// Adds the share of a level to the row of one receiver.
+// Adds two corners of 40 bytes.
+inline void addCorners(const std::int8_t* first, const std::int8_t* second, std::int32_t weights, Ints* sum) {
+    Bytes a, b;
+    for (int i = 0; i < 2; ++i) {
+        __builtin_memcpy(&a, first + 16 * i, sizeof a);
+        __builtin_memcpy(&b, second + 16 * i, sizeof b);
+        addBytes(__builtin_shufflevector(a, b, 0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23), weights,
+                 sum[2 * i]);
+        addBytes(__builtin_shufflevector(a, b, 8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13, 29, 14, 30, 15, 31), weights,
+                 sum[2 * i + 1]);
+    }
+    long long low, high;
+    __builtin_memcpy(&low, first + 32, sizeof low);
+    __builtin_memcpy(&high, second + 32, sizeof high);
+    a = (Bytes)Longs{low, 0};
+    b = (Bytes)Longs{high, 0};
+    addBytes(__builtin_shufflevector(a, b, 0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23), weights, sum[4]);
+}
+
+// Adds the share of a level to the row of one receiver. Two corners lie side by side, as combinePairs() has two
+// components, so that whole numbers of 16 bits are multiplied, two at a time.
 inline void addLevel(const FarTable& table, int level, const Level& at, std::size_t lane, Lanes* row) {
-    const float x = at.part[0][lane], y = at.part[1][lane], z = at.part[2][lane], share = at.share[lane];
     const std::int8_t* first = table.points + std::int64_t(at.first[lane]) * kRow;
-    const float weight[8] = {(1 - x) * (1 - y) * (1 - z), x * (1 - y) * (1 - z), (1 - x) * y * (1 - z), x * y * (1 - z),
-                             (1 - x) * (1 - y) * z,       x * (1 - y) * z,       (1 - x) * y * z,       x * y * z};
     const std::int64_t dx = at.stride[0] * kRow, dy = at.stride[1] * kRow, dz = at.stride[2] * std::int64_t(kRow);
-    const std::int8_t* const corner[8] = {first,      first + dx,      first + dy,      first + dx + dy,
-                                          first + dz, first + dx + dz, first + dy + dz, first + dx + dy + dz};
-#ifdef __wasm_simd128__
-    Lanes sum[5];
-    sumCorners(corner, weight, sum);
-#else
-    Lanes s0, s1, s2, s3, s4;
-    const auto add = [&](int c, bool begins) __attribute__((always_inline)) {
-        Lanes v0, v1, v2, v3, v4;
-        loadBytes(corner[c], v0);
-        loadBytes(corner[c] + 8, v1);
-        loadBytes(corner[c] + 16, v2);
-        loadBytes(corner[c] + 24, v3);
-        loadBytes(corner[c] + 32, v4);
-        const float w = weight[c];
-        s0 = begins ? w * v0 : s0 + w * v0;
-        s1 = begins ? w * v1 : s1 + w * v1;
-        s2 = begins ? w * v2 : s2 + w * v2;
-        s3 = begins ? w * v3 : s3 + w * v3;
-        s4 = begins ? w * v4 : s4 + w * v4;
-    };
-    add(0, true);
-    add(1, false);
-    add(2, false);
-    add(3, false);
-    add(4, false);
-    add(5, false);
-    add(6, false);
-    add(7, false);
-    const Lanes sum[5] = {s0, s1, s2, s3, s4};
-#endif
+    Ints sum[5] = {};
+    addCorners(first, first + dx, at.weights[0][lane], sum);
+    addCorners(first + dy, first + dy + dx, at.weights[1][lane], sum);
+    addCorners(first + dz, first + dz + dx, at.weights[2][lane], sum);
+    addCorners(first + dy + dz, first + dy + dz + dx, at.weights[3][lane], sum);
+    const float share = at.share[lane] * (1 / (kPerByte * float(kWholeWeight)));
     for (int i = 0; i < 5; ++i) {
-        Lanes scale;
+        Lanes scale, number;
         loadFloats(table.scale[level] + 8 * i, scale);
-        row[i] += share * (scale * sum[i]);
+        toFloats(sum[i], number);
+        row[i] += share * scale * number;
     }
 }
 
@@ -163,30 +167,36 @@ inline void sample(const FarConstants& constants, const FarTable& table, const F
         offset[axis] = point[axis] - table.center[axis];
     }
     const Lanes square = offset[0] * offset[0] + offset[1] * offset[1] + offset[2] * offset[2];
-    Level levels[3] = {};
+    Level levels[3];
     boxLevel(table.boxes[0], point, levels[0]);
     boxLevel(table.boxes[1], point, levels[1]);
     levels[1].share *= 1 - levels[0].share;
     levels[2].share = 1 - levels[0].share - levels[1].share;
     if (any(levels[2].share > 0)) sphereLevel(constants, table, offset, square, levels[2]);
     // The corners of all receivers are on their way while the first of them are read.
-    for (std::size_t lane = 0; lane < kLanes; ++lane)
-        for (int level = 0; level < 3; ++level) {
-            if (!wanted[lane] || !(levels[level].share[lane] > 0)) continue;
-            const std::int8_t* first = table.points + std::int64_t(levels[level].first[lane]) * kRow;
-            const std::int64_t dy = levels[level].stride[1] * kRow, dz = levels[level].stride[2] * std::int64_t(kRow);
+    unsigned lanes[3];
+    for (int l = 0; l < 3; ++l) {
+        const Level& level = levels[l];
+        lanes[l] = bitsOf(wanted & (level.share > 0));
+        if (lanes[l] == 0) continue;
+        weighCorners(levels[l]);
+        const std::int64_t dy = level.stride[1] * kRow, dz = level.stride[2] * std::int64_t(kRow);
+        for (unsigned left = lanes[l]; left != 0; left &= left - 1) {
+            const std::int8_t* first = table.points + std::int64_t(level.first[__builtin_ctz(left)]) * kRow;
             __builtin_prefetch(first);
             __builtin_prefetch(first + dy);
             __builtin_prefetch(first + dz);
             __builtin_prefetch(first + dy + dz);
         }
-    Lanes rows[kLanes][5];
-    for (std::size_t lane = 0; lane < kLanes; ++lane) {
-        for (int i = 0; i < 5; ++i) rows[lane][i] = kZeros;
-        if (!wanted[lane]) continue;
-        for (int level = 0; level < 3; ++level)
-            if (levels[level].share[lane] > 0) addLevel(table, level, levels[level], lane, rows[lane]);
     }
+    Lanes rows[kLanes][5];
+    for (std::size_t lane = 0; lane < kLanes; ++lane)
+        for (int i = 0; i < 5; ++i) rows[lane][i] = kZeros;
+    for (int l = 0; l < 3; ++l)
+        for (unsigned left = lanes[l]; left != 0; left &= left - 1) {
+            const auto lane = std::size_t(__builtin_ctz(left));
+            addLevel(table, l, levels[l], lane, rows[lane]);
+        }
     for (std::size_t i = 0; i < 5; ++i) transpose((const float*)rows + 8 * i, kRow, out + 8 * i);
     const Lanes fine = levels[0].share;
     inside = out[kDistance] * (-table.per_fade * constants.dark);

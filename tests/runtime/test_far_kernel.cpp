@@ -77,12 +77,14 @@ KernelError kernelError(const EvaluatorPath& path, const std::vector<std::uint16
     return error;
 }
 
-// A product of two functions comes back from the directions exactly. Far numbers reach 3.5. Measured: 4e-6.
+// A product of two functions comes back from the directions exactly, so that what is left is the rounding of the
+// weights of corners to 15 bits. Far numbers reach 3.5. Measured: rms 5e-6, 4.2e-4 at most.
 TEST(FarKernel, MatchesFarVisibilityForTwoPartsOnEveryPath) {
     for (const EvaluatorPath& path : evaluatorPaths())
         for (const std::vector<std::uint16_t>& parts : {std::vector<std::uint16_t>{}, {2}, {2, 4}, {3, 5}}) {
             const KernelError error = kernelError(path, parts);
-            EXPECT_LT(error.largest, 2e-5) << path.name;
+            EXPECT_LT(error.rms(), 1e-5) << path.name;
+            EXPECT_LT(error.largest, 6e-4) << path.name;
             EXPECT_TRUE(error.blocked > 0.2 || parts.empty());
         }
 }
@@ -139,7 +141,7 @@ KernelError nearError(const EvaluatorPath& path, const std::vector<std::uint16_t
     return error;
 }
 
-// As with two far parts, the product is exact.
+// As with two far parts, the product is exact but for the weights of corners.
 TEST(FarKernel, MatchesThePlainFormForNearPartsOnEveryPath) {
     for (const EvaluatorPath& path : evaluatorPaths())
         for (const auto& [parts, near_parts] :
@@ -147,7 +149,8 @@ TEST(FarKernel, MatchesThePlainFormForNearPartsOnEveryPath) {
               {std::vector<std::uint16_t>{2}, std::vector<std::uint16_t>{kNoPart, 4}},
               {std::vector<std::uint16_t>{}, std::vector<std::uint16_t>{5, kNoPart, 1}}}) {
             const KernelError error = nearError(path, parts, near_parts);
-            EXPECT_LT(error.largest, 2e-5) << path.name;
+            EXPECT_LT(error.rms(), 1e-5) << path.name;
+            EXPECT_LT(error.largest, 6e-4) << path.name;
             EXPECT_GT(error.blocked, 0.1) << path.name;
         }
 }
