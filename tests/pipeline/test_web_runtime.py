@@ -129,7 +129,8 @@ def check_sizes(package, folder):
     assert size("penumbra.wasm") <= 520e3 and size("packed.js") <= 540e3
     page = os.path.join(folder, "unused.mjs")
     with open(page, "w") as file:
-        file.write("import { load, Character } from 'penumbra-player';\nimport { PenumbraLoader } from 'penumbra-player/three';\n")
+        file.write("import { load, Character } from 'penumbra-player';\nimport { PenumbraLoader } from 'penumbra-player/three';\n"
+                   "import { Crowd, PenumbraWorker } from 'penumbra-player/worker';\n")
     modules = os.path.join(folder, "node_modules")
     os.makedirs(modules, exist_ok=True)
     os.symlink(package, os.path.join(modules, "penumbra-player"))
@@ -137,19 +138,25 @@ def check_sizes(package, folder):
     assert len(bundle) < 100, bundle[:500]
 
 
-def check_page(package, folder, asset):
-    """A character in three.js on WebGL, drawn by software: pictures with and without shadows."""
-    chromium = shutil.which("chromium")
-    if not chromium or not os.path.isdir(os.path.join(MODULES, "playwright-core")):
-        print("the page of three.js was not tried: no Chromium, or no npm package playwright-core (scripts/setup --web)")
-        return
-    files = os.path.join(folder, "files")
-    os.mkdir(files)
-    must(PACK, "embed", asset, MAN, "-o", os.path.join(files, "character.glb"))
+def can_browse():
+    if shutil.which("chromium") and os.path.isdir(os.path.join(MODULES, "playwright-core")):
+        return True
+    print("the pages were not tried: no Chromium, or no npm package playwright-core (scripts/setup --web)")
+    return False
+
+
+def look_at(page, package, files):
+    """What a page of tests/pipeline/web found."""
     driver = os.path.join(ROOT, "tests/pipeline/web/chromium.mjs")
-    found = json.loads(must("node", driver, package, MODULES, files, chromium))
-    print(json.dumps(found))
+    found = json.loads(must("node", driver, package, MODULES, files, shutil.which("chromium"), page))
+    print(page, json.dumps(found))
     assert "error" not in found, found["error"]
+    return found
+
+
+def check_three(package, files):
+    """A character in three.js on WebGL, drawn by software: pictures with and without shadows."""
+    found = look_at("page.html", package, files)
     assert found["plainLoads"] and found["ownCompileRan"]
     assert found["matchedBy"] == "order" and found["matchError"] < 1e-5
     assert found["reversed"]["by"] == "place" and found["reversed"]["error"] < 1e-5
@@ -162,6 +169,15 @@ def check_page(package, folder, asset):
     assert found["strength0"]["changed"] == 0 and found["afterDispose"]["changed"] == 0
 
 
+def check_worker(package, files):
+    """What a module worker computes, and many characters that it updates."""
+    found = look_at("worker.html", package, files)
+    assert found["different"] == 0 and found["compared"] > 10000
+    assert found["refused"] == ["INVALID_ASSET", "DISPOSED", "DISPOSED"]
+    assert found["inThree"]["different"] == 0 and found["inThree"]["compared"] > 1000
+    assert found["crowd"]["updates"] > 50 and found["crowd"]["least"] > 0 and not found["crowd"]["errors"]
+
+
 if __name__ == "__main__":
     need_tools()
     with tempfile.TemporaryDirectory() as folder:
@@ -171,6 +187,14 @@ if __name__ == "__main__":
         make_cases(cases)
         print(must("node", os.path.join(ROOT, "tests/pipeline/web/runtime.mjs"), package, cases,
                    os.path.join(ROOT, "tests/fuzz/corpus/fuzz_asset")))
+        print(must("node", os.path.join(ROOT, "tests/pipeline/web/crowd.mjs"), package))
         check_sizes(package, folder)
-        check_page(package, folder, os.path.join(cases, "composed.pnb"))
+        if can_browse():
+            files = os.path.join(folder, "files")
+            os.mkdir(files)
+            for model in ("additive", "composed"):
+                os.symlink(os.path.join(cases, model + ".pnb"), os.path.join(files, model + ".pnb"))
+            must(PACK, "embed", os.path.join(cases, "composed.pnb"), MAN, "-o", os.path.join(files, "character.glb"))
+            check_three(package, files)
+            check_worker(package, files)
     print("web runtime: ok")

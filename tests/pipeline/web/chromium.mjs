@@ -1,13 +1,13 @@
-// Opens page.html in Chromium and prints what it found, as JSON.
+// Opens a page of this folder in Chromium and prints what it found, as JSON.
 //
-// usage: node chromium.mjs PACKAGE NODE_MODULES FOLDER CHROMIUM
+// usage: node chromium.mjs PACKAGE NODE_MODULES FOLDER CHROMIUM PAGE
 import fs from 'node:fs';
 import http from 'node:http';
 import { createRequire } from 'node:module';
 import path from 'node:path';
 import { fileURLToPath } from 'node:url';
 
-const [packageFolder, modules, files, executablePath] = process.argv.slice(2);
+const [packageFolder, modules, files, executablePath, name] = process.argv.slice(2);
 const { chromium } = createRequire(path.join(modules, '/'))('playwright-core');
 const roots = { package: packageFolder, modules, files, pages: path.dirname(fileURLToPath(import.meta.url)) };
 const types = { '.html': 'text/html', '.js': 'text/javascript', '.mjs': 'text/javascript' };
@@ -28,7 +28,7 @@ const page = await browser.newPage({ viewport: { width: 300, height: 300 } });
 page.on('pageerror', (error) => console.error(error.message));
 page.on('console', (message) => message.text().startsWith('FOUND ') || console.error(message.text()));
 const found = page.waitForEvent('console', { predicate: (m) => m.text().startsWith('FOUND '), timeout: 150000 });
-await page.goto(`http://127.0.0.1:${server.address().port}/pages/page.html`);
+await page.goto(`http://127.0.0.1:${server.address().port}/pages/${name}`);
 const text = (await found).text().slice(6);
 await browser.close();
 server.close();
