@@ -20,7 +20,7 @@ from programs import must
 
 BIN = os.path.abspath(sys.argv[1])
 ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", ".."))
-BAKE, FIT, PACK = (os.path.join(BIN, "penumbra-" + name) for name in ("bake", "fit", "pack"))
+BAKE, FIT, PACK, PLAYER = (os.path.join(BIN, "penumbra-" + name) for name in ("bake", "fit", "pack", "player"))
 LIBRARY = os.path.join(BIN, "..", "runtime", "libpenumbra.so")
 MAN = os.path.join(BIN, "..", "samples", "capsule_man.glb")
 MODULES = os.path.join(os.environ.get("XDG_DATA_HOME", os.path.expanduser("~/.local/share")), "penumbra/web/node_modules")
@@ -178,6 +178,42 @@ def check_worker(package, files):
     assert found["crowd"]["updates"] > 50 and found["crowd"]["least"] > 0 and not found["crowd"]["errors"]
 
 
+def make_demo_data(cases, data):
+    """Small files of the names that the demo page loads. A picture of a character stands for both skies."""
+    os.mkdir(data)
+    path = lambda name: os.path.join(data, name)
+    must(PACK, "embed", os.path.join(cases, "composed.pnb"), MAN, "-o", path("man.glb"))
+    with open(path("man.glb"), "rb") as file, gzip.open(path("man.glb.gz"), "wb", 1) as packed:
+        packed.write(file.read())
+    os.remove(path("man.glb"))
+    for name in ("walk.glb", "run.glb", "jump.glb"):
+        shutil.copy(MAN, path(name))
+    must(PLAYER, "render", os.path.join(cases, "composed.pnb"), "--size", "64x32", "--background", "0.4/0.6/0.9",
+         "--channel", "ao", "-o", path("city.exr"))
+    shutil.copy(path("city.exr"), path("apartment.exr"))
+    # The clip files hold the character's clips, of which the page plays the first.
+    must("/usr/bin/python3", os.path.join(ROOT, "scripts/web_truth.py"), os.path.join(cases, "man.vis.h5"),
+         "--clip", "wave", "--every", 1, "-o", path("walk.truth.gz"))
+
+
+def check_demo(package, folder, cases):
+    """The demo page as a site and as one file."""
+    if not os.path.isdir(os.path.join(MODULES, "vite")):
+        print("the demo page was not tried: no npm package vite (scripts/setup --web)")
+        return
+    data, demo = os.path.join(folder, "data"), os.path.join(folder, "demo")
+    make_demo_data(cases, data)
+    must("node", os.path.join(ROOT, "runtime/web/demo/build.mjs"), package, MODULES, data, demo)
+    driver = os.path.join(ROOT, "tests/pipeline/web/demo.mjs")
+    found = json.loads(must("node", driver, demo, MODULES, shutil.which("chromium")))
+    print("demo", json.dumps(found))
+    assert not found["errors"] and found["stats"]
+    # What was traced is nearer than no shadows at all, and than those of a white sky.
+    assert 0 < found["truth"] < 0.5 * found["off"] and found["occlusion"] > 0.01 and found["sun"] > found["off"]
+    assert found["fromDisk"] == 0 and found["comparesOnlyWalk"]
+    assert "shadow=off" in found["address"] and "sun=true" in found["address"]
+
+
 if __name__ == "__main__":
     need_tools()
     with tempfile.TemporaryDirectory() as folder:
@@ -197,4 +233,5 @@ if __name__ == "__main__":
             must(PACK, "embed", os.path.join(cases, "composed.pnb"), MAN, "-o", os.path.join(files, "character.glb"))
             check_three(package, files)
             check_worker(package, files)
+            check_demo(package, folder, cases)
     print("web runtime: ok")

@@ -59,6 +59,8 @@ export interface PenumbraCharacterOptions {
     quality?: Quality;
     /** The meshes of the bake, in its order (default: all under the root, in theirs). */
     meshes?: Mesh[];
+    /** Bands of the environment that count, 1 to 5 (default 5). */
+    order?: number;
     /** Evaluates in a worker from now on, of the same asset as opened there. */
     worker?: WorkerCharacter;
 }
@@ -83,6 +85,7 @@ export class PenumbraCharacter {
     private readonly scratch = new Matrix4();
     private readonly loss: Float32Array;
     private readonly losses = new Loss();
+    private readonly order: number | undefined;
     private readonly worker: WorkerCharacter | undefined;
     private disposed = false;
     private environment: PenumbraEnvironment | undefined;
@@ -102,6 +105,7 @@ export class PenumbraCharacter {
         const inputJoints = asset.inputCount > 0 ? asset.jointNames.filter((name) => asset.inputNames.includes(name)).length : 0;
         this.bones = bonesOf(root, asset.jointNames.slice(0, asset.jointNames.length - inputJoints));
         this.environment = options.environment;
+        this.order = options.order;
         const meshes = options.meshes ?? meshesOf(root);
         this.character = new Character(asset);
         this.loss = new Float32Array(4 * asset.vertexCount);
@@ -144,6 +148,17 @@ export class PenumbraCharacter {
         this.character.evaluate();
         this.losses.compute(this.character, this.light(), this.loss);
         this.apply(this.loss);
+    }
+
+    /** Shows losses of the asset's vertices that the caller has, [V, 4]: what each colour loses, and E. */
+    apply(losses: Float32Array): void {
+        if (this.disposed) return;
+        for (const { loss, vertices } of this.parts) {
+            const out = loss.array as Float32Array;
+            for (let i = 0; i < vertices.length; ++i)
+                for (let k = 0; k < 4; ++k) out[4 * i + k] = losses[4 * vertices[i] + k];
+            loss.needsUpdate = true;
+        }
     }
 
     /** What a Crowd updates in its worker: `distance` tells how far the character is from who looks. */
@@ -207,16 +222,6 @@ export class PenumbraCharacter {
     }
 
     private light(): LossLight {
-        return { sh: this.environment?.inFrameOf(this.root.matrixWorld), strength: this.strength };
-    }
-    /** Gives each vertex of the meshes what the asset's vertex loses. */
-    private apply(from: Float32Array): void {
-        if (this.disposed) return;
-        for (const { loss, vertices } of this.parts) {
-            const out = loss.array as Float32Array;
-            for (let i = 0; i < vertices.length; ++i)
-                for (let k = 0; k < 4; ++k) out[4 * i + k] = from[4 * vertices[i] + k];
-            loss.needsUpdate = true;
-        }
+        return { sh: this.environment?.inFrameOf(this.root.matrixWorld), strength: this.strength, order: this.order };
     }
 }
