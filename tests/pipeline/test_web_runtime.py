@@ -130,11 +130,12 @@ def check_sizes(package, folder):
     page = os.path.join(folder, "unused.mjs")
     with open(page, "w") as file:
         file.write("import { load, Character } from 'penumbra-player';\nimport { PenumbraLoader } from 'penumbra-player/three';\n"
-                   "import { Crowd, PenumbraWorker } from 'penumbra-player/worker';\n")
+                   "import { Crowd, PenumbraWorker } from 'penumbra-player/worker';\n"
+                   "import { PenumbraCharacter as Nodes } from 'penumbra-player/three/webgpu';\n")
     modules = os.path.join(folder, "node_modules")
     os.makedirs(modules, exist_ok=True)
     os.symlink(package, os.path.join(modules, "penumbra-player"))
-    bundle = must(os.path.join(MODULES, "esbuild/bin/esbuild"), page, "--bundle", "--minify", "--format=esm", "--external:three")
+    bundle = must(os.path.join(MODULES, "esbuild/bin/esbuild"), page, "--bundle", "--minify", "--format=esm", "--external:three", "--external:three/*")
     assert len(bundle) < 100, bundle[:500]
 
 
@@ -145,10 +146,10 @@ def can_browse():
     return False
 
 
-def look_at(page, package, files):
+def look_at(page, package, files, *flags):
     """What a page of tests/pipeline/web found."""
     driver = os.path.join(ROOT, "tests/pipeline/web/chromium.mjs")
-    found = json.loads(must("node", driver, package, MODULES, files, shutil.which("chromium"), page))
+    found = json.loads(must("node", driver, package, MODULES, files, shutil.which("chromium"), page, *flags))
     print(page, json.dumps(found))
     assert "error" not in found, found["error"]
     return found
@@ -176,6 +177,22 @@ def check_worker(package, files):
     assert found["refused"] == ["INVALID_ASSET", "DISPOSED", "DISPOSED"]
     assert found["inThree"]["different"] == 0 and found["inThree"]["compared"] > 1000
     assert found["crowd"]["updates"] > 50 and found["crowd"]["least"] > 0 and not found["crowd"]["errors"]
+
+
+SOFTWARE_WEBGPU = ("--enable-unsafe-webgpu", "--enable-features=Vulkan", "--use-vulkan=swiftshader",
+                   "--use-webgpu-adapter=swiftshader")
+
+
+def check_webgpu(package, files):
+    """The same character by nodes of WebGPURenderer, with both of its back ends, beside WebGLRenderer."""
+    for backend in ("webgl", "webgpu"):
+        found = look_at(f"webgpu.html?backend={backend}", package, files, *SOFTWARE_WEBGPU)
+        assert found["backend"] == backend
+        assert found["onCharacter"]["changed"] > 0.005 and found["onCharacter"]["brighter"] == 0
+        assert found["onGround"]["changed"] > 0.005 and found["onGround"]["brighter"] == 0
+        assert found["turned"]["changed"] > 0.01 and found["after"]["changed"] == 0
+        # Means of 8-bit steps: .009 is what they differ by without shadows as well.
+        assert max(found["beside"].values()) < 0.05, found["beside"]
 
 
 def make_demo_data(cases, data):
@@ -233,5 +250,6 @@ if __name__ == "__main__":
             must(PACK, "embed", os.path.join(cases, "composed.pnb"), MAN, "-o", os.path.join(files, "character.glb"))
             check_three(package, files)
             check_worker(package, files)
+            check_webgpu(package, files)
             check_demo(package, folder, cases)
     print("web runtime: ok")

@@ -3,25 +3,9 @@ import * as THREE from 'three';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 import { load } from 'penumbra-player';
 import { PenumbraCharacter, PenumbraEnvironment, PenumbraGround, PenumbraLoader, assetOf } from 'penumbra-player/three';
+import { SIZE, apart, sky } from './scene.mjs';
 
-const SIZE = 256;
 const found = {};
-
-/** A blue sky that is bright on one side, over a dark ground. */
-function sky() {
-    const [width, height] = [64, 32];
-    const data = new Float32Array(4 * width * height);
-    for (let i = 0; i < width * height; ++i) {
-        const up = ((Math.floor(i / width) + 0.5) / height - 0.5) * Math.PI;
-        const around = (((i % width) + 0.5) / width - 0.5) * 2 * Math.PI;
-        const warm = Math.max(0, Math.cos(around) * Math.cos(up)) ** 4;
-        data.set(up < 0 ? [0.05, 0.05, 0.05, 1] : [0.4 + 3 * warm, 0.6 + 2 * warm, 1 + warm, 1], 4 * i);
-    }
-    const texture = new THREE.DataTexture(data, width, height, THREE.RGBAFormat, THREE.FloatType);
-    texture.mapping = THREE.EquirectangularReflectionMapping;
-    texture.needsUpdate = true;
-    return texture;
-}
 
 /** The same triangles with the vertices the other way round. */
 function reversed(geometry) {
@@ -76,16 +60,6 @@ async function main() {
         gl.readPixels(0, 0, SIZE, SIZE, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
         return pixels;
     };
-    const apart = (a, b) => {
-        let [sum, changed, brighter] = [0, 0, 0];
-        for (let i = 0; i < a.length; ++i) {
-            sum += Math.abs(a[i] - b[i]);
-            if (Math.abs(a[i] - b[i]) > 2) ++changed;
-            if (b[i] > a[i] + 2) ++brighter;
-        }
-        return { mean: sum / a.length, changed: changed / a.length, brighter: brighter / a.length };
-    };
-
     const before = shot();
     let calls = 0;
     const meshes = [];

@@ -126,8 +126,7 @@ export class PenumbraCharacter {
             mesh.geometry = ownGeometry(before, loss);
             return { mesh, before, loss, vertices: match.vertices[i] };
         });
-        const materials = new Set<Material>(meshes.flatMap((mesh) => mesh.material));
-        this.undo = [...materials].map((material) => patchMaterial(material, BY_VERTEX));
+        this.undo = this.patch(meshes);
         this.worker = options.worker;
         if (this.worker) this.character.dispose();
     }
@@ -190,6 +189,12 @@ export class PenumbraCharacter {
             mesh.geometry = before;
         }
         this.character.dispose();
+    }
+
+    /** Makes the meshes' materials use the attribute `penumbraLoss`. Answers what undoes it. */
+    protected patch(meshes: Mesh[]): (() => void)[] {
+        const materials = new Set<Material>(meshes.flatMap((mesh) => mesh.material));
+        return [...materials].map((material) => patchMaterial(material, BY_VERTEX));
     }
 
     private pose(meshes: Mesh[]): void {
