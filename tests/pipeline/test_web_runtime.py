@@ -191,6 +191,11 @@ def check_webgpu(package, files):
         assert found["onCharacter"]["changed"] > 0.005 and found["onCharacter"]["brighter"] == 0
         assert found["onGround"]["changed"] > 0.005 and found["onGround"]["brighter"] == 0
         assert found["turned"]["changed"] > 0.01 and found["after"]["changed"] == 0
+        if backend == "webgpu":
+            # The core rounds the weights of components to 16 bits, the shader does not: E differs by 4.4e-5.
+            computed = found["compute"]
+            assert computed["mistake"] == "" and computed["composed"] == "UNSUPPORTED" and computed["frames"] > 50
+            assert computed["ambient"] < 1e-4 and computed["coefficients"] < 5e-4 and 0 <= computed["least"] < 0.9
         # Means of 8-bit steps: .009 is what they differ by without shadows as well.
         assert max(found["beside"].values()) < 0.05, found["beside"]
 

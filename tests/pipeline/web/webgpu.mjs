@@ -2,7 +2,7 @@
 // With ?backend=webgl the renderer takes its other back end.
 import * as THREE from 'three';
 import { WebGPURenderer } from 'three/webgpu';
-import { load } from 'penumbra-player';
+import { Character, load } from 'penumbra-player';
 import * as forWebGL from 'penumbra-player/three';
 import * as forNodes from 'penumbra-player/three/webgpu';
 import { SIZE, apart, pixelsOf, stage } from './scene.mjs';
@@ -34,6 +34,49 @@ async function pictures(runtime, { PenumbraCharacter, PenumbraGround }, shot) {
     return out;
 }
 
+async function read(device, buffer) {
+    const copy = device.createBuffer({ size: buffer.size, usage: GPUBufferUsage.COPY_DST | GPUBufferUsage.MAP_READ });
+    const encoder = device.createCommandEncoder();
+    encoder.copyBufferToBuffer(buffer, 0, copy, 0, buffer.size);
+    device.queue.submit([encoder.finish()]);
+    await copy.mapAsync(GPUMapMode.READ);
+    return new Float32Array(copy.getMappedRange().slice(0));
+}
+
+/** The largest difference, which NaN and other sizes do not pass. */
+function difference(a, b) {
+    if (a.length !== b.length || a.length === 0) return Infinity;
+    return a.reduce((most, value, i) => (Math.abs(value - b[i]) <= most ? most : Math.abs(value - b[i])), 0);
+}
+
+/** The additive model by WGSL, beside the core; what it refuses, and mistakes of the device. */
+async function compute(runtime, device) {
+    const open = async (name) => runtime.open(await (await fetch(`/files/${name}`)).arrayBuffer());
+    const asset = await open('additive.pnb');
+    device.pushErrorScope('validation');
+    const evaluator = new forNodes.GpuEvaluator(device, asset);
+    const character = new Character(asset);
+    const worst = { frames: asset.frameCount, coefficients: 0, ambient: 0, least: 1 };
+    for (let frame = 0; frame < asset.frameCount; ++frame) {
+        character.setFrame(frame);
+        evaluator.evaluate(character);
+        const there = [await read(device, evaluator.coefficients), await read(device, evaluator.ambient)];
+        character.evaluate();
+        worst.coefficients = Math.max(worst.coefficients, difference(there[0], character.coefficients));
+        worst.ambient = Math.max(worst.ambient, difference(there[1], character.ambient()));
+        worst.least = Math.min(worst.least, ...there[1]);
+    }
+    evaluator.dispose();
+    evaluator.dispose();
+    try {
+        new forNodes.GpuEvaluator(device, await open('composed.pnb'));
+    } catch (error) {
+        worst.composed = error.code;
+    }
+    worst.mistake = (await device.popErrorScope())?.message ?? '';
+    return worst;
+}
+
 async function main() {
     const runtime = await load();
     const old = new THREE.WebGLRenderer({ preserveDrawingBuffer: true });
@@ -46,6 +89,7 @@ async function main() {
     const renderer = new WebGPURenderer({ forceWebGL });
     await renderer.init();
     found.backend = renderer.backend.isWebGPUBackend ? 'webgpu' : 'webgl';
+    if (renderer.backend.isWebGPUBackend) found.compute = await compute(runtime, renderer.backend.device);
     renderer.setSize(SIZE, SIZE);
     document.body.append(renderer.domElement);
     const drawn = await pictures(runtime, forNodes, async ({ scene, camera }) => {

@@ -4,6 +4,7 @@ import { PenumbraCharacter as ForWebGL } from '../three/character.js';
 import { PenumbraGround as GroundForWebGL } from '../three/ground.js';
 import { patchMeshes, type Tsl } from './nodes.js';
 
+export { GpuEvaluator } from './evaluate.js';
 export { PenumbraEnvironment } from '../three/environment.js';
 export { PenumbraLoader, assetOf } from '../three/loader.js';
 export type { PenumbraCharacterOptions } from '../three/character.js';
