@@ -161,7 +161,11 @@ def check_three(package, files):
     assert found["plainLoads"] and found["ownCompileRan"]
     assert found["matchedBy"] == "order" and found["matchError"] < 1e-5
     assert found["reversed"]["by"] == "place" and found["reversed"]["error"] < 1e-5
-    assert found["unmatched"] == "UNMATCHED"
+    assert found["split"]["by"] == "place" and found["split"]["error"] < 1e-5
+    assert found["welded"]["by"] == "place" and found["welded"]["error"] < 1e-5
+    # Half a step of 16 bits in three directions is 1.3e-5 of the largest side.
+    assert found["quantised"]["by"] == "order" and found["quantised"]["error"] < 1.3e-5
+    assert found["unmatched"] == "UNMATCHED" and found["grown"] == [0, 0]
     # Shadows only darken, and they are seen; without strength and afterwards the picture is the one from before.
     assert found["onCharacter"]["changed"] > 0.005 and found["onCharacter"]["brighter"] == 0
     assert found["onGround"]["changed"] > 0.005 and found["onGround"]["brighter"] == 0
@@ -177,6 +181,37 @@ def check_worker(package, files):
     assert found["refused"] == ["INVALID_ASSET", "DISPOSED", "DISPOSED"]
     assert found["inThree"]["different"] == 0 and found["inThree"]["compared"] > 1000
     assert found["crowd"]["updates"] > 50 and found["crowd"]["least"] > 0 and not found["crowd"]["errors"]
+
+
+def check_csp(package, files):
+    """A page whose policy forbids WebAssembly is told the word that it lacks, and needs no other."""
+    blocked = look_at("csp.html", package, files, "csp:script-src 'self'")
+    assert blocked["code"] == "BLOCKED_BY_CSP" and "'wasm-unsafe-eval'" in blocked["message"]
+    for policy in ("script-src 'self' 'wasm-unsafe-eval'", "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'"):
+        found = look_at("csp.html", package, files, "csp:" + policy)
+        assert found["code"] == "" and found["vertices"] > 100 and found["worker"] > 100
+
+
+def check_consumer(package, folder, files):
+    """A project that depends on the package: tsc, what Vite leaves of an unused import, and its build in Chromium."""
+    project = os.path.join(folder, "consumer")
+    shutil.copytree(os.path.join(ROOT, "tests/pipeline/web/consumer"), project)
+    modules = os.path.join(project, "node_modules")
+    os.mkdir(modules)
+    for name in ("three", "@types", "@webgpu", "fflate"):
+        os.symlink(os.path.join(MODULES, name), os.path.join(modules, name))
+    os.symlink(package, os.path.join(modules, "penumbra-player"))
+    must("node", os.path.join(MODULES, "typescript/bin/tsc"), "-p", project)
+    if not os.path.isdir(os.path.join(MODULES, "vite")):
+        print("Vite was not tried: no npm package vite (scripts/setup --web)")
+        return
+    vite = os.path.join(MODULES, "vite/bin/vite.js")
+    must("node", vite, "build", project, "--config", os.path.join(project, "vite.config.mjs"))
+    unused = [name for name in os.listdir(os.path.join(project, "dist/assets")) if name.startswith("unused")]
+    assert len(unused) == 1 and os.path.getsize(os.path.join(project, "dist/assets", unused[0])) < 100, unused
+    os.symlink(os.path.join(project, "dist"), os.path.join(files, "consumer"))
+    found = look_at("../files/consumer/index.html", package, files)
+    assert found["vertices"] > 100 and found["worker"] == found["vertices"] and found["three"]
 
 
 SOFTWARE_WEBGPU = ("--enable-unsafe-webgpu", "--enable-features=Vulkan", "--use-vulkan=swiftshader",
@@ -256,5 +291,7 @@ if __name__ == "__main__":
             check_three(package, files)
             check_worker(package, files)
             check_webgpu(package, files)
+            check_csp(package, files)
+            check_consumer(package, folder, files)
             check_demo(package, folder, cases)
     print("web runtime: ok")

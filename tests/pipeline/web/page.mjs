@@ -1,6 +1,7 @@
 // A character with soft shadows in three.js: what the test of Chromium looks at. Says its findings as JSON.
 import * as THREE from 'three';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
+import { mergeVertices } from 'three/addons/utils/BufferGeometryUtils.js';
 import { load } from 'penumbra-player';
 import { PenumbraCharacter, PenumbraEnvironment, PenumbraGround, PenumbraLoader, assetOf } from 'penumbra-player/three';
 import { SIZE, apart, sky } from './scene.mjs';
@@ -22,6 +23,42 @@ function reversed(geometry) {
     out.setIndex(index.map((i) => count - 1 - i));
     return out;
 }
+
+/** One vertex for all that are at one place: normals and textures are lost, as welding tools lose some. */
+function welded(geometry) {
+    const out = geometry.clone();
+    for (const name of Object.keys(out.attributes))
+        if (!['position', 'skinIndex', 'skinWeight'].includes(name)) out.deleteAttribute(name);
+    return mergeVertices(out);
+}
+
+/** Positions of 16 bits, whose scale the skeleton has, as KHR_mesh_quantization does it. Answers what undoes it. */
+function quantise(mesh) {
+    const geometry = mesh.geometry.clone();
+    geometry.computeBoundingBox();
+    const { min, max } = geometry.boundingBox;
+    const size = Math.max(...max.clone().sub(min).toArray());
+    const position = geometry.attributes.position;
+    const step = size / 65535;
+    const values = new Uint16Array(3 * position.count);
+    for (let i = 0; i < position.count; ++i)
+        for (let k = 0; k < 3; ++k) values[3 * i + k] = Math.round((position.getComponent(i, k) - min.getComponent(k)) / step);
+    geometry.setAttribute('position', new THREE.BufferAttribute(values, 3, true));
+    const larger = new THREE.Matrix4().makeScale(size, size, size).setPosition(min);
+    const before = { geometry: mesh.geometry, bind: mesh.bindMatrix.clone() };
+    mesh.geometry = geometry;
+    mesh.bindMatrix.multiply(larger);
+    return () => {
+        mesh.geometry = before.geometry;
+        mesh.bindMatrix.copy(before.bind);
+    };
+}
+
+const matchOf = (asset, root, environment) => {
+    const character = new PenumbraCharacter(asset, root, { environment });
+    character.dispose();
+    return { error: character.matchError, by: character.matchedBy };
+};
 
 async function main() {
     const runtime = await load();
@@ -104,6 +141,24 @@ async function main() {
     other.update();
     found.reversedPicture = apart(shadowed, shot());
     other.dispose();
+    for (const [i, mesh] of meshes.entries()) mesh.geometry = welded(originals[i]);
+    found.welded = matchOf(asset, root, environment);
+    for (const [i, mesh] of meshes.entries()) mesh.geometry = originals[i].toNonIndexed();
+    found.split = matchOf(asset, root, environment);
+    meshes.forEach((mesh, i) => (mesh.geometry = originals[i]));
+    const undo = meshes.map(quantise);
+    found.quantised = matchOf(asset, root, environment);
+    for (const one of undo) one();
+
+    for (let i = 0; i < 10; ++i) matchOf(asset, root, environment);
+    const bytes = runtime.memoryBytes;
+    const { geometries } = renderer.info.memory;
+    for (let i = 0; i < 1000; ++i) {
+        matchOf(asset, root, environment);
+        if (i % 100 === 0) shot();
+    }
+    found.grown = [runtime.memoryBytes - bytes, renderer.info.memory.geometries - geometries];
+
     meshes.forEach((mesh, i) => (mesh.geometry = originals[i].clone()));
     const positions = meshes[0].geometry.attributes.position;
     positions.setX(0, positions.getX(0) + 0.5);
