@@ -32,11 +32,17 @@ PENUMBRA_AT(penumbra_asset_info, rotation_count, 100);
 PENUMBRA_AT(penumbra_asset_info, convention, 104);
 PENUMBRA_AT(penumbra_asset_info, stride, 112);
 PENUMBRA_AT(penumbra_asset_info, cluster_count, 116);
+PENUMBRA_AT(penumbra_asset_info, score_count, 120);
 PENUMBRA_AT(penumbra_asset_info, material_count, 128);
 PENUMBRA_AT(penumbra_asset_info, light_count, 132);
 
 static_assert(sizeof(penumbra_clip) == 16);
 PENUMBRA_AT(penumbra_clip, held_out, 12);
+
+static_assert(sizeof(penumbra_cluster) == 40);
+PENUMBRA_AT(penumbra_cluster, mean_precision, 20);
+PENUMBRA_AT(penumbra_cluster, mean, 28);
+PENUMBRA_AT(penumbra_cluster, basis_scale, 36);
 
 static_assert(sizeof(penumbra_frame) == 24);
 PENUMBRA_AT(penumbra_frame, matrices, 8);

@@ -20,7 +20,7 @@ from programs import must
 
 BIN = os.path.abspath(sys.argv[1])
 ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", ".."))
-BAKE, FIT, PACK = (os.path.join(BIN, "penumbra-" + name) for name in ("bake", "fit", "pack"))
+BAKE, FIT, PACK, PLAYER = (os.path.join(BIN, "penumbra-" + name) for name in ("bake", "fit", "pack", "player"))
 LIBRARY = os.path.join(BIN, "..", "runtime", "libpenumbra.so")
 MAN = os.path.join(BIN, "..", "samples", "capsule_man.glb")
 MODULES = os.path.join(os.environ.get("XDG_DATA_HOME", os.path.expanduser("~/.local/share")), "penumbra/web/node_modules")
@@ -129,37 +129,146 @@ def check_sizes(package, folder):
     assert size("penumbra.wasm") <= 520e3 and size("packed.js") <= 540e3
     page = os.path.join(folder, "unused.mjs")
     with open(page, "w") as file:
-        file.write("import { load, Character } from 'penumbra-player';\nimport { PenumbraLoader } from 'penumbra-player/three';\n")
+        file.write("import { load, Character } from 'penumbra-player';\nimport { PenumbraLoader } from 'penumbra-player/three';\n"
+                   "import { Crowd, PenumbraWorker } from 'penumbra-player/worker';\n"
+                   "import { PenumbraCharacter as Nodes } from 'penumbra-player/three/webgpu';\n")
     modules = os.path.join(folder, "node_modules")
     os.makedirs(modules, exist_ok=True)
     os.symlink(package, os.path.join(modules, "penumbra-player"))
-    bundle = must(os.path.join(MODULES, "esbuild/bin/esbuild"), page, "--bundle", "--minify", "--format=esm", "--external:three")
+    bundle = must(os.path.join(MODULES, "esbuild/bin/esbuild"), page, "--bundle", "--minify", "--format=esm", "--external:three", "--external:three/*")
     assert len(bundle) < 100, bundle[:500]
 
 
-def check_page(package, folder, asset):
-    """A character in three.js on WebGL, drawn by software: pictures with and without shadows."""
-    chromium = shutil.which("chromium")
-    if not chromium or not os.path.isdir(os.path.join(MODULES, "playwright-core")):
-        print("the page of three.js was not tried: no Chromium, or no npm package playwright-core (scripts/setup --web)")
-        return
-    files = os.path.join(folder, "files")
-    os.mkdir(files)
-    must(PACK, "embed", asset, MAN, "-o", os.path.join(files, "character.glb"))
+def can_browse():
+    if shutil.which("chromium") and os.path.isdir(os.path.join(MODULES, "playwright-core")):
+        return True
+    print("the pages were not tried: no Chromium, or no npm package playwright-core (scripts/setup --web)")
+    return False
+
+
+def look_at(page, package, files, *flags):
+    """What a page of tests/pipeline/web found."""
     driver = os.path.join(ROOT, "tests/pipeline/web/chromium.mjs")
-    found = json.loads(must("node", driver, package, MODULES, files, chromium))
-    print(json.dumps(found))
+    found = json.loads(must("node", driver, package, MODULES, files, shutil.which("chromium"), page, *flags))
+    print(page, json.dumps(found))
     assert "error" not in found, found["error"]
+    return found
+
+
+def check_three(package, files):
+    """A character in three.js on WebGL, drawn by software: pictures with and without shadows."""
+    found = look_at("page.html", package, files)
     assert found["plainLoads"] and found["ownCompileRan"]
     assert found["matchedBy"] == "order" and found["matchError"] < 1e-5
     assert found["reversed"]["by"] == "place" and found["reversed"]["error"] < 1e-5
-    assert found["unmatched"] == "UNMATCHED"
+    assert found["split"]["by"] == "place" and found["split"]["error"] < 1e-5
+    assert found["welded"]["by"] == "place" and found["welded"]["error"] < 1e-5
+    # Half a step of 16 bits in three directions is 1.3e-5 of the largest side.
+    assert found["quantised"]["by"] == "order" and found["quantised"]["error"] < 1.3e-5
+    assert found["unmatched"] == "UNMATCHED" and found["grown"] == [0, 0]
     # Shadows only darken, and they are seen; without strength and afterwards the picture is the one from before.
     assert found["onCharacter"]["changed"] > 0.005 and found["onCharacter"]["brighter"] == 0
     assert found["onGround"]["changed"] > 0.005 and found["onGround"]["brighter"] == 0
     assert found["turned"]["changed"] > 0.01
     assert found["reversedPicture"]["mean"] < 0.01
     assert found["strength0"]["changed"] == 0 and found["afterDispose"]["changed"] == 0
+
+
+def check_worker(package, files):
+    """What a module worker computes, and many characters that it updates."""
+    found = look_at("worker.html", package, files)
+    assert found["different"] == 0 and found["compared"] > 10000
+    assert found["refused"] == ["INVALID_ASSET", "DISPOSED", "DISPOSED"]
+    assert found["inThree"]["different"] == 0 and found["inThree"]["compared"] > 1000
+    assert found["crowd"]["updates"] > 50 and found["crowd"]["least"] > 0 and not found["crowd"]["errors"]
+
+
+def check_csp(package, files):
+    """A page whose policy forbids WebAssembly is told the word that it lacks, and needs no other."""
+    blocked = look_at("csp.html", package, files, "csp:script-src 'self'")
+    assert blocked["code"] == "BLOCKED_BY_CSP" and "'wasm-unsafe-eval'" in blocked["message"]
+    for policy in ("script-src 'self' 'wasm-unsafe-eval'", "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'"):
+        found = look_at("csp.html", package, files, "csp:" + policy)
+        assert found["code"] == "" and found["vertices"] > 100 and found["worker"] > 100
+
+
+def check_consumer(package, folder, files):
+    """A project that depends on the package: tsc, what Vite leaves of an unused import, and its build in Chromium."""
+    project = os.path.join(folder, "consumer")
+    shutil.copytree(os.path.join(ROOT, "tests/pipeline/web/consumer"), project)
+    modules = os.path.join(project, "node_modules")
+    os.mkdir(modules)
+    for name in ("three", "@types", "@webgpu", "fflate"):
+        os.symlink(os.path.join(MODULES, name), os.path.join(modules, name))
+    os.symlink(package, os.path.join(modules, "penumbra-player"))
+    must("node", os.path.join(MODULES, "typescript/bin/tsc"), "-p", project)
+    if not os.path.isdir(os.path.join(MODULES, "vite")):
+        print("Vite was not tried: no npm package vite (scripts/setup --web)")
+        return
+    vite = os.path.join(MODULES, "vite/bin/vite.js")
+    must("node", vite, "build", project, "--config", os.path.join(project, "vite.config.mjs"))
+    unused = [name for name in os.listdir(os.path.join(project, "dist/assets")) if name.startswith("unused")]
+    assert len(unused) == 1 and os.path.getsize(os.path.join(project, "dist/assets", unused[0])) < 100, unused
+    os.symlink(os.path.join(project, "dist"), os.path.join(files, "consumer"))
+    found = look_at("../files/consumer/index.html", package, files)
+    assert found["vertices"] > 100 and found["worker"] == found["vertices"] and found["three"]
+
+
+SOFTWARE_WEBGPU = ("--enable-unsafe-webgpu", "--enable-features=Vulkan", "--use-vulkan=swiftshader",
+                   "--use-webgpu-adapter=swiftshader")
+
+
+def check_webgpu(package, files):
+    """The same character by nodes of WebGPURenderer, with both of its back ends, beside WebGLRenderer."""
+    for backend in ("webgl", "webgpu"):
+        found = look_at(f"webgpu.html?backend={backend}", package, files, *SOFTWARE_WEBGPU)
+        assert found["backend"] == backend
+        assert found["onCharacter"]["changed"] > 0.005 and found["onCharacter"]["brighter"] == 0
+        assert found["onGround"]["changed"] > 0.005 and found["onGround"]["brighter"] == 0
+        assert found["turned"]["changed"] > 0.01 and found["after"]["changed"] == 0
+        if backend == "webgpu":
+            # The core rounds the weights of components to 16 bits, the shader does not: E differs by 4.4e-5.
+            computed = found["compute"]
+            assert computed["mistake"] == "" and computed["composed"] == "UNSUPPORTED" and computed["frames"] > 50
+            assert computed["ambient"] < 1e-4 and computed["coefficients"] < 5e-4 and 0 <= computed["least"] < 0.9
+        # Means of 8-bit steps: .009 is what they differ by without shadows as well.
+        assert max(found["beside"].values()) < 0.05, found["beside"]
+
+
+def make_demo_data(cases, data):
+    """Small files of the names that the demo page loads. A picture of a character stands for both skies."""
+    os.mkdir(data)
+    path = lambda name: os.path.join(data, name)
+    must(PACK, "embed", os.path.join(cases, "composed.pnb"), MAN, "-o", path("man.glb"))
+    with open(path("man.glb"), "rb") as file, gzip.open(path("man.glb.gz"), "wb", 1) as packed:
+        packed.write(file.read())
+    os.remove(path("man.glb"))
+    for name in ("walk.glb", "run.glb", "jump.glb"):
+        shutil.copy(MAN, path(name))
+    must(PLAYER, "render", os.path.join(cases, "composed.pnb"), "--size", "64x32", "--background", "0.4/0.6/0.9",
+         "--channel", "ao", "-o", path("city.exr"))
+    shutil.copy(path("city.exr"), path("apartment.exr"))
+    # The clip files hold the character's clips, of which the page plays the first.
+    must("/usr/bin/python3", os.path.join(ROOT, "scripts/web_truth.py"), os.path.join(cases, "man.vis.h5"),
+         "--clip", "wave", "--every", 1, "-o", path("walk.truth.gz"))
+
+
+def check_demo(package, folder, cases):
+    """The demo page as a site and as one file."""
+    if not os.path.isdir(os.path.join(MODULES, "vite")):
+        print("the demo page was not tried: no npm package vite (scripts/setup --web)")
+        return
+    data, demo = os.path.join(folder, "data"), os.path.join(folder, "demo")
+    make_demo_data(cases, data)
+    must("node", os.path.join(ROOT, "runtime/web/demo/build.mjs"), package, MODULES, data, demo)
+    driver = os.path.join(ROOT, "tests/pipeline/web/demo.mjs")
+    found = json.loads(must("node", driver, demo, MODULES, shutil.which("chromium")))
+    print("demo", json.dumps(found))
+    assert not found["errors"] and found["stats"]
+    # What was traced is nearer than no shadows at all, and than those of a white sky.
+    assert 0 < found["truth"] < 0.5 * found["off"] and found["occlusion"] > 0.01 and found["sun"] > found["off"]
+    assert found["fromDisk"] == 0 and found["comparesOnlyWalk"]
+    assert "shadow=off" in found["address"] and "sun=true" in found["address"]
 
 
 if __name__ == "__main__":
@@ -171,6 +280,18 @@ if __name__ == "__main__":
         make_cases(cases)
         print(must("node", os.path.join(ROOT, "tests/pipeline/web/runtime.mjs"), package, cases,
                    os.path.join(ROOT, "tests/fuzz/corpus/fuzz_asset")))
+        print(must("node", os.path.join(ROOT, "tests/pipeline/web/crowd.mjs"), package))
         check_sizes(package, folder)
-        check_page(package, folder, os.path.join(cases, "composed.pnb"))
+        if can_browse():
+            files = os.path.join(folder, "files")
+            os.mkdir(files)
+            for model in ("additive", "composed"):
+                os.symlink(os.path.join(cases, model + ".pnb"), os.path.join(files, model + ".pnb"))
+            must(PACK, "embed", os.path.join(cases, "composed.pnb"), MAN, "-o", os.path.join(files, "character.glb"))
+            check_three(package, files)
+            check_worker(package, files)
+            check_webgpu(package, files)
+            check_csp(package, files)
+            check_consumer(package, folder, files)
+            check_demo(package, folder, cases)
     print("web runtime: ok")

@@ -75,6 +75,24 @@ export interface Light {
     sunCount: number;
 }
 
+/** @internal */
+export interface Cluster {
+    firstVertex: number;
+    vertexCount: number;
+    componentCount: number;
+    /** Where its scores are among those of all clusters. */
+    firstScore: number;
+    /** 0: f32, 1: f16, 2: bytes (penumbra_precision). */
+    meanPrecision: number;
+    basisPrecision: number;
+    /** [vertexCount, stride] */
+    mean: Uint32Array;
+    /** [componentCount, vertexCount, stride] */
+    basis: Uint32Array;
+    scale: Float32Array;
+}
+const BYTES_OF_PRECISION = [4, 2, 1];
+
 const COPY = 1; // PENUMBRA_COPY: what is made of an asset may outlive it
 
 function openBytes(memory: Memory, bytes: ArrayBuffer | ArrayBufferView): number {
@@ -173,6 +191,32 @@ export class Asset extends Handle {
         memory.call('penumbra_asset_get_light', this.handle, index, memory.out);
         const [name, order, sh, , sunCount] = memory.words(memory.out, 5).slice();
         return { name: memory.text(name), order, sh: memory.floats(sh, 3 * order * order).slice(), sunCount };
+    }
+
+    /** @internal Whether the numbers are a mean and components alone, without fields of parts, followers or transfer. */
+    get isAdditive(): boolean {
+        const parts = this.runtime.memory.call('penumbra_asset_part_count', this.handle);
+        return this.hasModel && parts === 0 && this.followerCount === 0 && !this.convention.startsWith('T');
+    }
+    /** @internal Scores of all clusters. */
+    get scoreCount(): number {
+        return this.info[30];
+    }
+    /** @internal What a GPU needs of a cluster: words of the file, and 1 or the scale for each component. */
+    cluster(index: number): Cluster {
+        const { memory } = this.runtime;
+        memory.call('penumbra_asset_get_cluster', this.handle, index, memory.out);
+        const [, firstVertex, vertexCount, componentCount, firstScore, meanPrecision, basisPrecision, mean, basis, scale] =
+            memory.words(memory.out, 10).slice();
+        const wordsOf = (at: number, numbers: number, precision: number) =>
+            memory.words(at, (numbers * BYTES_OF_PRECISION[precision]) / 4).slice();
+        const numbers = vertexCount * this.stride;
+        return {
+            firstVertex, vertexCount, componentCount, firstScore, meanPrecision, basisPrecision,
+            mean: wordsOf(mean, numbers, meanPrecision),
+            basis: wordsOf(basis, componentCount * numbers, basisPrecision),
+            scale: scale ? memory.floats(scale, componentCount).slice() : new Float32Array(componentCount).fill(1),
+        };
     }
 
     private clip(index: number): Clip {
@@ -285,6 +329,20 @@ export class Character extends Handle {
         const { memory } = this.runtime;
         memory.check('penumbra_character_transfer', this.handle, order, this.vertices, this.transferAt);
         return memory.floats(this.transferAt, order * order * this.asset.vertexCount);
+    }
+    /** @internal Scores of all clusters for the pose. */
+    get scores(): Float32Array {
+        const { memory } = this.runtime;
+        memory.call('penumbra_character_get_scores', this.handle, this.transferAt, 0);
+        return memory.floats(this.transferAt, this.asset.scoreCount);
+    }
+    /** @internal Weights of the coefficients in E, [stride]. */
+    get ambientWeights(): Float32Array {
+        const { stride } = this.asset;
+        const coefficients = this.coefficients;
+        coefficients.fill(0);
+        for (let i = 0; i < stride; ++i) coefficients[i * stride + i] = 1;
+        return this.ambient().slice(0, stride);
     }
     /** How far the pose is from those that the model knows, in about radians. */
     get outOfRange(): number {

@@ -6,8 +6,8 @@ const COUNT = 25;
 const COSINE = [Math.PI, (2 * Math.PI) / 3, Math.PI / 4, 0, -Math.PI / 24];
 const BAND = Array.from({ length: COUNT }, (_, i) => Math.floor(Math.sqrt(i)));
 
-/** Values of all 25 functions at a unit direction. */
-export function basis(x: number, y: number, z: number, out: Float64Array): void {
+/** Values of the functions at a unit direction: all 25, or at least those of `order`. */
+export function basis(x: number, y: number, z: number, out: Float64Array, order = 5): void {
     const zz = z * z;
     out[0] = 0.28209479177387814;
     out[1] = -0.4886025119029199 * y;
@@ -18,6 +18,7 @@ export function basis(x: number, y: number, z: number, out: Float64Array): void 
     out[6] = 0.31539156525252005 * (3 * zz - 1);
     out[7] = -1.0925484305920792 * x * z;
     out[8] = 0.5462742152960396 * (x * x - y * y);
+    if (order <= 3) return;
     out[9] = -0.5900435899266435 * y * (3 * x * x - y * y);
     out[10] = 2.890611442640554 * x * y * z;
     out[11] = -0.4570457994644658 * y * (5 * zz - 1);
@@ -96,14 +97,15 @@ export function rotateLight(sh: ArrayLike<number>, rotation: ArrayLike<number>):
     return Float32Array.from(out);
 }
 
-/** Irradiance [count, 3] of surfaces with these normals where nothing hides the light. */
-export function openIrradiance(sh: ArrayLike<number>, normals: ArrayLike<number>, out: Float32Array): void {
+/** Irradiance [count, 3] of surfaces with these normals where nothing hides the light, of which `order` bands count. */
+export function openIrradiance(sh: ArrayLike<number>, normals: ArrayLike<number>, out: Float32Array, order = 5): void {
+    const count = order * order;
     const y = new Float64Array(COUNT);
     const folded = Float64Array.from({ length: 3 * COUNT }, (_, i) => COSINE[BAND[Math.floor(i / 3)]] * sh[i]);
     for (let at = 0; at < normals.length; at += 3) {
-        basis(normals[at], normals[at + 1], normals[at + 2], y);
+        basis(normals[at], normals[at + 1], normals[at + 2], y, order);
         let [r, g, b] = [0, 0, 0];
-        for (let i = 0; i < COUNT; ++i) {
+        for (let i = 0; i < count; ++i) {
             r += y[i] * folded[3 * i];
             g += y[i] * folded[3 * i + 1];
             b += y[i] * folded[3 * i + 2];
@@ -114,11 +116,12 @@ export function openIrradiance(sh: ArrayLike<number>, normals: ArrayLike<number>
     }
 }
 
-/** Irradiance [count, 3] of surfaces with this transfer [count, 25]. */
-export function visibleIrradiance(sh: ArrayLike<number>, transfer: Float32Array, out: Float32Array): void {
+/** Irradiance [count, 3] of surfaces with this transfer [count, order^2]. */
+export function visibleIrradiance(sh: ArrayLike<number>, transfer: Float32Array, out: Float32Array, order = 5): void {
+    const count = order * order;
     for (let at = 0, t = 0; t < transfer.length; at += 3) {
         let [r, g, b] = [0, 0, 0];
-        for (let i = 0; i < 3 * COUNT; i += 3, ++t) {
+        for (let i = 0; i < 3 * count; i += 3, ++t) {
             const share = transfer[t];
             r += share * sh[i];
             g += share * sh[i + 1];

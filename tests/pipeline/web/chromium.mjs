@@ -1,34 +1,21 @@
-// Opens page.html in Chromium and prints what it found, as JSON.
+// Opens a page of this folder in Chromium and prints what it found, as JSON.
 //
-// usage: node chromium.mjs PACKAGE NODE_MODULES FOLDER CHROMIUM
-import fs from 'node:fs';
-import http from 'node:http';
-import { createRequire } from 'node:module';
+// usage: node chromium.mjs PACKAGE NODE_MODULES FOLDER CHROMIUM PAGE [csp:POLICY] [CHROMIUM_FLAG...]
+// With csp:POLICY pages have that Content-Security-Policy.
 import path from 'node:path';
 import { fileURLToPath } from 'node:url';
+import { launch, serve } from './browser.mjs';
 
-const [packageFolder, modules, files, executablePath] = process.argv.slice(2);
-const { chromium } = createRequire(path.join(modules, '/'))('playwright-core');
+const [packageFolder, modules, files, executable, name, ...more] = process.argv.slice(2);
+const [policy, flags] = more[0]?.startsWith('csp:') ? [more[0].slice(4), more.slice(1)] : [undefined, more];
 const roots = { package: packageFolder, modules, files, pages: path.dirname(fileURLToPath(import.meta.url)) };
-const types = { '.html': 'text/html', '.js': 'text/javascript', '.mjs': 'text/javascript' };
-
-const server = http.createServer((request, response) => {
-    const [, root, ...rest] = decodeURIComponent(new URL(request.url, 'http://x').pathname).split('/');
-    const file = roots[root] && path.join(roots[root], ...rest);
-    if (!file || !file.startsWith(roots[root]) || !fs.existsSync(file)) return void response.writeHead(404).end();
-    response.writeHead(200, { 'Content-Type': types[path.extname(file)] ?? 'application/octet-stream' });
-    response.end(fs.readFileSync(file));
-});
-await new Promise((resolve) => server.listen(0, '127.0.0.1', resolve));
-const browser = await chromium.launch({
-    executablePath,
-    args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist'],
-});
+const server = await serve(roots, policy ? { 'Content-Security-Policy': policy } : {});
+const browser = await launch(modules, executable, flags);
 const page = await browser.newPage({ viewport: { width: 300, height: 300 } });
 page.on('pageerror', (error) => console.error(error.message));
 page.on('console', (message) => message.text().startsWith('FOUND ') || console.error(message.text()));
 const found = page.waitForEvent('console', { predicate: (m) => m.text().startsWith('FOUND '), timeout: 150000 });
-await page.goto(`http://127.0.0.1:${server.address().port}/pages/page.html`);
+await page.goto(`${server.address}/pages/${name}`);
 const text = (await found).text().slice(6);
 await browser.close();
 server.close();

@@ -1,27 +1,12 @@
 // A character with soft shadows in three.js: what the test of Chromium looks at. Says its findings as JSON.
 import * as THREE from 'three';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
+import { mergeVertices } from 'three/addons/utils/BufferGeometryUtils.js';
 import { load } from 'penumbra-player';
 import { PenumbraCharacter, PenumbraEnvironment, PenumbraGround, PenumbraLoader, assetOf } from 'penumbra-player/three';
+import { SIZE, apart, sky } from './scene.mjs';
 
-const SIZE = 256;
 const found = {};
-
-/** A blue sky that is bright on one side, over a dark ground. */
-function sky() {
-    const [width, height] = [64, 32];
-    const data = new Float32Array(4 * width * height);
-    for (let i = 0; i < width * height; ++i) {
-        const up = ((Math.floor(i / width) + 0.5) / height - 0.5) * Math.PI;
-        const around = (((i % width) + 0.5) / width - 0.5) * 2 * Math.PI;
-        const warm = Math.max(0, Math.cos(around) * Math.cos(up)) ** 4;
-        data.set(up < 0 ? [0.05, 0.05, 0.05, 1] : [0.4 + 3 * warm, 0.6 + 2 * warm, 1 + warm, 1], 4 * i);
-    }
-    const texture = new THREE.DataTexture(data, width, height, THREE.RGBAFormat, THREE.FloatType);
-    texture.mapping = THREE.EquirectangularReflectionMapping;
-    texture.needsUpdate = true;
-    return texture;
-}
 
 /** The same triangles with the vertices the other way round. */
 function reversed(geometry) {
@@ -38,6 +23,42 @@ function reversed(geometry) {
     out.setIndex(index.map((i) => count - 1 - i));
     return out;
 }
+
+/** One vertex for all that are at one place: normals and textures are lost, as welding tools lose some. */
+function welded(geometry) {
+    const out = geometry.clone();
+    for (const name of Object.keys(out.attributes))
+        if (!['position', 'skinIndex', 'skinWeight'].includes(name)) out.deleteAttribute(name);
+    return mergeVertices(out);
+}
+
+/** Positions of 16 bits, whose scale the skeleton has, as KHR_mesh_quantization does it. Answers what undoes it. */
+function quantise(mesh) {
+    const geometry = mesh.geometry.clone();
+    geometry.computeBoundingBox();
+    const { min, max } = geometry.boundingBox;
+    const size = Math.max(...max.clone().sub(min).toArray());
+    const position = geometry.attributes.position;
+    const step = size / 65535;
+    const values = new Uint16Array(3 * position.count);
+    for (let i = 0; i < position.count; ++i)
+        for (let k = 0; k < 3; ++k) values[3 * i + k] = Math.round((position.getComponent(i, k) - min.getComponent(k)) / step);
+    geometry.setAttribute('position', new THREE.BufferAttribute(values, 3, true));
+    const larger = new THREE.Matrix4().makeScale(size, size, size).setPosition(min);
+    const before = { geometry: mesh.geometry, bind: mesh.bindMatrix.clone() };
+    mesh.geometry = geometry;
+    mesh.bindMatrix.multiply(larger);
+    return () => {
+        mesh.geometry = before.geometry;
+        mesh.bindMatrix.copy(before.bind);
+    };
+}
+
+const matchOf = (asset, root, environment) => {
+    const character = new PenumbraCharacter(asset, root, { environment });
+    character.dispose();
+    return { error: character.matchError, by: character.matchedBy };
+};
 
 async function main() {
     const runtime = await load();
@@ -76,16 +97,6 @@ async function main() {
         gl.readPixels(0, 0, SIZE, SIZE, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
         return pixels;
     };
-    const apart = (a, b) => {
-        let [sum, changed, brighter] = [0, 0, 0];
-        for (let i = 0; i < a.length; ++i) {
-            sum += Math.abs(a[i] - b[i]);
-            if (Math.abs(a[i] - b[i]) > 2) ++changed;
-            if (b[i] > a[i] + 2) ++brighter;
-        }
-        return { mean: sum / a.length, changed: changed / a.length, brighter: brighter / a.length };
-    };
-
     const before = shot();
     let calls = 0;
     const meshes = [];
@@ -130,6 +141,24 @@ async function main() {
     other.update();
     found.reversedPicture = apart(shadowed, shot());
     other.dispose();
+    for (const [i, mesh] of meshes.entries()) mesh.geometry = welded(originals[i]);
+    found.welded = matchOf(asset, root, environment);
+    for (const [i, mesh] of meshes.entries()) mesh.geometry = originals[i].toNonIndexed();
+    found.split = matchOf(asset, root, environment);
+    meshes.forEach((mesh, i) => (mesh.geometry = originals[i]));
+    const undo = meshes.map(quantise);
+    found.quantised = matchOf(asset, root, environment);
+    for (const one of undo) one();
+
+    for (let i = 0; i < 10; ++i) matchOf(asset, root, environment);
+    const bytes = runtime.memoryBytes;
+    const { geometries } = renderer.info.memory;
+    for (let i = 0; i < 1000; ++i) {
+        matchOf(asset, root, environment);
+        if (i % 100 === 0) shot();
+    }
+    found.grown = [runtime.memoryBytes - bytes, renderer.info.memory.geometries - geometries];
+
     meshes.forEach((mesh, i) => (mesh.geometry = originals[i].clone()));
     const positions = meshes[0].geometry.attributes.position;
     positions.setX(0, positions.getX(0) + 0.5);

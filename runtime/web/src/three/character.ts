@@ -1,12 +1,12 @@
 import { BufferAttribute, BufferGeometry, DynamicDrawUsage, Matrix4, type Bone, type Material, type Mesh, type Object3D } from 'three';
 import { Character, type Asset, type Quality } from '../core.js';
 import { PenumbraError } from '../error.js';
-import { openIrradiance, visibleIrradiance } from '../sh.js';
+import { Loss, type LossLight } from '../loss.js';
+import type { WorkerCharacter } from '../worker/client.js';
+import type { CrowdMember } from '../worker/crowd.js';
 import type { PenumbraEnvironment } from './environment.js';
 import { matchVertices, type Match } from './match.js';
 import { BY_VERTEX, patchMaterial } from './materials.js';
-
-const ORDER = 5;
 
 interface Part {
     mesh: Mesh;
@@ -59,11 +59,16 @@ export interface PenumbraCharacterOptions {
     quality?: Quality;
     /** The meshes of the bake, in its order (default: all under the root, in theirs). */
     meshes?: Mesh[];
+    /** Bands of the environment that count, 1 to 5 (default 5). */
+    order?: number;
+    /** Evaluates in a worker from now on, of the same asset as opened there. */
+    worker?: WorkerCharacter;
 }
 
 /** Soft self-shadows of an object that the asset was baked from. Its materials stay its own: the light of the
  * environment on them is darkened, in colour, where the character hides it from itself. */
 export class PenumbraCharacter {
+    /** Disposed of, where a worker evaluates. */
     readonly character: Character;
     /** Largest distance between vertices of the file and of the asset, in diagonals. */
     readonly matchError: number;
@@ -78,9 +83,11 @@ export class PenumbraCharacter {
     private readonly inverseBind: Matrix4[];
     private readonly toModel = new Matrix4();
     private readonly scratch = new Matrix4();
-    private readonly open: Float32Array;
-    private readonly visible: Float32Array;
     private readonly loss: Float32Array;
+    private readonly losses = new Loss();
+    private readonly order: number | undefined;
+    private readonly worker: WorkerCharacter | undefined;
+    private disposed = false;
     private environment: PenumbraEnvironment | undefined;
 
     constructor(
@@ -98,10 +105,9 @@ export class PenumbraCharacter {
         const inputJoints = asset.inputCount > 0 ? asset.jointNames.filter((name) => asset.inputNames.includes(name)).length : 0;
         this.bones = bonesOf(root, asset.jointNames.slice(0, asset.jointNames.length - inputJoints));
         this.environment = options.environment;
+        this.order = options.order;
         const meshes = options.meshes ?? meshesOf(root);
         this.character = new Character(asset);
-        this.open = new Float32Array(3 * asset.vertexCount);
-        this.visible = new Float32Array(3 * asset.vertexCount);
         this.loss = new Float32Array(4 * asset.vertexCount);
         let match: Match;
         try {
@@ -120,31 +126,52 @@ export class PenumbraCharacter {
             mesh.geometry = ownGeometry(before, loss);
             return { mesh, before, loss, vertices: match.vertices[i] };
         });
-        const materials = new Set<Material>(meshes.flatMap((mesh) => mesh.material));
-        this.undo = [...materials].map((material) => patchMaterial(material, BY_VERTEX));
+        this.undo = this.patch(meshes);
+        this.worker = options.worker;
+        if (this.worker) this.character.dispose();
     }
 
     setEnvironment(environment: PenumbraEnvironment | undefined): void {
         this.environment = environment;
     }
 
-    /** Computes the shadows of the pose that the bones have now: once a frame, after the mixer. */
-    update(): void {
+    /** Computes the shadows of the pose that the bones have now: once a frame, after the mixer. A worker answers later;
+     * the promise tells when the shadows are there. */
+    update(): Promise<void> | void {
         this.root.updateMatrixWorld(true);
+        if (this.worker)
+            return this.worker
+                .update((matrices) => this.writePose(matrices), this.inputValues(), this.light())
+                .then((loss) => this.apply(loss));
         this.pose(this.parts.map((part) => part.mesh));
         this.character.evaluate();
-        this.computeLoss();
+        this.losses.compute(this.character, this.light(), this.loss);
+        this.apply(this.loss);
+    }
+
+    /** Shows losses of the asset's vertices that the caller has, [V, 4]: what each colour loses, and E. */
+    apply(losses: Float32Array): void {
+        if (this.disposed) return;
         for (const { loss, vertices } of this.parts) {
             const out = loss.array as Float32Array;
-            for (let i = 0; i < vertices.length; ++i) {
-                const from = 4 * vertices[i];
-                out[4 * i] = this.loss[from];
-                out[4 * i + 1] = this.loss[from + 1];
-                out[4 * i + 2] = this.loss[from + 2];
-                out[4 * i + 3] = this.loss[from + 3];
-            }
+            for (let i = 0; i < vertices.length; ++i)
+                for (let k = 0; k < 4; ++k) out[4 * i + k] = losses[4 * vertices[i] + k];
             loss.needsUpdate = true;
         }
+    }
+
+    /** What a Crowd updates in its worker: `distance` tells how far the character is from who looks. */
+    member(distance: () => number): CrowdMember {
+        const character = this.worker;
+        if (!character) throw new PenumbraError('INVALID_ARGUMENT', "a member of a crowd needs the option 'worker'");
+        return {
+            character,
+            distance,
+            writePose: (matrices) => this.writePose(matrices),
+            inputs: () => this.inputValues(),
+            light: () => this.light(),
+            apply: (loss) => this.apply(loss),
+        };
     }
 
     /** Where the character's first bone is, in the world. */
@@ -154,7 +181,8 @@ export class PenumbraCharacter {
 
     /** Gives memory back, and the meshes their geometries and materials. A second call does nothing. */
     dispose(): void {
-        if (this.character.disposed) return;
+        if (this.disposed) return;
+        this.disposed = true;
         for (const undo of this.undo) undo();
         for (const { mesh, before } of this.parts) {
             mesh.geometry.dispose();
@@ -163,22 +191,30 @@ export class PenumbraCharacter {
         this.character.dispose();
     }
 
+    /** Makes the meshes' materials use the attribute `penumbraLoss`. Answers what undoes it. */
+    protected patch(meshes: Mesh[]): (() => void)[] {
+        const materials = new Set<Material>(meshes.flatMap((mesh) => mesh.material));
+        return [...materials].map((material) => patchMaterial(material, BY_VERTEX));
+    }
+
     private pose(meshes: Mesh[]): void {
-        this.toModel.copy(this.root.matrixWorld).invert();
         if (this.asset.inputCount > 0) this.character.setInputs(this.inputValues(meshes));
-        const matrices = this.character.poseMatrices;
+        this.writePose(this.character.poseMatrices);
+        this.character.setPose();
+    }
+    private writePose(matrices: Float32Array): void {
+        this.toModel.copy(this.root.matrixWorld).invert();
         this.bones.forEach((bone, j) => {
             this.scratch.multiplyMatrices(this.toModel, bone.matrixWorld).multiply(this.inverseBind[j]);
             this.scratch.toArray(matrices, 16 * j);
         });
-        this.character.setPose();
     }
     private skinned(meshes: Mesh[]): { positions: Float32Array; normals: Float32Array } {
         this.pose(meshes);
         this.character.skin();
         return { positions: this.character.positions, normals: this.character.normals };
     }
-    private inputValues(meshes: Mesh[]): number[] {
+    private inputValues(meshes: Mesh[] = this.parts.map((part) => part.mesh)): number[] {
         return this.asset.inputNames.map((name) => {
             const own = this.inputs.get(name);
             if (own !== undefined) return own;
@@ -190,29 +226,7 @@ export class PenumbraCharacter {
         });
     }
 
-    /** What each vertex loses of each colour, and E. */
-    private computeLoss(): void {
-        const { loss, open, visible } = this;
-        const e = this.character.ambient();
-        const count = this.asset.vertexCount;
-        if (!this.environment) {
-            for (let v = 0; v < count; ++v) {
-                const lost = this.strength * (1 - e[v]);
-                loss[4 * v] = loss[4 * v + 1] = loss[4 * v + 2] = lost;
-                loss[4 * v + 3] = 1 - lost;
-            }
-            return;
-        }
-        const light = this.environment.inFrameOf(this.root.matrixWorld);
-        openIrradiance(light, this.character.normals, open);
-        visibleIrradiance(light, this.character.transfer(ORDER), visible);
-        const ambient = this.character.ambient(); // the views from before are dead if memory grew
-        for (let v = 0; v < count; ++v) {
-            for (let k = 0; k < 3; ++k) {
-                const share = open[3 * v + k] > 0 ? visible[3 * v + k] / open[3 * v + k] : 1;
-                loss[4 * v + k] = this.strength * (1 - Math.min(Math.max(share, 0), 1));
-            }
-            loss[4 * v + 3] = 1 - this.strength * (1 - ambient[v]);
-        }
+    private light(): LossLight {
+        return { sh: this.environment?.inFrameOf(this.root.matrixWorld), strength: this.strength, order: this.order };
     }
 }

@@ -51,7 +51,8 @@ export class PenumbraGround {
     private readonly scene: Scene;
     private readonly grid: ScenePoints;
     private readonly texture: DataTexture;
-    private readonly area = { value: new Vector3() };
+    /** Middle of the square in x and z, and half of its side. */
+    private readonly area = new Vector3();
     private readonly undo: (() => void)[];
     private readonly positions: Float32Array;
     private readonly side: number;
@@ -75,9 +76,7 @@ export class PenumbraGround {
         this.texture = new DataTexture(new Uint16Array(4 * this.side ** 2), this.side, this.side, RGBAFormat, HalfFloatType);
         this.texture.magFilter = this.texture.minFilter = LinearFilter;
         this.texture.wrapS = this.texture.wrapT = ClampToEdgeWrapping;
-        const patch = patchOf(this.texture, this.area);
-        const materials = ([] as Material[]).concat(mesh.material);
-        this.undo = materials.map((material) => patchMaterial(material, patch));
+        this.undo = this.patch(mesh, this.texture, this.area);
     }
 
     setEnvironment(environment: PenumbraEnvironment | undefined): void {
@@ -104,11 +103,17 @@ export class PenumbraGround {
         this.texture.dispose();
     }
 
+    /** Makes the mesh' materials use the picture around `area`. Answers what undoes it. */
+    protected patch(mesh: Mesh, texture: DataTexture, area: Vector3): (() => void)[] {
+        const patch = patchOf(texture, { value: area });
+        return ([] as Material[]).concat(mesh.material).map((material) => patchMaterial(material, patch));
+    }
+
     // Points lie in the middles of texels.
     private moveGrid(center: Vector3): void {
         const { side, radius } = this;
         const height = this.options.height ?? this.mesh.getWorldPosition(new Vector3()).y;
-        this.area.value.set(center.x, center.z, radius);
+        this.area.set(center.x, center.z, radius);
         for (let row = 0; row < side; ++row)
             for (let column = 0; column < side; ++column) {
                 const at = 3 * (row * side + column);
