@@ -251,8 +251,12 @@ std::vector<Vec3> SceneFrames::groundValues() {
     if (compares())
         return groundInMode(scene_.castWay().mode, casts_.back(), shaded ? scene_.light() : nullptr,
                             scene_.lightRotation(), scene_.file().ground->albedo);
-    if (shaded)
-        return groundRadiance(ground_, sunlight_.light, scene_.lightRotation(), scene_.file().ground->albedo, threads_);
+    if (shaded) {
+        const Vec3 albedo = scene_.file().ground->albedo;
+        values = groundRadiance(ground_, sunlight_.light, scene_.lightRotation(), albedo, threads_);
+        if (receives() && scene_.groundCasts()) addMembersLight(ground_, shining_, albedo, threads_, values);
+        return values;
+    }
     for (const float e : scene_.field() ? fieldAmbient(scene_.field()->convention(), field_) : groundAmbient(ground_))
         values.push_back({e, 0, 0});
     return values;
@@ -270,12 +274,7 @@ void SceneFrames::shade() {
 
 void SceneFrames::shadeMembers() {
     const bool glows = receives() && scene_.groundCasts() && !members_.empty();
-    if (glows) {
-        GroundVertices up;
-        up.normals = {{0, 1, 0}};
-        up.tangents = {{0, 0, 1}};
-        glow_.light(groundWeights(up, whole_light_, scene_.lightRotation()), scene_.file().ground->albedo);
-    }
+    if (glows) glow_.light(whole_light_, scene_.lightRotation(), scene_.file().ground->albedo);
     for (std::size_t m = 0; m < members_.size(); ++m) {
         members_[m].received.clear();
         if (!looks_[m]->drawn) continue;
@@ -309,12 +308,14 @@ void SceneFrames::addOthersLight() {
     std::vector<std::size_t> receivers;
     for (std::size_t m = 0; m < members_.size(); ++m)
         if (wants(m)) receivers.push_back(m);
-    if (receivers.empty()) return;
+    shining_.clear();
+    const bool ground = scene_.groundCasts() && !scene_.file().ground->catcher;
+    if (receivers.empty() && !ground) return;
     findShining();
     parallelFor(receivers.size(), threads_, [&](std::size_t n) {
         const std::size_t m = receivers[n];
         members_[m].received.resize(members_[m].positions.size());
-        receiveFromOthers(*scene_.members()[m], m, shining_, hidden_[m], members_[m]);
+        receiveFromOthers(scene_.members()[m]->evaluator, m, shining_, hidden_[m], members_[m]);
     });
     for (const std::size_t m : receivers) values_[m] = memberValues(m);
 }

@@ -73,6 +73,13 @@ void GroundGlow::light(const GroundWeights& weights, Vec3 albedo) {
         halve(shade_[level - 1], sideOf(kSide, level - 1), shade_[level]);
 }
 
+void GroundGlow::light(const LightView& of_scene, const Mat3d& rotation, Vec3 albedo) {
+    GroundVertices up;
+    up.normals = {{0, 1, 0}};
+    up.tangents = {{0, 0, 1}};
+    light(groundWeights(up, of_scene, rotation), albedo);
+}
+
 Vec3 GroundGlow::shadeOf(std::size_t level, float x, float z) const {
     const std::uint32_t side = sideOf(kSide, level);
     const float cell = cell_ * float(1u << level), row = (x - corner_[0]) / cell, column = (z - corner_[1]) / cell;

@@ -10,6 +10,7 @@
 #include "formats/common/parallel_for.h"
 #include "player/papers/folded_light.h"
 #include "player/papers/sphere_cast.h"
+#include "runtime/cast/ground_shadow.h"
 #include "sh/far/far_kernel.h"
 #include "sh/far/far_tables.h"
 #include "sh/quadrature.h"
@@ -129,10 +130,15 @@ struct ProbeBatch {
     CastReceivers receivers() const {
         return {{positions.data(), count}, {normals.data(), count}, {tangents.data(), count}};
     }
-    // What a ground with heights hides as well.
-    void shadow(const SceneField& field) {
+    // What a ground hides as well.
+    void shadowGround(const PosedScene& scene) {
+        if (!scene.field() && !scene.groundCasts()) return;
         std::array<float, kMaxReceivers * kFarNumbers> others;
-        field.visibleFrom(receivers(), others);
+        const CastReceivers at = receivers();
+        if (scene.field())
+            scene.field()->visibleFrom(at, others);
+        else
+            groundVisibility(at.normals, at.tangents, std::span(others).first(count * kFarNumbers));
         fastestFarPath().compose(productConstants(kFieldOrder), others.data(), nullptr, count, kFarNumbers,
                                  mirrored.data());
     }
@@ -200,7 +206,7 @@ std::vector<ProbeValue> probe(const PosedScene& scene, std::span<const ProbePoin
         const std::span<ProbeValue> out = std::span(values).subspan(first, count);
         if (scene.castWay().mode == CastMode::kProduct) {
             batch.evaluate(scene.cast(), {});
-            if (scene.field()) batch.shadow(*scene.field());
+            batch.shadowGround(scene);
             for (std::size_t i = 0; i < count; ++i)
                 out[i] = integrals.value(batch.mirrored.data() + i * kFarNumbers, points[first + i], batch.tangents[i]);
         } else {

@@ -28,10 +28,11 @@ struct ProbeValue {
 // name, the line and what is wrong with it.
 std::vector<ProbePoint> parseProbePoints(const std::string& text, const std::string& name);
 
-// All casters count, and a ground with heights, but neither a level ground nor what the point lies on. V is that of
-// PosedScene::castWay(). In the modes that compare the points have free sight of their own, and where the light is
-// folded, irradiance is that of the light's own bands. Where there are suns, V shadows the remainder L_g of the light
-// alone, and the suns' maps shadow the suns: irradiance = integral of L_g V cos + sum of E_d v(d) max(n . d, 0).
+// All casters count, and a ground that casts, but not what the point lies on. A level ground hides what is below the
+// point's level, also from points below it. V is that of PosedScene::castWay(). In the modes that compare the points
+// have free sight of their own, and where the light is folded, irradiance is that of the light's own bands. Where there
+// are suns, V shadows the remainder L_g of the light alone, and the suns' maps shadow the suns: irradiance = integral
+// of L_g V cos + sum of E_d v(d) max(n . d, 0).
 std::vector<ProbeValue> probe(const PosedScene& scene, std::span<const ProbePoint> points, int threads,
                               const SceneSuns& suns = {});
 

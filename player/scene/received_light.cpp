@@ -1,7 +1,9 @@
 #include "player/scene/received_light.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <numbers>
 
@@ -68,11 +70,11 @@ void receiveFromGround(const GroundGlow& glow, const HiddenSky& hidden, int thre
     });
 }
 
-void receiveFromOthers(const SceneMember& member, std::size_t index, std::span<const ShiningMember> shining,
+void receiveFromOthers(const Evaluator& member, std::size_t index, std::span<const ShiningMember> shining,
                        const HiddenSky& hidden, FrameVertices& vertices) {
     const std::vector<Emitter> emitters = emittersAround(index, shining);
     if (emitters.empty() || !hidden.fromOthers()) return;
-    const FarLayout& layout = member.evaluator.castLayout();
+    const FarLayout& layout = member.castLayout();
     const auto seenBy = [&](std::size_t v) {
         return meanRadiance(emitters, vertices.positions[v], vertices.normals[v]);
     };
@@ -87,8 +89,61 @@ void receiveFromOthers(const SceneMember& member, std::size_t index, std::span<c
                 mean += at_anchor[run.first_anchor + layout.anchor[k]] * layout.weight[k];
             receive(hidden, v, run.anchor_count > 0 ? mean : seenBy(v), vertices);
         }
-    for (std::size_t v = member.evaluator.firstFollower(); v < vertices.positions.size(); ++v)
+    for (std::size_t v = member.firstFollower(); v < vertices.positions.size(); ++v)
         if (hidden.by_others[v] > kMinHidden) receive(hidden, v, seenBy(v), vertices);
+}
+
+namespace {
+
+// A block of a ground's vertices, with its far edges.
+struct GroundBlock {
+    std::uint32_t top, left, bottom, right;
+
+    bool any(std::uint32_t side, const auto& test) const {
+        for (std::uint32_t i = top; i <= bottom; ++i)
+            for (std::uint32_t j = left; j <= right; ++j)
+                if (test(std::size_t(i) * side + j)) return true;
+        return false;
+    }
+    // Calls body(vertex, value between those of the corners) for all vertices but those of far edges, which belong to
+    // the next blocks unless there are none.
+    void interpolate(std::uint32_t side, const std::array<Vec3, 4>& corners, const auto& body) const {
+        const std::uint32_t end_row = bottom + (bottom + 1 == side ? 1 : 0),
+                            end_column = right + (right + 1 == side ? 1 : 0);
+        for (std::uint32_t i = top; i < end_row; ++i)
+            for (std::uint32_t j = left; j < end_column; ++j) {
+                const float down = float(i - top) / float(bottom - top), across = float(j - left) / float(right - left);
+                const Vec3 above = corners[0] * (1 - across) + corners[1] * across,
+                           below = corners[2] * (1 - across) + corners[3] * across;
+                body(std::size_t(i) * side + j, above * (1 - down) + below * down);
+            }
+    }
+};
+
+}  // namespace
+
+void addMembersLight(const GroundVertices& ground, std::span<const ShiningMember> shining, Vec3 albedo, int threads,
+                     std::span<Vec3> radiance) {
+    constexpr std::uint32_t kStep = 4;  // vertices between two where the mean is looked up
+    std::vector<Emitter> emitters;
+    for (const ShiningMember& member : shining) emitters.insert(emitters.end(), member.near.begin(), member.near.end());
+    if (emitters.empty()) return;
+    const std::vector<float> e = groundAmbient(ground);
+    const std::uint32_t side = ground.side, last = side - 1, blocks = (last + kStep - 1) / kStep;
+    const auto isHidden = [&](std::size_t v) { return 1 - e[v] > kMinHidden; };
+    const auto seenFrom = [&](std::uint32_t i, std::uint32_t j) {
+        return meanRadiance(emitters, ground.positions[std::size_t(i) * side + j], {0, 1, 0});
+    };
+    parallelFor(std::size_t(blocks) * blocks, threads, [&](std::size_t b) {
+        const std::uint32_t top = std::uint32_t(b) / blocks * kStep, left = std::uint32_t(b) % blocks * kStep;
+        const GroundBlock block{top, left, std::min(top + kStep, last), std::min(left + kStep, last)};
+        if (!block.any(side, isHidden)) return;
+        const std::array corners{seenFrom(top, left), seenFrom(top, block.right), seenFrom(block.bottom, left),
+                                 seenFrom(block.bottom, block.right)};
+        block.interpolate(side, corners, [&](std::size_t v, Vec3 mean) {
+            if (isHidden(v)) radiance[v] += albedo * (mean * (1 - e[v]));
+        });
+    });
 }
 
 }  // namespace penumbra

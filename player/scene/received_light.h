@@ -6,7 +6,8 @@
 #include "player/frame/frame_values.h"
 #include "player/scene/character_light.h"
 #include "player/scene/ground_glow.h"
-#include "player/scene/posed_scene.h"
+#include "player/scene/scene_ground.h"
+#include "runtime/evaluate/evaluator.h"
 #include "sh/bounding_box.h"
 
 namespace penumbra {
@@ -32,7 +33,13 @@ void receiveFromGround(const GroundGlow& glow, const HiddenSky& hidden, int thre
 
 // Adds what all others of `shining` send to member `index`: pi times hidden.by_others times their mean radiance as the
 // anchors of the member see it (Evaluator::castLayout()).
-void receiveFromOthers(const SceneMember& member, std::size_t index, std::span<const ShiningMember> shining,
+void receiveFromOthers(const Evaluator& member, std::size_t index, std::span<const ShiningMember> shining,
                        const HiddenSky& hidden, FrameVertices& vertices);
+
+// Adds what all of `shining` send to a Lambertian ground and what it sends back of it: albedo times the share of a
+// white sky that casters hide from a vertex times their mean radiance, which is looked up at every fourth vertex of
+// every fourth row. `radiance` is [side^2].
+void addMembersLight(const GroundVertices& ground, std::span<const ShiningMember> shining, Vec3 albedo, int threads,
+                     std::span<Vec3> radiance);
 
 }  // namespace penumbra

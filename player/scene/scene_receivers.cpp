@@ -60,39 +60,56 @@ void castGround(const ModelView& model, const CastReceivers& vertices, int threa
 
 namespace {
 
-// Replaces E of before by what E has lost since.
-void subtractAmbient(const ModelView& model, std::span<const float> numbers, std::vector<float>& before,
+// Writes E of all vertices.
+void ambientOfAll(const ModelView& model, std::span<const float> numbers, int threads, std::vector<float>& e) {
+    constexpr std::size_t kAmbientPiece = 2048;  // vertices that a thread takes at once
+    const auto stride = std::size_t(model.stride);
+    e.resize(numbers.size() / stride);
+    parallelFor((e.size() + kAmbientPiece - 1) / kAmbientPiece, threads, [&](std::size_t piece) {
+        const std::size_t first = piece * kAmbientPiece, n = std::min(kAmbientPiece, e.size() - first);
+        ambient(model.convention, model.stride, numbers.subspan(first * stride, n * stride),
+                std::span(e).subspan(first, n));
+    });
+}
+
+// Replaces E of before by what E has lost since, and writes what is left.
+void subtractAmbient(const ModelView& model, std::span<const float> numbers, int threads, std::vector<float>& before,
                      std::vector<float>& after) {
-    after.resize(before.size());
-    ambient(model.convention, model.stride, numbers, after);
+    ambientOfAll(model, numbers, threads, after);
     for (std::size_t v = 0; v < before.size(); ++v) before[v] = std::max(before[v] - after[v], 0.0f);
 }
 
 }  // namespace
 
+void castOthers(const OthersAround& others, const Evaluator& character, const CastReceivers& vertices, int threads,
+                CastNumbers numbers, HiddenSky* hidden) {
+    const ModelView& model = character.asset().model;
+    thread_local std::vector<float> after;
+    if (hidden) {
+        ambientOfAll(model, numbers.numbers, threads, after);
+        hidden->by_others.clear();
+        hidden->by_ground.clear();
+    }
+    const bool casts = others.cast.casterCount() > 0;
+    if (hidden && casts) hidden->by_others = after;
+    const bool seen = casts && castOnNumbers(others.cast, others.choice, character, vertices, threads, numbers.numbers,
+                                             numbers.indirect);
+    if (hidden && seen)
+        subtractAmbient(model, numbers.numbers, threads, hidden->by_others, after);
+    else if (hidden)
+        hidden->by_others.clear();
+    if (others.heights) others.heights->shadow(vertices, model, threads, numbers.numbers, numbers.indirect);
+    if (!others.level_ground) return;
+    if (hidden) hidden->by_ground = after;
+    castGround(model, vertices, threads, numbers.numbers);
+    if (hidden) subtractAmbient(model, numbers.numbers, threads, hidden->by_ground, after);
+}
+
 void castOthers(const PosedScene& scene, const SceneMember& member, int threads, FrameVertices& vertices,
                 HiddenSky* hidden) {
-    const CastReceivers receivers{vertices.positions, vertices.normals, vertices.tangents};
-    const ModelView& model = member.asset->view.model;
-    thread_local std::vector<float> after;
-    HiddenSky unwanted, &taken = hidden ? *hidden : unwanted;
-    if (hidden) {
-        taken.by_others.resize(vertices.positions.size());
-        ambient(model.convention, model.stride, vertices.numbers, taken.by_others);
-        after = taken.by_others;
-        taken.by_ground.clear();
-    }
-    if (castOnNumbers(scene.cast(), {.except = member.caster}, member.evaluator, receivers, threads, vertices.numbers,
-                      vertices.indirect) &&
-        hidden)
-        subtractAmbient(model, vertices.numbers, taken.by_others, after);
-    else
-        taken.by_others.clear();
-    if (scene.field()) scene.field()->shadow(receivers, model, threads, vertices.numbers, vertices.indirect);
-    if (!scene.groundCasts()) return;
-    if (hidden) taken.by_ground = after;
-    castGround(model, receivers, threads, vertices.numbers);
-    if (hidden) subtractAmbient(model, vertices.numbers, taken.by_ground, after);
+    castOthers({scene.cast(), {.except = member.caster}, scene.field(), scene.groundCasts()}, member.evaluator,
+               {vertices.positions, vertices.normals, vertices.tangents}, threads,
+               {vertices.numbers, vertices.indirect}, hidden);
 }
 
 void memberVertices(const PosedScene& scene, std::size_t index, int threads, FrameVertices& vertices,

@@ -20,8 +20,22 @@ void skinMember(const SceneMember& member, int threads, FrameVertices& vertices)
 // own numbers alone.
 void ownVertices(const SceneMember& member, int threads, FrameVertices& vertices);
 
-// Multiplies numbers of a member's vertices, which are of its own model, and light that bounces to them, by what all
-// others and the ground leave visible. Writes what each of them takes from a white sky, unless `hidden` is null.
+// Who takes light from a character.
+struct OthersAround {
+    const CastShadow& cast;
+    CasterChoice choice;        // all but the character itself
+    const SceneField* heights;  // of the ground; null where it is level or missing
+    bool level_ground;          // there is one that casts
+};
+// Numbers of the vertices of a character, in the convention of its model, and light that bounces to them (or empty).
+struct CastNumbers {
+    std::span<float> numbers, indirect;
+};
+// Multiplies numbers of a character whose vertices stand in the scene by what all others and the ground leave visible.
+// Writes what each of them takes from a white sky, unless `hidden` is null.
+void castOthers(const OthersAround& others, const Evaluator& character, const CastReceivers& vertices, int threads,
+                CastNumbers numbers, HiddenSky* hidden = nullptr);
+// The same for a member of a scene.
 void castOthers(const PosedScene& scene, const SceneMember& member, int threads, FrameVertices& vertices,
                 HiddenSky* hidden = nullptr);
 

@@ -206,7 +206,7 @@ constexpr std::array kShortcuts = {
     Shortcut{'8', "8", "", "ambient visibility with light that bounces", channel<Channel::kBouncedAmbient>,
              "a character with light that bounces"},
     Shortcut{'9', "9", "previous", "next light: all, direct light, light that bounces", next<kBounceMenu>,
-             "a character with light that bounces", unlessShaded},
+             "light that bounces, on a character or from others and the ground", unlessShaded},
     Shortcut{'[', "[", "", "error scale to a smaller number", smallerError, "", unlessError},
     Shortcut{']', "]", "", "error scale to a larger number", largerError, "", unlessError},
     Shortcut{'N', "N", "", "normals and tangents as lines", toggle<&ViewState::show, &ShowChoice::frames>},

@@ -35,7 +35,16 @@ void makeCasters(Scene& scene) {
     }
 }
 
-void takeOver(Scene& scene, const Character& character) {
+void takeOver(Scene& scene, Character& character) {
+    const CharacterPose& posed = character.posed;
+    FrameVertices& at = character.posed.in_scene;
+    const Mat3 turn = posed.to_scene.linear();
+    at.positions = posed.vertices.positions;
+    at.normals = posed.vertices.normals;
+    at.tangents = posed.vertices.tangents;
+    for (Vec3& p : at.positions) p = posed.to_scene.point(p);
+    for (std::vector<Vec3>* directions : {&at.normals, &at.tangents})
+        for (Vec3& d : *directions) d = turn * d;
     if (character.caster == kNobody) return;
     for (CastShadow* cast : {scene.cast.get(), scene.sphere_cast.get()})
         if (cast) cast->pose(character.caster, character.posed.evaluator->bones(), character.posed.to_scene);
@@ -43,36 +52,27 @@ void takeOver(Scene& scene, const Character& character) {
 
 namespace {
 
-// The vertices of a character where it stands.
-FrameVertices inScene(const CharacterPose& posed) {
-    const Mat3 turn = posed.to_scene.linear();
-    FrameVertices out = posed.vertices;
-    for (Vec3& p : out.positions) p = posed.to_scene.point(p);
-    for (std::vector<Vec3>* directions : {&out.normals, &out.tangents})
-        for (Vec3& d : *directions) d = turn * d;
-    return out;
-}
-
 CastReceivers receiversOf(const FrameVertices& at) { return {at.positions, at.normals, at.tangents}; }
 
 }  // namespace
 
-void applyShadows(const Scene& scene, std::size_t index, Shadows shadows, int threads, std::span<float> numbers,
-                  std::span<float> indirect) {
+void applyShadows(const Scene& scene, std::size_t index, const NumbersKey& key, int threads, CastNumbers numbers,
+                  HiddenSky* hidden) {
+    const Shadows shadows = key.shadows;
     const Character& character = *scene.characters[index];
     const ModelView& model = character.asset.model;
     if (character.asset.transfer) return;
     if (shadows == Shadows::kCast || shadows == Shadows::kNone) {
         const std::vector<float> open = freeSight(model.convention);
-        for (std::size_t first = 0; first < numbers.size(); first += std::size_t(model.stride))
-            std::ranges::copy(open, numbers.begin() + std::ptrdiff_t(first));
+        for (std::size_t first = 0; first < numbers.numbers.size(); first += std::size_t(model.stride))
+            std::ranges::copy(open, numbers.numbers.begin() + std::ptrdiff_t(first));
     }
     if (shadows == Shadows::kSelf || shadows == Shadows::kNone) return;
-    if (!changesNumbers(scene, index, Shadows::kBoth)) return;
-    const FrameVertices at = inScene(character.posed);
-    castOnNumbers(*scene.cast, {.except = character.caster}, *character.posed.evaluator, receiversOf(at), threads,
-                  numbers, indirect);
-    if (scene.field) scene.field->shadow(receiversOf(at), model, threads, numbers, indirect);
+    NumbersKey others = key;
+    others.shadows = Shadows::kBoth;
+    if (!changesNumbers(scene, index, others)) return;
+    castOthers({*scene.cast, {.except = character.caster}, scene.field.get(), key.on_ground},
+               *character.posed.evaluator, receiversOf(character.posed.in_scene), threads, numbers, hidden);
 }
 
 void poseField(Scene& scene, const ViewState& state) {
@@ -133,6 +133,8 @@ void showLevelGround(Scene& scene, const ViewState& state, const GroundKey& key,
     if (!joins) {
         values = light ? groundRadiance(ground.vertices, *light, rotation, file.albedo, threads)
                        : ambientValues(ground.vertices);
+        if (light && key.received > 0)
+            addMembersLight(ground.vertices, scene.received.shining, file.albedo, threads, values);
         return;
     }
     values = joinedGround(key.seen.mode, castersOf(scene, key.seen.mode),
@@ -160,7 +162,9 @@ std::vector<Vec3> joinedValues(Scene& scene, std::size_t index, const ViewState&
                                bool truth, int threads) {
     Character& character = *scene.characters[index];
     CharacterLook& shown = character.shown;
-    FrameVertices own = inScene(character.posed);
+    FrameVertices own = character.posed.in_scene;
+    own.numbers = character.posed.vertices.numbers;
+    own.indirect = character.posed.vertices.indirect;
     shown.joined.update(key.numbers, [&](JoinedCast& joined) {
         joined.see(key.numbers.mode, castersOf(scene, key.numbers.mode), {.except = character.caster}, own, threads);
     });

@@ -1,5 +1,6 @@
 #pragma once
 // Who casts on whom in the window.
+#include "player/scene/scene_receivers.h"
 #include "player/view/view_scene.h"
 
 namespace penumbra {
@@ -9,12 +10,13 @@ namespace penumbra {
 void makeCasters(Scene& scene);
 
 // Tells the casters how a character stands, after it was posed or moved.
-void takeOver(Scene& scene, const Character& character);
+void takeOver(Scene& scene, Character& character);
 
 // Makes of a character's own numbers, of the model or of the truth, those that are shown: with or without the shadow of
 // itself and of the others. Without others in reach they stay the very ones that they were.
-void applyShadows(const Scene& scene, std::size_t character, Shadows shadows, int threads, std::span<float> numbers,
-                  std::span<float> indirect = {});
+// Writes what others and the ground take from a white sky, unless `hidden` is null.
+void applyShadows(const Scene& scene, std::size_t character, const NumbersKey& key, int threads, CastNumbers numbers,
+                  HiddenSky* hidden = nullptr);
 
 // Takes a ground with heights to the moment that is shown.
 void poseField(Scene& scene, const ViewState& state);

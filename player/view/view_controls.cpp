@@ -99,8 +99,10 @@ constexpr Menu kLightFormMenu =
     menuOf<&ViewState::lighting, &Lighting::shading, &ShadingChoice::light_form>(namesOf<kForms>);
 constexpr Menu kReflectanceMenu =
     menuOf<&ViewState::lighting, &Lighting::shading, &ShadingChoice::reflectance>(namesOf<kReflectances>);
-constexpr Menu kBounceMenu = menuOf<&ViewState::lighting, &Lighting::bounces>(
-    namesOf<kBounces>, [](const Scene& scene, std::size_t choice) { return choice == 0 || scene.bounces(); });
+constexpr Menu kBounceMenu =
+    menuOf<&ViewState::lighting, &Lighting::bounces>(namesOf<kBounces>, [](const Scene& scene, std::size_t choice) {
+        return choice == 0 || scene.bounces() || (Bounces(choice) == Bounces::kDirect && scene.passesLight());
+    });
 constexpr Menu kToneMapMenu = menuOf<&ViewState::display, &DisplayTransform::tone_map>(namesOf<kToneMaps>);
 constexpr Menu kChannelMenu{
     namesOf<kChannels>,
@@ -224,8 +226,9 @@ constexpr Control kControls[] = {
      formProblem},
     {ControlPanel::kLook, "suns", nullptr, "Small bright sources shine by themselves, with sharp shadows (H)",
      switchOf<&ViewState::lighting, &Lighting::suns>("suns with shadow maps"), lightHasSuns, sunProblem},
-    {ControlPanel::kLook, "bounces", "bounces", "Light that comes from the surface itself (9)", &kBounceMenu,
-     [](const Scene& scene, const ViewState&) { return scene.bounces(); }},
+    {ControlPanel::kLook, "bounces", "bounces",
+     "Light that comes from the surface itself, from others and from the ground (9)", &kBounceMenu,
+     [](const Scene& scene, const ViewState&) { return scene.bounces() || scene.passesLight(); }},
     {ControlPanel::kLook, "exposure", "exposure", "Brighter (E), darker (D); Ctrl + click takes a number",
      kExposureSlider, nullptr, nullptr, "Display"},
     {ControlPanel::kLook, "automatic", nullptr,

@@ -59,12 +59,24 @@ ShadingChoice shownShading(const Scene& scene, const ViewState& state) {
     return choice;
 }
 
-bool changesNumbers(const Scene& scene, std::size_t index, Shadows shadows) {
+bool groundCasts(const Scene& scene, const ViewState& state) {
+    return state.show.ground && scene.ground_file && !scene.field && scene.ground_file->casts &&
+           shownCastMode(state) == CastMode::kProduct &&
+           (state.show.shadows == Shadows::kBoth || state.show.shadows == Shadows::kCast);
+}
+
+bool sendsLight(const Scene& scene, const ViewState& state) {
+    return scene.passesLight() && state.show.channel == Channel::kShaded && !state.show.component &&
+           state.show.shadows == Shadows::kBoth && state.lighting.bounces != Bounces::kDirect &&
+           shownCastMode(state) == CastMode::kProduct && (groundCasts(scene, state) || scene.cast->casterCount() > 1);
+}
+
+bool changesNumbers(const Scene& scene, std::size_t index, const NumbersKey& key) {
     const Character& character = *scene.characters[index];
     // Transfer is no visibility that others could take from.
-    if (shadows == Shadows::kSelf || character.asset.transfer) return false;
+    if (key.shadows == Shadows::kSelf || character.asset.transfer) return false;
     const std::size_t itself = character.caster == kNobody ? 0 : 1;
-    return shadows != Shadows::kBoth || scene.field || scene.cast->casterCount() > itself;
+    return key.shadows != Shadows::kBoth || scene.field || key.on_ground || scene.cast->casterCount() > itself;
 }
 
 namespace {
@@ -83,6 +95,7 @@ GroundKey groundKey(const Scene& scene, const ViewState& state, const LookKey& l
     key.seen.shadows = show.shadows == Shadows::kBoth ? Shadows::kCast : show.shadows;
     key.on_cpu = on_cpu;
     key.seen.mode = look.mode;
+    key.seen.on_ground = groundCasts(scene, state);
     key.field = scene.fieldVersion();
     key.suns = look.suns;
     key.lit = scene.characters.front()->shown.shading && show.channel == Channel::kShaded && !show.component;
@@ -113,11 +126,14 @@ ViewKeys keysOf(const Scene& scene, const ViewState& state, bool field_on_cpu) {
     keys.suns.field = scene.fieldVersion();
     keys.suns.light = look.light;
     keys.suns.rotation = lightRotation(state);
+    keys.received.wanted = sendsLight(scene, state);
+    const bool on_ground = keys.ground.seen.on_ground;
     for (std::size_t i = 0; i < scene.characters.size(); ++i) {
         const std::optional<PickedVertex>& picked = state.inspect.picked;
         CharacterKey& key = keys.characters.emplace_back();
-        key.numbers = {keys.suns.everyone[i], shadowsOfNumbers(state.show.shadows, look.mode), look.mode, {}, 0};
-        if (look.mode != CastMode::kProduct || changesNumbers(scene, i, key.numbers.shadows)) {
+        key.numbers = {
+            keys.suns.everyone[i], shadowsOfNumbers(state.show.shadows, look.mode), look.mode, on_ground, {}, 0};
+        if (look.mode != CastMode::kProduct || changesNumbers(scene, i, key.numbers)) {
             key.numbers.casters = casters;
             key.numbers.field = scene.fieldVersion();
         }
@@ -130,6 +146,10 @@ ViewKeys keysOf(const Scene& scene, const ViewState& state, bool field_on_cpu) {
         if (key.compare == Compare::kDifference) key.gain = state.show.difference_gain;
         if (picked && picked->character == i) key.picked = picked->vertex;
         if (key.channel == Channel::kShaded && !key.component) key.eye = toFloat(cameraPosition(state.camera));
+        if (!keys.received.wanted) continue;
+        keys.received.numbers.push_back(key.numbers);
+        keys.received.looks.push_back(key.look);
+        keys.received.eye = key.eye;
     }
     return keys;
 }

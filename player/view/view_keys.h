@@ -29,6 +29,7 @@ struct NumbersKey {
     Stance own;
     Shadows shadows = Shadows::kBoth;
     CastMode mode = CastMode::kProduct;
+    bool on_ground = false;       // a level ground hides light from it
     std::vector<Stance> casters;  // where they change the numbers, or join them later
     std::uint64_t field = 0;      // SceneField::version(), where that changes the numbers
     bool operator==(const NumbersKey&) const = default;
@@ -60,8 +61,9 @@ struct CharacterKey {
     Channel channel = Channel::kShaded;
     Compare compare = Compare::kModel;
     std::optional<std::size_t> component, picked;
-    float gain = 0;  // of differences
-    Vec3 eye;        // of shaded pictures
+    float gain = 0;              // of differences
+    Vec3 eye;                    // of shaded pictures
+    std::uint64_t received = 0;  // ReceivedLight::version
     bool operator==(const CharacterKey&) const = default;
 };
 
@@ -71,10 +73,20 @@ struct GroundKey {
     bool on_cpu = true;
     std::uint64_t field = 0;
     bool lit = false, suns = false;
-    LightKey light;  // where it is lit
-    Mat3 rotation;   // of the light
-    Vec3 eye;        // of a ground with a material
+    LightKey light;              // where it is lit
+    Mat3 rotation;               // of the light
+    Vec3 eye;                    // of a ground with a material
+    std::uint64_t received = 0;  // ReceivedLight::version
     bool operator==(const GroundKey&) const = default;
+};
+
+// What characters and a level ground send to one another.
+struct ReceivedKey {
+    bool wanted = false;
+    std::vector<NumbersKey> numbers;  // of everyone, where it is wanted
+    std::vector<LookKey> looks;
+    Vec3 eye;  // towards which characters show what they send to others
+    bool operator==(const ReceivedKey&) const = default;
 };
 
 // What the maps of suns are drawn for.
@@ -90,6 +102,7 @@ struct ViewKeys {
     std::vector<CharacterKey> characters;
     GroundKey ground;
     SunsKey suns;
+    ReceivedKey received;
 };
 
 // What a frame of the window shows: all that the user may change, and what comes to be known by itself.
@@ -113,7 +126,11 @@ CastMode shownCastMode(const ViewState& state);
 Channel shownChannel(const Scene& scene, const ViewState& state, std::size_t character);
 // Returns the shading forms that every chosen material and the chosen light support (operators, fitted lobes).
 ShadingChoice shownShading(const Scene& scene, const ViewState& state);
-// Tells whether shadows change numbers of this character.
-bool changesNumbers(const Scene& scene, std::size_t character, Shadows shadows);
+// Tells whether a level ground hides light from characters and sends light back: one that is shown and casts.
+bool groundCasts(const Scene& scene, const ViewState& state);
+// Tells whether characters and a level ground send light to one another (player/scene/received_light.h).
+bool sendsLight(const Scene& scene, const ViewState& state);
+// Tells whether shadows, and a level ground where it casts, change numbers of this character.
+bool changesNumbers(const Scene& scene, std::size_t character, const NumbersKey& key);
 
 }  // namespace penumbra

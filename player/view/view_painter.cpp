@@ -32,7 +32,8 @@ FrameView paneView(const ViewState& state, const Rectangle& area, double scene_r
 }
 
 // Differences of vertex values and the error's figures are computed on the CPU, and so are composed assets of more
-// bands than their fields have or with a floor, and shadows of others that do not join as a product.
+// bands than their fields have or with a floor, shadows of others that do not join as a product, and whom a level
+// ground lights.
 bool ScenePainter::needsValues(const ViewState& state) const {
     const bool many_bands = std::ranges::any_of(scene_->characters, [](const auto& character) {
         const ModelView& model = character->asset.model;
@@ -41,7 +42,7 @@ bool ScenePainter::needsValues(const ViewState& state) const {
     });
     return many_bands || path_ == EvaluationPath::kCpu || shownCompare(state) == Compare::kDifference ||
            state.show.channel == Channel::kError || state.show.component.has_value() ||
-           shownCastMode(state) != CastMode::kProduct ||
+           shownCastMode(state) != CastMode::kProduct || groundCasts(*scene_, state) ||
            (scene_->field && (shownCompare(state) != Compare::kModel || state.show.shadows != Shadows::kBoth));
 }
 
@@ -104,6 +105,8 @@ void ScenePainter::evaluate(Group& group, const ViewState& state, Shown shown, V
         group.asset = std::make_shared<GlAsset>(first.asset, first.shown.shading.get(), first.posed.evaluator.get());
     std::optional<ModelPainter>& painter = group.painters[std::size_t(shown)];
     if (!painter) painter.emplace(group.asset, group.characters.size());
+    NumbersKey shown_numbers;
+    shown_numbers.shadows = state.show.shadows;
     posed_.clear();
     for (const std::size_t i : group.characters) {
         const Character& character = *scene_->characters[i];
@@ -111,7 +114,7 @@ void ScenePainter::evaluate(Group& group, const ViewState& state, Shown shown, V
             PosedCharacter{character.posed.evaluator.get(), character.posed.to_scene, character.shown.shading.get()});
         if (shownOf(character, shown) == Shown::kTruth)
             posed.numbers = *character.posed.truth_numbers;
-        else if (!casts && changesNumbers(*scene_, i, state.show.shadows))
+        else if (!casts && changesNumbers(*scene_, i, shown_numbers))
             posed.numbers = character.posed.vertices.numbers;
         posed.caster = character.caster;
         if (suns) posed.lobes = suns->slotLobes(i);

@@ -28,6 +28,9 @@ bool Scene::composed() const {
 bool Scene::bounces() const {
     return anyOf(*this, [](const Character& character) { return character.asset.model.indirect.has_value(); });
 }
+bool Scene::passesLight() const {
+    return shaded() && (cast->casterCount() > 1 || (ground_file && !field && ground_file->casts));
+}
 bool Scene::hasOutlines() const {
     return composed() ||
            anyOf(*this, [](const Character& character) { return character.casts == CasterKind::kSpheres; });
@@ -177,7 +180,7 @@ std::string describe(const Scene& scene, const ViewState& state) {
         text += std::string(", reflectance ") + std::string(nameOf(shading.reflectance)) + ", light form " +
                 std::string(nameOf(shading.light_form));
     if (showsSuns(scene, state)) text += ", suns with shadow maps";
-    if (shaded && state.lighting.bounces != Bounces::kBoth && scene.bounces())
+    if (shaded && state.lighting.bounces != Bounces::kBoth && (scene.bounces() || scene.passesLight()))
         text += state.lighting.bounces == Bounces::kDirect ? ", direct light" : ", bounced light";
     if (state.show.shadows != Shadows::kBoth) text += ", " + std::string(nameOf(state.show.shadows));
     if (const CastMode mode = shownCastMode(state); mode != CastMode::kProduct)

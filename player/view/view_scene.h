@@ -10,6 +10,7 @@
 #include "player/frame/open_asset.h"
 #include "player/frame/orbit_camera.h"
 #include "player/papers/joined_cast.h"
+#include "player/scene/received_light.h"
 #include "player/scene/scene_field.h"
 #include "player/scene/scene_ground.h"
 #include "player/view/cached.h"
@@ -55,6 +56,8 @@ struct CharacterPose {
     Cached<PoseKey, std::optional<std::size_t>> truth_frame;        // none between sampled frames, and without truth
     Affine to_scene;                                                // the placement, with what the user has moved it
     FrameVertices vertices;                                         // numbers: of the model
+    FrameVertices in_scene;                                         // where they stand: without numbers
+    HiddenSky hidden;                                               // of the model's numbers
     Cached<NumbersKey> numbers;                                     // those of `vertices`
     Cached<NumbersKey, std::vector<float>> truth_numbers;           // in the local frames of `vertices`
     // Of the picked vertex of a composed asset.
@@ -127,6 +130,15 @@ struct ShownGround {
     bool lit() const { return values.key() && values.key()->lit; }  // the values are radiance; otherwise colours
 };
 
+// What characters and a level ground send to one another. It is in CharacterPose::vertices.received.
+struct ReceivedLight {
+    Cached<ReceivedKey> key;
+    Cached<std::vector<Stance>, GroundGlow> shadows;  // on the ground, of everyone
+    std::uint64_t version = 0;           // 0 where nothing is received; otherwise another one for every key
+    std::uint64_t latest = 0;            // the last version that was not 0
+    std::vector<ShiningMember> shining;  // empty where nobody receives from characters
+};
+
 struct Scene {
     std::vector<SceneFile> files;
     std::optional<SceneDescription> file;  // scene.json
@@ -139,6 +151,7 @@ struct Scene {
     std::optional<SceneGround> ground_file;   // none where a scene's file has none
     std::unique_ptr<SceneField> field;        // the heights of the ground; null where it is level
     ShownGround ground;
+    ReceivedLight received;
     LightBlend blend;               // of the light that is switched
     std::vector<float> dark_light;  // SH of the last light of all characters, 0
     bool textures = true;           // as OpenChoice has it
@@ -147,6 +160,7 @@ struct Scene {
     bool hasTruth() const;
     bool composed() const;           // some character is
     bool bounces() const;            // some character has light that bounces
+    bool passesLight() const;        // characters and a level ground can send light to one another
     bool hasOutlines() const;        // some character has boxes of fields, or spheres
     std::size_t components() const;  // the most of the model's PCA that any character has
     std::uint64_t fieldVersion() const { return field ? field->version() : 0; }

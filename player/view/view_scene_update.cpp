@@ -9,6 +9,7 @@
 #include "player/view/vertex_figures.h"
 #include "player/view/view_cast.h"
 #include "player/view/view_look.h"
+#include "player/view/view_received.h"
 
 namespace penumbra {
 
@@ -93,12 +94,13 @@ bool needNumbers(const Scene& scene, std::size_t index, const NumbersKey& key, b
     bool made = model && posed.numbers.update(key, [&](auto&) {
         evaluateNumbers(*posed.evaluator, threads, posed.vertices);
         evaluateIndirect(*posed.evaluator, threads, posed.vertices.indirect);
-        applyShadows(scene, index, key.shadows, threads, posed.vertices.numbers, posed.vertices.indirect);
+        posed.hidden = {};
+        applyShadows(scene, index, key, threads, {posed.vertices.numbers, posed.vertices.indirect}, &posed.hidden);
     });
     if (truth && *posed.truth_frame)
         made |= posed.truth_numbers.update(key, [&](std::vector<float>& numbers) {
             numbers = truthNumbers(shotOf(character), posed.vertices, threads);
-            applyShadows(scene, index, key.shadows, threads, numbers);
+            applyShadows(scene, index, key, threads, {numbers, {}});
         });
     return made;
 }
@@ -199,16 +201,17 @@ bool updateScene(Scene& scene, const ViewState& state, const UpdateNeeds& needs,
     };
     poseField(scene, state);
     for (std::size_t i = 0; i < scene.characters.size(); ++i) evaluated |= poseInScene(scene, i, state, needs.threads);
-    const ViewKeys keys = keysOf(scene, state, needs.field);
+    ViewKeys keys = keysOf(scene, state, needs.field);
+    keys.received.wanted &= needs.values;
     for (std::size_t i = 0; i < scene.characters.size(); ++i) {
         Character& character = *scene.characters[i];
         const CharacterKey& of = keys.characters[i];
         const bool picked = of.picked.has_value();
         const bool truth = of.compare != Compare::kModel || state.show.channel == Channel::kError || picked;
-        // Light that bounces is the model's beside the truth, too.
-        const bool model =
-            of.compare != Compare::kTruth || !*character.posed.truth_frame || character.asset.model.indirect;
-        const bool on_cpu = needs.values || (needs.casts && changesNumbers(scene, i, of.numbers.shadows));
+        // Light that bounces or is received is the model's beside the truth, too.
+        const bool model = of.compare != Compare::kTruth || !*character.posed.truth_frame ||
+                           character.asset.model.indirect || keys.received.wanted;
+        const bool on_cpu = needs.values || (needs.casts && changesNumbers(scene, i, of.numbers));
         evaluated |= needNumbers(scene, i, of.numbers, (on_cpu && model) || picked, truth, needs.threads);
         if (character.posed.evaluator->composed())
             shown |= character.posed.factors.update(
@@ -219,9 +222,18 @@ bool updateScene(Scene& scene, const ViewState& state, const UpdateNeeds& needs,
         lap(evaluating);
         shown |= setShading(scene, character, state, of.look);
         character.shown.channel = of.channel;
-        if (needs.values) shown |= showValues(scene, i, state, of, needs.threads);
         lap(cost.shade);
     }
+    if (needs.values) {
+        shown |= updateReceived(scene, state, keys, needs.threads);
+        lap(evaluating);
+        for (std::size_t i = 0; i < scene.characters.size(); ++i) {
+            keys.characters[i].received = scene.received.version;
+            shown |= showValues(scene, i, state, keys.characters[i], needs.threads);
+        }
+        keys.ground.received = keys.ground.seen.on_ground ? scene.received.version : 0;
+    }
+    lap(cost.shade);
     const bool ground = updateGround(scene, state, keys.ground, needs.threads);
     if (ground) cost.ground = elapsedMilliseconds(start);
     if (evaluated) cost.evaluate = evaluating;

@@ -103,7 +103,7 @@ struct Lighting {
     double yaw = 0, pitch = 0;                 // degrees, sh/light/light_rotation.h
     Mat3 base;                                 // as the scene's file turns the light, before yaw and pitch
     bool suns = true;                          // as such, where they can shine (view_look.h); otherwise all light is SH
-    Bounces bounces = Bounces::kBoth;          // of characters that have light that bounces
+    Bounces bounces = Bounces::kBoth;          // of characters, and between them and the ground
     ShadingChoice shading;                     // as wished; what a chosen material or light has none of is not used
     std::map<std::size_t, double> parameters;  // of live materials, where they are not those of their files
     bool operator==(const Lighting&) const = default;

@@ -322,7 +322,6 @@ def check_who_is_there():
 def fix_camera(name, **changes):
     with open("scene.json") as file:
         fixed = {**json.load(file), "camera": "yaw=10,pitch=25,target=0/0.6/0,distance=5", **changes}
-    fixed["ground"]["casts"] = False  # the window has no light between things
     with open(name, "w") as file:
         json.dump(fixed, file)
 

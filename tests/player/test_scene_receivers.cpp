@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
@@ -12,6 +13,8 @@
 #include "player/papers/cast_shader.h"
 #include "player/papers/sphere_cast.h"
 #include "player/scene/cast_on.h"
+#include "player/scene/probe.h"
+#include "player/scene/received_light.h"
 #include "player/scene/scene_ground.h"
 #include "player/scene/scene_receivers.h"
 #include "sh/visibility_convention.h"
@@ -74,6 +77,41 @@ TEST_F(SceneReceivers, HasTheVeryNumbersWhereNobodyElseCasts) {
     const PosedScene receiver = scene(R"({"asset": "additive.pnb"}, {"asset": "additive.pnb", "position": [1, 0, 0]})");
     EXPECT_EQ(receiver.cast().casterCount(), 0u);
     EXPECT_EQ(memberVertices(receiver, 0, 1).numbers, alone(receiver, 0).numbers);
+}
+
+// A level ground takes (1 - n.y) / 2 of a white sky from a point of probe. Measured: 1e-3, of the far numbers' order.
+TEST_F(SceneReceivers, ALevelGroundHidesFromProbe) {
+    const std::string nobody = R"({"asset": "tube.pnb", "casts": "nothing"})";
+    const PosedScene ground = scene(nobody, R"(, "ground": {"height": -1})"),
+                     without = scene(nobody, R"(, "ground": {"height": -1, "casts": false})");
+    const std::array<ProbePoint, 4> points = {
+        {{{}, {0, 1, 0}}, {{}, {0.8f, 0.6f, 0}}, {{}, {0, 0, 1}}, {{}, {0, -1, 0}}}};
+    const std::vector<ProbeValue> hidden = probe(ground, points, 1), open = probe(without, points, 1);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        EXPECT_NEAR(hidden[i].ambient, (1 + double(points[i].normal.y)) / 2, 5e-3) << i;
+        EXPECT_NEAR(open[i].ambient, 1, 1e-5) << i;
+    }
+}
+
+// The ground shows albedo times the hidden share of a white sky times what a member of one colour sends.
+TEST_F(SceneReceivers, TheGroundShowsLightOfMembers) {
+    const PosedScene posed = scene(R"({"asset": "tube.pnb"})", R"(, "ground": {"height": -1, "size": 3})");
+    const GroundVertices ground = groundVertices(posed, 1);
+    const FrameVertices member = memberVertices(posed, 0, 1);
+    const std::vector<Vec3> red(member.positions.size(), Vec3{0.8f, 0, 0});
+    const std::array shining = {shiningMember(member, posed.members()[0]->asset->view.mesh.triangles, red)};
+    std::vector<Vec3> radiance(ground.positions.size());
+    addMembersLight(ground, shining, {0.5f, 0.5f, 0.5f}, 2, radiance);
+    const std::vector<float> e = groundAmbient(ground);
+    Largest apart, most;
+    for (std::size_t v = 0; v < e.size(); ++v) {
+        const float hidden = 1 - e[v] > 1e-3f ? 1 - e[v] : 0;  // what is less is not counted
+        apart.add(std::abs(radiance[v].x - 0.5f * 0.8f * hidden));
+        most.add(radiance[v].x);
+        EXPECT_EQ(radiance[v].y, 0);
+    }
+    EXPECT_LT(apart, 1e-5);
+    EXPECT_GT(most, 0.02);
 }
 
 // Everyone gets darker near another, in any convention, and as much in one as in another: E of both is one integral.

@@ -6,6 +6,7 @@
 #include "formats/common/write_file.h"
 #include "formats/scene/scene_placement.h"
 #include "pack/pack_asset.h"
+#include "player/render/scene_frames.h"
 #include "player/scene/scene_receivers.h"
 #include "player/scene/side_by_side.h"
 #include "player/view/view_controls.h"
@@ -114,6 +115,64 @@ TEST_F(ViewCast, ShadowsGoOnAndOff) {
     state.show.shadows = Shadows::kBoth;
     update(scene, state);
     EXPECT_EQ(numbers, both);
+}
+
+// How far the colours of everyone and of the ground in the window are from those of render, and how far render's are
+// from what it shows of direct light.
+struct LightApart {
+    Largest members, ground, between, between_ground;
+};
+
+// What characters and the ground send to one another is in the window as render has it. Both switches leave it out.
+TEST_F(ViewCast, LightBetweenThingsIsThatOfRender) {
+    for (const auto& [ground, bounces] :
+         {std::pair(R"({"height": -0.6, "size": 3, "resolution": 40})", Bounces::kBoth),
+          {R"({"height": -0.6, "size": 3, "resolution": 40})", Bounces::kDirect},
+          {R"({"height": -0.6, "size": 3, "resolution": 40, "casts": false})", Bounces::kBoth}}) {
+        const std::string more = std::string(R"(, "light": {"rotation": "yaw=40"}, "ground": )") + ground;
+        const PosedScene posed(readScene(file(kPair, more)));
+        const auto rendered = [&](Bounces of) {
+            RenderOptions options;
+            options.bounces = of;
+            auto frames = std::make_unique<SceneFrames>(posed, options, 2);
+            frames->evaluateMembers();
+            frames->evaluateGround();
+            frames->frameCamera();
+            frames->shade();
+            return frames;
+        };
+        const auto frames = rendered(bounces), direct = rendered(Bounces::kDirect);
+        Scene scene = open(kPair, more);
+        ViewState state = stateOf(scene);
+        state.smooth = false;
+        state.lighting.bounces = bounces;
+        update(scene, state);
+        LightApart apart;
+        for (std::size_t i = 0; i < 2; ++i) {
+            apart.members.add(largestDifference(scene.characters[i]->shown.of(Shown::kModel), frames->valuesOf(i)));
+            apart.between.add(largestDifference(direct->valuesOf(i), frames->valuesOf(i)));
+        }
+        apart.ground.add(largestDifference(*scene.ground.values, frames->meshes().back().values));
+        apart.between_ground.add(largestDifference(direct->meshes().back().values, frames->meshes().back().values));
+        EXPECT_LT(apart.members, 1e-5);
+        EXPECT_LT(apart.ground, 1e-5);
+        EXPECT_EQ(apart.between > 0.01, bounces == Bounces::kBoth) << ground;
+        EXPECT_EQ(apart.between_ground > 0.002, scene.ground_file->casts && bounces == Bounces::kBoth) << ground;
+    }
+}
+
+// A ground that is not shown neither hides nor sends light.
+TEST_F(ViewCast, AGroundThatIsNotShownTakesNothing) {
+    const std::string one = R"({"asset": "tube.pnb", "time": 0.5})";
+    Scene scene = open(one, R"(, "ground": {"height": -0.6, "size": 3, "resolution": 20})"), bare = open(one);
+    ViewState state = stateOf(scene), of_bare = stateOf(bare);
+    update(scene, state);
+    update(bare, of_bare);
+    const auto values = [](const Scene& of) { return of.characters[0]->shown.of(Shown::kModel); };
+    EXPECT_GT(largestDifference(values(scene), values(bare)), 0.01);
+    state.show.ground = false;
+    update(scene, state);
+    EXPECT_EQ(largestDifference(values(scene), values(bare)), 0);
 }
 
 // E of the first character, as it is shown.
