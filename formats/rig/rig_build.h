@@ -58,9 +58,13 @@ struct MorphChannel {
     std::vector<float> values;
 };
 
+// Whether a format tells which of its axes is up.
+enum class SourceAxes : std::uint8_t { kStated, kUnstated };
+
 struct RigSource {
     std::filesystem::path file;  // for messages
-    std::vector<Node> nodes;     // parents before children
+    SourceAxes axes = SourceAxes::kStated;
+    std::vector<Node> nodes;  // parents before children
     std::vector<SourceSkin> skins;
     std::vector<SourcePart> parts;
     std::vector<Clip> clips;
