@@ -81,7 +81,9 @@ void checkInput(const VisibilityHeader& header, const std::string& file, const F
                                         std::to_string(header.mesh.vertexCount()) + " vertices");
     if (options.features == FeatureKind::kJointAngles && header.pose_size == 0)
         throw InvalidInput(file + ": /frames/pose: empty, but joint-angles are read from it");
-    if (header.skin && options.features == FeatureKind::kRelativeBones && header.skin->jointCount() < 2)
+    // Weights of morph targets and other inputs are joints of their own (input_names).
+    if (header.skin && options.features == FeatureKind::kRelativeBones &&
+        header.skin->jointCount() + header.input_names.size() < 2)
         throw InvalidInput(file + ": /skin/joint_names: relative-bones need at least two joints; take joint-angles");
 }
 

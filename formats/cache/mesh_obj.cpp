@@ -63,6 +63,11 @@ double readNumber(ObjParser& parser) {
 
 void readVertex(ObjParser& parser) {
     const double x = readNumber(parser), y = readNumber(parser), z = readNumber(parser);
+    // A fourth number alone is a weight. Some readers divide by it and others do not; more numbers are a colour.
+    const std::string_view weight = nextWord(parser), next = nextWord(parser);
+    double w = 1;
+    std::from_chars(weight.data(), weight.data() + weight.size(), w);
+    if (w != 1 && (next.empty() || next.front() == '#')) parser.fail("the weight w of a vertex is not 1");
     parser.mesh.positions.push_back({x, y, z});
     if (parser.mesh.positions.size() > kMaxSourceVertices) throw Unsupported(parser.name + ": has too many vertices");
 }
@@ -129,7 +134,7 @@ void finishSlots(ObjParser& parser) {
 
 MeshFile parseObj(std::string_view text, const std::string& name) {
     ObjParser parser;
-    parser.rest = text;
+    parser.rest = text.starts_with("\xef\xbb\xbf") ? text.substr(3) : text;  // without a byte order mark
     parser.name = name;
     while (!parser.rest.empty()) {
         const std::string_view word = nextWord(parser);

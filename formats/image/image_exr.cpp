@@ -154,6 +154,13 @@ std::optional<Primaries> statedPrimaries(const Imf::Header& header) {
     return Primaries{point(c.red), point(c.green), point(c.blue), point(c.white)};
 }
 
+const char* layoutOf(Imf::Envmap envmap, const std::string& name) {
+    if (envmap == Imf::ENVMAP_CUBE) return "cube";
+    if (envmap == Imf::ENVMAP_LATLONG) return "latlong";
+    throw InvalidInput(name + ": its attribute envmap is " + std::to_string(int(envmap)) +
+                       ", neither lat-long (0) nor a cube (1)");
+}
+
 class ExrRows : public PictureRows {
 public:
     ExrRows(const RandomBytes& bytes, const std::string& name, const PictureOptions& options)
@@ -167,7 +174,7 @@ public:
         info_.width = widthOf(window_);
         info_.height = heightOf(window_);
         info_.has_alpha = !layer_.alpha.empty();
-        if (Imf::hasEnvmap(header)) info_.layout = Imf::envmap(header) == Imf::ENVMAP_CUBE ? "cube" : "latlong";
+        if (Imf::hasEnvmap(header)) info_.layout = layoutOf(Imf::envmap(header), name);
         if (!layer_.shown.empty()) info_.notes.lines.push_back("layer " + layer_.shown);
         chooseColors(statedPrimaries(header), options, name, info_);
         openChannels(bytes, header);

@@ -58,9 +58,13 @@ struct MorphChannel {
     std::vector<float> values;
 };
 
+// Whether a format tells which of its axes is up.
+enum class SourceAxes : std::uint8_t { kStated, kUnstated };
+
 struct RigSource {
     std::filesystem::path file;  // for messages
-    std::vector<Node> nodes;     // parents before children
+    SourceAxes axes = SourceAxes::kStated;
+    std::vector<Node> nodes;  // parents before children
     std::vector<SourceSkin> skins;
     std::vector<SourcePart> parts;
     std::vector<Clip> clips;
@@ -75,7 +79,7 @@ struct RigSource {
 // The importers check nodes, clips, indices and numbers. What is drawn may still be empty.
 RigSource readGltf(const std::filesystem::path& path);
 // Tells whether the clips of a glTF file animate morph targets and nothing else, and no node has a skin. It reads only
-// the JSON, and returns false where that is damaged.
+// the JSON, and returns false where that is damaged. What the weights are tells playsMorphFrames() (morph_frames.h).
 bool hasOnlyMorphClips(const std::filesystem::path& path);
 // Reads FBX, Collada and .x (rig_import.h), whatever assimp makes of them.
 RigSource readWithAssimp(const std::filesystem::path& path);

@@ -5,7 +5,7 @@
 // - A position channel replaces that axis of the joint's OFFSET. MotionBuilder and Blender write such files; at a root
 //   with OFFSET 0 other readers agree.
 // - BVH states no unit and no axes. Lengths are read as they are. addClips() multiplies them by the ratio of the two
-//   skeletons' sizes, so that a unit has no effect. Up is y, as in all files that we know of.
+//   skeletons' sizes, so that a unit has no effect, and finds the axes by the bones (rig_axes.h).
 // - Between frames rotations turn the short way at an even speed, and positions are linear.
 #include <algorithm>
 #include <array>
@@ -38,6 +38,7 @@ class BvhReader {
 public:
     BvhReader(const std::filesystem::path& path, std::string text) : text_(std::move(text)) {
         source_.file = path;
+        source_.axes = SourceAxes::kUnstated;
         source_.files_read = {path};
     }
 

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "formats/common/errors.h"
+#include "formats/rig/rig_axes.h"
 #include "formats/rig/rig_build.h"
 #include "formats/rig/rig_names.h"
 #include "formats/rig/rig_retarget.h"
@@ -151,6 +152,7 @@ void addClips(RigSource& rig, RigSource&& from) {
     if (!moved.empty() || from.morphs.empty()) checkMatch(rig, from, moved, clip_of);
     for (std::size_t n = 0; n < clip_of.size(); ++n)
         if (clip_of[n] >= 0) makeAnimatable(rig, int(n), from.file.string());
+    if (from.axes == SourceAxes::kUnstated) turnToRig(rig, from, clip_of);
     const Retarget retarget(rig, from, clip_of);
     const std::map<std::string, int> morphed = morphedNodes(rig, from);
     for (std::size_t c = 0; c < from.clips.size(); ++c) takeClip(rig, from, c, clip_of, retarget, morphed);

@@ -225,6 +225,16 @@ Skeletons skeletonsOf(const RigSource& rig, const RigSource& from, const std::ve
     return s;
 }
 
+bool longBonesAgree(const Skeletons& s, const std::function<Vec3d(Vec3d)>& turn) {
+    bool any = false;
+    for (const Bone& bone : s.bones) {
+        if (!isLong(s, bone)) continue;
+        if (degreesBetween(bone.of_rig, turn(bone.of_clip)) > kSameDirection) return false;
+        any = true;
+    }
+    return any;
+}
+
 Relation relationOf(const Skeletons& s) {
     if (hasNoRest(s)) return Relation::kNoRest;
     const std::vector<Difference> joints = turnedJoints(s, kAxesTolerance);

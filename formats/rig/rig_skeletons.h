@@ -1,5 +1,6 @@
 #pragma once
 // Two skeletons whose joints are matched, and how their rest poses differ (rig_retarget.cpp tells why).
+#include <functional>
 #include <vector>
 
 #include "formats/rig/rig_build.h"
@@ -44,6 +45,9 @@ struct Skeletons {
 // Compares the two. `clip_of[n]` is the node of `from` that moves node n of `rig`, or -1; all must outlive the result.
 // Throws InvalidInput where a joint hangs on another one in the clip's file.
 Skeletons skeletonsOf(const RigSource& rig, const RigSource& from, const std::vector<int>& clip_of);
+// Tells whether there are long bones, and all of them point the same ways within 20 degrees once `turn` has turned
+// those of the clip.
+bool longBonesAgree(const Skeletons& skeletons, const std::function<Vec3d(Vec3d)>& turn);
 // Throws InvalidInput where the rest poses do not fit, with the joints and by how much they are turned.
 Relation relationOf(const Skeletons& skeletons);
 // Returns how many times as large the rig is: by the height of the first joint that is high above the ground at rest

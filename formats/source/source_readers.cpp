@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <string>
 
+#include "formats/cache/morph_frames.h"
 #include "formats/cache/numbered_files.h"
 #include "formats/common/errors.h"
 
@@ -14,9 +15,9 @@ RigSource readGltfRig(const std::filesystem::path& path) { return readGltf(path)
 
 // The last two rows also read the folder or pattern of a sequence.
 constexpr SourceReader kReaders[] = {
-    {.extension = ".glb", .rig = readGltfRig, .cache = readGltfCache, .is_cache = hasOnlyMorphClips},
-    {.extension = ".gltf", .rig = readGltfRig, .cache = readGltfCache, .is_cache = hasOnlyMorphClips},
-    {.extension = ".vrm", .rig = readGltfRig, .cache = readGltfCache, .is_cache = hasOnlyMorphClips},
+    {.extension = ".glb", .rig = readGltfRig, .cache = readGltfCache, .is_cache = playsMorphFrames},
+    {.extension = ".gltf", .rig = readGltfRig, .cache = readGltfCache, .is_cache = playsMorphFrames},
+    {.extension = ".vrm", .rig = readGltfRig, .cache = readGltfCache, .is_cache = playsMorphFrames},
     {.extension = ".fbx", .rig = readFbx},
     {.extension = ".dae", .rig = readCollada},
     {.extension = ".x", .rig = readWithAssimp},

@@ -185,6 +185,22 @@ TEST(SurfaceOpacity, CutOffAndAllFactorsOfAlphaCount) {
     EXPECT_THAT(rigOf(glb).mesh.opacity.values, ElementsAre(0));
 }
 
+// A word that glTF does not know, and a field of another type: nobody knows whether the material has holes.
+TEST(SurfaceOpacity, DamagedMaterialsAreSaid) {
+    for (const auto& [field, value] : {std::pair<std::string, nlohmann::json>("alphaMode", "DITHER"),
+                                       {"alphaMode", 1},
+                                       {"alphaCutoff", "half"},
+                                       {"doubleSided", 1}}) {
+        EditableGlb glb = cardAt(0.25f, "MASK");
+        glb.json["materials"][0][field] = value;
+        const Rig rig = rigOf(glb);
+        EXPECT_TRUE(rig.mesh.opacity.empty());
+        ASSERT_EQ(rig.notes.size(), 1u) << field;
+        EXPECT_EQ(rig.notes[0].feature, "alpha");
+        EXPECT_THAT(rig.notes[0].effect, HasSubstr("is not known, so it stops all light: "));
+    }
+}
+
 TEST(SurfaceOpacity, FollowsTheTextureTransformAndItsCoordinates) {
     EditableGlb glb = cardAt(0.75f, "MASK");
     auto& texture = glb.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"];

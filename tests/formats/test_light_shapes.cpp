@@ -96,6 +96,9 @@ TEST(LightShapes, CubesOfOpenExrAreTurnedAsItsLatLongs) {
     PictureOptions latlong;
     latlong.layout = "latlong";
     EXPECT_THROW(readEnvironmentMap(scratch("envmap.exr"), latlong), InvalidInput);
+    Imf::addEnvmap(header, Imf::Envmap(7));
+    writeFloats("unknown_envmap.exr", header, channels);
+    EXPECT_THROW(readEnvironmentMap(scratch("unknown_envmap.exr"), {}), InvalidInput);
 }
 
 TEST(LightShapes, SixFilesAreACross) {

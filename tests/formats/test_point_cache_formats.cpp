@@ -11,6 +11,7 @@
 #include "tests/formats/flapping_sheet.h"
 #include "tests/formats/rig_samples.h"
 #include "tests/formats/sheet_files.h"
+#include "tests/formats/textured_rig.h"
 
 namespace penumbra::test_point_cache_formats {
 namespace {
@@ -123,6 +124,26 @@ TEST(PointCacheSequence, StepsOfNumbersAreFramesWithANote) {
     EXPECT_TRUE(readPointCache({place / "whole_####.obj"}, {}).notes.empty());
 }
 
+// A byte order mark hides no line. A weight of 1 and colours are passed over; by another weight readers disagree.
+TEST(PointCacheSequence, WhatElseAVertexOfAnObjHas) {
+    const std::filesystem::path place = folder("marks");
+    const std::string whole = sheetObj(9), vertices = whole.substr(whole.find("v "));
+    const auto after = [&](const std::string& numbers) {
+        std::string text = vertices;
+        return text.insert(text.find('\n'), numbers);
+    };
+    writeSheets(place, "frame_", ".obj", [](std::size_t f) { return sheetObj(f); });
+    for (const std::string& text :
+         {"\xef\xbb\xbf" + vertices, after(" 1.0"), after(" 0.5 0.25 1"), after(" 0.5 0.25 1 1 # red")}) {
+        writeText(place / "frame_0009.obj", text);
+        expectSheet(readPointCache({place}, {.fps = 12}), kFloat);
+    }
+    for (const std::string numbers : {" 2", " 0.5 # half"}) {
+        writeText(place / "frame_0009.obj", after(numbers));
+        EXPECT_THAT(refusal({place}), HasSubstr("frame_0009.obj: line 1: the weight w of a vertex is not 1"));
+    }
+}
+
 TEST(PointCacheSequence, ChangedTopologyNamesTheFrame) {
     const std::filesystem::path place = folder("topology");
     const auto write = [&](const std::string& changed) {
@@ -140,7 +161,8 @@ TEST(PointCacheSequence, ChangedTopologyNamesTheFrame) {
     EXPECT_THAT(write("v 1 2 3\n" + whole), HasSubstr("has 46 vertices, not 45"));
     EXPECT_THAT(write(whole.substr(0, whole.rfind("f ")) + "f 1 2 3 4\n"), HasSubstr("its triangle 46 has other"));
     std::string nan = whole;
-    nan.replace(nan.find("v ", 40), 3, "v nan ");
+    const std::size_t number = nan.find("v ", 40) + 2;
+    nan.replace(number, nan.find(' ', number) - number, "nan");
     EXPECT_THAT(write(nan), HasSubstr("frame_0009.obj: vertex 2 is not at a finite place"));
 }
 
@@ -315,6 +337,51 @@ TEST(PointCacheGltf, MorphTargetsOfANodeThatIsTurned) {
     for (std::size_t f = 0; f < kSheetFrames; ++f)
         EXPECT_LE(samples::distanceToSheet(cache, readFrame(cache, 0, f), double(f)), 5e-7) << "frame " << f;
     EXPECT_LE(samples::distanceToSheet(cache, cache.mesh.rest_positions, 0), 5e-7);
+}
+
+// The keys of the sample show one target each. Whatever is not a play of frames in order is a rig with weights.
+TEST(PointCacheGltf, IsOneWhereTargetsArePlayedInOrder) {
+    constexpr std::size_t kTargets = kSheetFrames - 1;
+    const auto isCacheWith = [](const std::vector<std::vector<float>>& keys, std::size_t targets) {
+        samples::EditableGlb glb = samples::EditableGlb::of("sheet_morph");
+        std::vector<float> times, weights;
+        for (std::size_t k = 0; k < keys.size(); ++k) {
+            times.push_back(float(k));
+            weights.insert(weights.end(), keys[k].begin(), keys[k].begin() + std::ptrdiff_t(targets));
+        }
+        glb.json["meshes"][0]["primitives"][0]["targets"].get_ref<nlohmann::json::array_t&>().resize(targets);
+        nlohmann::json clip = glb.json["animations"][0];
+        samples::addAttribute(glb, "_TIMES", "SCALAR", 1, times);
+        samples::addAttribute(glb, "_WEIGHTS", "SCALAR", 1, weights);
+        clip["samplers"][0]["input"] = glb.attributes()["_TIMES"];
+        clip["samplers"][0]["output"] = glb.attributes()["_WEIGHTS"];
+        glb.attributes().erase("_TIMES");
+        glb.attributes().erase("_WEIGHTS");
+        glb.json["animations"] = nlohmann::json::array({clip});
+        const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / "played.glb";
+        writeText(path, glb.bytes());
+        return isPointCache(path);
+    };
+    const auto at = [](double place) {
+        std::vector<float> weights(kTargets);
+        for (std::size_t t = 0; t < kTargets; ++t)
+            weights[t] = float(std::max(0.0, 1 - std::abs(place - double(t + 1))));
+        return weights;
+    };
+    std::vector<std::vector<float>> between, twice;
+    for (int half = 0; half <= 2 * int(kTargets); ++half) between.push_back(at(0.5 * half));
+    for (int key = 0; key < 20; ++key) twice.push_back(at(std::min(key, 13) % 13 + std::max(0, key - 13)));
+    EXPECT_TRUE(isCacheWith(between, kTargets));
+    EXPECT_TRUE(isCacheWith(twice, kTargets));
+    EXPECT_FALSE(isCacheWith(between, 7));
+    EXPECT_FALSE(isCacheWith({between.begin(), between.end() - 2}, kTargets)) << "the last target is never shown";
+    EXPECT_FALSE(isCacheWith({at(0), at(5), at(3), at(12)}, kTargets)) << "not in order";
+    std::vector<float> mixed = at(6);
+    mixed[1] = 0.5f;
+    EXPECT_FALSE(isCacheWith({at(0), mixed, at(12)}, kTargets));
+    std::vector<float> more = at(6);
+    more[5] = 1.5f;
+    EXPECT_FALSE(isCacheWith({at(0), more, at(12)}, kTargets));
 }
 
 // A flat cubic is at 5/32 after a quarter of the way: 3/16 - 2/64. The node is linear, so it is at 1/4.

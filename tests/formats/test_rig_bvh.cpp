@@ -118,5 +118,87 @@ TEST(RigBvh, MovesARigInAnotherUnit) {
     EXPECT_THROW(readRig({fileOf(text)}), InvalidInput);
 }
 
+// The axes of a file on which those of the rig lie, and their signs. The default has y up, and {"XZY", {1, 1, -1}}
+// has z up, as Blender writes it.
+struct FileAxes {
+    std::string letters = "XYZ";
+    std::array<int, 3> signs{1, 1, 1};
+};
+
+std::string inAxes(const FileAxes& axes, const std::array<double, 3>& v) {
+    std::array<double, 3> out{};
+    for (std::size_t i = 0; i < 3; ++i) out[std::size_t(axes.letters[i] - 'X')] = axes.signs[i] * v[i];
+    return std::to_string(out[0]) + " " + std::to_string(out[1]) + " " + std::to_string(out[2]) + "\n";
+}
+
+// Writes the joints of a rig as BVH. Each has a turn about the rig's x, one about its y and one about its z.
+struct BvhWriter {
+    const Rig& rig;
+    FileAxes axes;
+    std::string text = "HIERARCHY\n", values = "";
+
+    void add(int node, bool is_root) {
+        const Node& joint = rig.nodes[std::size_t(node)];
+        text += (is_root ? "ROOT " : "JOINT ") + joint.name + "\n{\nOFFSET " + inAxes(axes, joint.translation);
+        text += is_root ? "CHANNELS 6 Xposition Yposition Zposition" : "CHANNELS 3";
+        if (is_root) values += inAxes(axes, {0.3, 0.5, 0.7});
+        for (std::size_t i = 0; i < 3; ++i) {
+            text += std::string(" ") + axes.letters[i] + "rotation";
+            values += " " + std::to_string(axes.signs[i] * (10 + 7 * ((node + int(i)) % 5)));
+        }
+        text += "\n";
+        for (std::size_t n = 0; n < rig.nodes.size(); ++n)
+            if (rig.nodes[n].parent == node) add(int(n), false);
+        text += "}\n";
+    }
+};
+
+Rig movedByBvh(const FileAxes& axes) {
+    const Rig rig = samples::readSample("capsule_man");
+    BvhWriter writer{rig, axes};
+    writer.add(rig.node_of_joint[0], true);
+    std::replace(writer.values.begin(), writer.values.end(), '\n', ' ');
+    const std::string motion = "MOTION\nFrames: 1\nFrame Time: 0.04\n" + writer.values + "\n";
+    return readRig({samples::samplePath("capsule_man"), fileOf(writer.text + motion, "axes.bvh")});
+}
+
+// Signs are such that the file is no mirror image.
+TEST(RigBvh, AxesOfTheFileAreFoundByTheBones) {
+    const Rig y_up = movedByBvh({});
+    const int clip = int(y_up.clips.size()) - 1;
+    const auto expected = evaluatePose(y_up, clip, 0);
+    EXPECT_GT(length(expected.bones[0].translation()), 0.1f);
+    const auto axesNote = [](const Rig& rig) {
+        for (const RigNote& note : rig.notes)
+            if (note.feature == "other axes") return note.effect;
+        return std::string("none");
+    };
+    EXPECT_EQ(axesNote(y_up), "none");
+    for (const auto& [axes, said] : {std::pair(FileAxes{"XZY", {1, 1, -1}}, "+x, +z, -y"),
+                                     {FileAxes{"YXZ", {1, 1, -1}}, "+y, +x, -z"},
+                                     {FileAxes{"XYZ", {-1, 1, -1}}, "-x, +y, -z"}}) {
+        const Rig rig = movedByBvh(axes);
+        EXPECT_THAT(axesNote(rig), HasSubstr(said));
+        const auto pose = evaluatePose(rig, clip, 0);
+        ASSERT_EQ(pose.bones.size(), expected.bones.size());
+        for (std::size_t b = 0; b < pose.bones.size(); ++b)
+            for (const Vec3 p : {Vec3{0, 0, 0}, Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}})
+                EXPECT_LT(length(pose.bones[b].point(p) - expected.bones[b].point(p)), 1e-5f) << axes.letters << b;
+    }
+}
+
+// A chain on one line fits four turns of each kind, so that nothing tells which one is meant.
+TEST(RigBvh, AxesThatTheBonesDoNotTellAreRefused) {
+    std::string text = kBvh;
+    text.replace(text.find("Left Arm"), 8, "upper");
+    text.replace(text.find("0 50 0"), 6, "0 0 50");
+    try {
+        readRig({samples::samplePath("swing"), fileOf(text)});
+        FAIL() << "it was read";
+    } catch (const InvalidInput& error) {
+        EXPECT_THAT(error.what(), HasSubstr("'upper' by 90 degrees"));
+    }
+}
+
 }  // namespace
 }  // namespace penumbra::test_rig_bvh

@@ -190,7 +190,7 @@ std::string checkResult(const FbxScan& scan, FbxConversion& conversion) {
     return "";
 }
 
-std::vector<std::byte> readBytes(const fs::path& path) {
+std::vector<std::byte> bytesOfFile(const fs::path& path) {
     std::ifstream in(path, std::ios::binary);
     const std::string text{std::istreambuf_iterator<char>(in), {}};
     const auto* first = reinterpret_cast<const std::byte*>(text.data());
@@ -228,7 +228,7 @@ FbxConversion convertFbx(const fs::path& converter, const FbxScan& scan) {
         conversion.problem = std::string("it crashed: ") + how.what();
     }
     if (!conversion.problem.empty()) return conversion;
-    conversion.glb = readBytes(folder.path() / "out.glb");
+    conversion.glb = bytesOfFile(folder.path() / "out.glb");
     conversion.problem = checkResult(scan, conversion);
     return conversion;
 }

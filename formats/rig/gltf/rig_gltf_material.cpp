@@ -165,8 +165,10 @@ void readColor(MaterialReader& reader, const Json& from, GltfMaterial& material)
     material.color.wrap_v = picture.wrap_v;
 }
 
-// Reads which sides a material is drawn on, and how it stops light. Every field is checked before any is set.
+// Reads which sides a material is drawn on, and how it stops light. Every field is checked before any is set, but a
+// damaged material may have holes: so whoever asks for its alpha meets the problem.
 void readCoverage(const Json& from, MaterialColor& color) {
+    color.alpha_mode = AlphaMode::kMask;
     const bool double_sided = from.value("doubleSided", false);
     const std::string mode = from.value("alphaMode", "OPAQUE");
     const float cutoff = from.value("alphaCutoff", 0.5f);
