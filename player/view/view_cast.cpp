@@ -61,14 +61,13 @@ void applyShadows(const Scene& scene, std::size_t index, Shadows shadows, int th
                   std::span<float> indirect) {
     const Character& character = *scene.characters[index];
     const ModelView& model = character.asset.model;
-    if (character.asset.transfer) return;
+    if (!changesNumbers(scene, index, shadows)) return;
     if (shadows == Shadows::kCast || shadows == Shadows::kNone) {
         const std::vector<float> open = freeSight(model.convention);
         for (std::size_t first = 0; first < numbers.size(); first += std::size_t(model.stride))
             std::ranges::copy(open, numbers.begin() + std::ptrdiff_t(first));
     }
-    if (shadows == Shadows::kSelf || shadows == Shadows::kNone) return;
-    if (!changesNumbers(scene, index, Shadows::kBoth)) return;
+    if (shadows == Shadows::kNone || !changesNumbers(scene, index, Shadows::kBoth)) return;
     const FrameVertices at = inScene(character.posed);
     castOnNumbers(*scene.cast, {.except = character.caster}, *character.posed.evaluator, receiversOf(at), threads,
                   numbers, indirect);

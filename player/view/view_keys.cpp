@@ -1,5 +1,6 @@
 #include "player/view/view_keys.h"
 
+#include "player/papers/transfer/transfer_model.h"
 #include "player/view/view_look.h"
 
 namespace penumbra {
@@ -61,8 +62,7 @@ ShadingChoice shownShading(const Scene& scene, const ViewState& state) {
 
 bool changesNumbers(const Scene& scene, std::size_t index, Shadows shadows) {
     const Character& character = *scene.characters[index];
-    // Transfer is no visibility that others could take from.
-    if (shadows == Shadows::kSelf || character.asset.transfer) return false;
+    if (shadows == Shadows::kSelf || !hasVisibility(character.asset)) return false;
     const std::size_t itself = character.caster == kNobody ? 0 : 1;
     return shadows != Shadows::kBoth || scene.field || scene.cast->casterCount() > itself;
 }
