@@ -9,6 +9,7 @@
 #include "formats/image/area_lights.h"
 #include "sh/angles.h"
 #include "sh/sh_basis.h"
+#include "tests/difference.h"
 
 namespace penumbra::test_area_lights {
 namespace {
@@ -125,20 +126,14 @@ std::array<double, 3 * 36> shOf(const AreaLights& found) {
     return sh;
 }
 
-double lengthOf(const std::array<double, 108>& a, const std::array<double, 108>& b) {
-    double sum = 0;
-    for (std::size_t i = 0; i < a.size(); ++i) sum += (a[i] - b[i]) * (a[i] - b[i]);
-    return std::sqrt(sum);
-}
-
 // Largest step of the lights along 51 rooms, as a part of the largest length of them.
 double largestStep(int most, const std::function<EnvironmentMap(double)>& room) {
-    double step = 0, largest = 0;
+    Largest step, largest;
     std::array<double, 108> last{};
     for (int i = 0; i <= 50; ++i) {
         const std::array<double, 108> now = shOf(findAreaLights(room(i / 50.0), most));
-        if (i > 0) step = std::max(step, lengthOf(now, last));
-        largest = std::max(largest, lengthOf(now, {}));
+        if (i > 0) step.add(distanceBetween(now, last));
+        largest.add(distanceBetween(now, std::array<double, 108>{}));
         last = now;
     }
     return step / largest;
