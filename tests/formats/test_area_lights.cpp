@@ -141,46 +141,36 @@ double largestStep(int most, const std::function<EnvironmentMap(double)>& room) 
 
 // The sweeps of the table in docs/formulas.md, section 11, and one of a room, in five times its steps. Measured .02,
 // .009, .034, .17 and .09; a lamp that moves by the steps of the last sweep and stays the same makes .05 of these.
-TEST(AreaLights, AreContinuousInThePicture) {
-    const Vec3d a = towards(45, 10), b = towards(30, 130), c = towards(60, -90);
+void expectSmooth(double bound, const std::function<EnvironmentMap(double)>& room) {
     for (const int most : {2, 8}) {
-        SCOPED_TRACE(most);
-        const auto step = [&](const char* name, const std::function<EnvironmentMap(double)>& room, double bound) {
-            const double value = largestStep(most, room);
-            std::printf("%d lights at most, %s: largest step %.4f\n", most, name, value);
-            EXPECT_LT(value, bound) << name;
-        };
-        step(
-            "fading",
-            [&](double t) {
-                return roomWith({{a, 3, 5 * (1 - t)}}, 128);
-            },
-            0.05);
-        step(
-            "crossing",
-            [&](double t) {
-                return roomWith({{a, 3, 5 - 2 * t}, {b, 4, 3 + 2 * t}}, 128);
-            },
-            0.05);
-        step(
-            "three",
-            [&](double t) {
-                return roomWith({{a, 3, 5 - 2 * t}, {b, 4, 4}, {c, 4, 3 + 2 * t}}, 128);
-            },
-            0.05);
-        step(
-            "setting",
-            [&](double t) {
-                return roomWith({{towards(45 - 60 * t, 10), 3, 4}}, 128);
-            },
-            0.2);
-        step(
-            "meeting",
-            [&](double t) {
-                return roomWith({{towards(45, 40 * t), 4, 3}, {towards(45, 40), 4, 2}}, 128);
-            },
-            0.12);
+        const double step = largestStep(most, room);
+        std::printf("%d lights at most: largest step %.4f\n", most, step);
+        EXPECT_LT(step, bound) << most;
     }
+}
+
+const Vec3d kFirst = towards(45, 10), kSecond = towards(30, 130), kThird = towards(60, -90);
+
+TEST(AreaLights, ALampThatFadesIsContinuous) {
+    expectSmooth(0.05, [](double t) { return roomWith({{kFirst, 3, 5 * (1 - t)}}, 128); });
+}
+
+TEST(AreaLights, TwoThatChangeRanksAreContinuous) {
+    expectSmooth(0.05, [](double t) { return roomWith({{kFirst, 3, 5 - 2 * t}, {kSecond, 4, 3 + 2 * t}}, 128); });
+}
+
+TEST(AreaLights, ThreeThatChangeRanksAreContinuous) {
+    expectSmooth(0.05, [](double t) {
+        return roomWith({{kFirst, 3, 5 - 2 * t}, {kSecond, 4, 4}, {kThird, 4, 3 + 2 * t}}, 128);
+    });
+}
+
+TEST(AreaLights, ASettingSunIsContinuous) {
+    expectSmooth(0.2, [](double t) { return roomWith({{towards(45 - 60 * t, 10), 3, 4}}, 128); });
+}
+
+TEST(AreaLights, LampsThatMeetAreContinuous) {
+    expectSmooth(0.12, [](double t) { return roomWith({{towards(45, 40 * t), 4, 3}, {towards(45, 40), 4, 2}}, 128); });
 }
 
 }  // namespace
