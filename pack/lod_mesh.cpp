@@ -184,7 +184,7 @@ void measureDistances(const PointDistances& distances, double diagonal, LodMesh&
 
 LodMesh readLod(const Model& fitted, const std::filesystem::path& file, const std::string& node, int threads) {
     if (fitted.deforming)
-        throw Unsupported("--lod: the model is of a mesh without a skeleton, which no other mesh follows");
+        throw Unsupported(file.string() + ": the model is of a mesh without a skeleton, which no other mesh follows");
     RigOptions options;
     if (!node.empty()) options.nodes = {node};
     if (fitted.mesh.two_sided) options.sides = RigSides::kFronts;  // each vertex gets its back below

@@ -318,10 +318,9 @@ Packed packAsset(const Model& given, std::span<const BrdfFile> materials, std::s
     checkNames(materials, lights);
     checkModel(given);
     if (given.drawn && given.indirect)
-        throw Unsupported(
-            "light that bounces does not go with chosen points (penumbra-bake --points): bake all vertices");
+        throw Unsupported("light that bounces does not go with chosen points of a bake: bake all vertices");
     if (given.drawn && options.surface)
-        throw Unsupported("textures do not go with chosen points (penumbra-bake --points): bake all vertices");
+        throw Unsupported("textures do not go with chosen points of a bake: bake all vertices");
     checkLooks(given.mesh, materials);
     Model model = given;
     Additions additions{materials, lights, slotMaterials(model.mesh, materials, options.slot_materials, options.slots),

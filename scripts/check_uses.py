@@ -13,7 +13,8 @@ import re
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-FOLDERS = ("sh", "formats", "runtime", "bake", "fit", "pack", "player")
+TESTS = ROOT / "tests"  # whose headers the others do not see
+FOLDERS = ("sh", "formats", "runtime", "bake", "fit", "pack", "player", "tests")
 QUIET = re.compile(r'//[^\n]*|/\*.*?\*/|R"(\w*)\(.*?\)\1"|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])+\'', re.S)
 INCLUDE = re.compile(r'^#include "([^"]+)"', re.M)
 TEMPLATE = r"(?:template\s*<.*>\s*)?"
@@ -65,7 +66,9 @@ def own(path):
     code = text(path)
     return (set(re.findall(r"[\w>\]&*]\s+[&*]*(\w+)\s*(?:[=;,){\[(:]|\bconst\b)", code)) |
             set(re.findall(r"\b(?:struct|class|union|enum|using|typename)\s+(\w+)", code)) |
-            set(re.findall(r"\btypedef\b[^;(]*?(\w+)\s*(?:__attribute__|;)", code)))
+            set(re.findall(r"\btypedef\b[^;(]*?(\w+)\s*(?:__attribute__|;)", code)) |
+            set(re.findall(r"\busing [\w:]+::(\w+);", code)) |
+            {name for test in re.findall(r"^TEST\w*\((\w+),\s*(\w+)\)", code, re.M) for name in test})
 
 
 def uses(path, headers):
@@ -74,7 +77,8 @@ def uses(path, headers):
     given = set().union(*(own(header) for header in included(path)))
     for match in WORD.finditer(code):
         name = match[1]
-        if name not in headers or headers[name] & included(path) or name in given:
+        others = {header for header in headers.get(name, ()) if header.is_relative_to(TESTS) <= path.is_relative_to(TESTS)}
+        if not others or others & included(path) or name in given:
             continue
         before = code[max(0, match.start() - 40):match.start()]
         if not MEMBER.search(before) and not OTHERS.search(before):

@@ -154,7 +154,8 @@ PoseList makePoses(const PosePlan& plan, const PoseOptions& options, int threads
             plan.rig.clips.empty() ? limitsWithoutClips(plan.rig) : limitsOfFrames(plan.rig, candidates, threads);
         if (!options.limits.empty()) applyLimitsFile(options.limits, plan.rig, list.limits);
         if (plan.rig.clips.empty() && list.limits.low == list.limits.high)
-            throw BadOption("sample", "the rig has no clip and no joint below another that can turn; give --limits");
+            throw BadOption("sample",
+                            "the rig has no clip and no joint below another that can turn, and no limits are given");
         list.file.rotations = samplePoses(plan.rig, list.limits, std::size_t(options.sample), options.seed);
         list.file.sampled_weights = sampleWeights(weightLimits(plan.rig, candidates), std::size_t(options.sample),
                                                   options.seed, list.limits.low.size());

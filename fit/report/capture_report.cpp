@@ -62,7 +62,7 @@ void describePaper(const CaptureSummary& s, Report& report) {
     if (s.raised->nothing_to_raise)
         reportWarning("penumbra-fit", s.name +
                                           ": the paper has more light than the pictures show, and nothing is "
-                                          "clipped that could have it: check --paper and the response");
+                                          "clipped that could have it: check the paper and the response");
 }
 
 void warn(const CaptureSummary& s, double uncertain) {
@@ -71,14 +71,14 @@ void warn(const CaptureSummary& s, double uncertain) {
         std::snprintf(
             text, sizeof text,
             "%s: %.2g%% of the sphere is clipped in the shortest exposure: %.0f%% of the irradiance is only a "
-            "lower bound. Take at least %.0f stops less, or give --paper",
+            "lower bound. Take at least %.0f stops less, or give the paper",
             s.name.c_str(), 100 * s.clipped, 100 * uncertain, missingShorter(s));
         reportWarning("penumbra-fit", text);
     }
     if (const double missing = missingShare(s); missing > kMuchUncertain && missing > uncertain) {
         std::snprintf(text, sizeof text,
                       "%s: by the marker's paper, if it reflects .8, %.0f%% of its irradiance is missing in what is "
-                      "clipped: take %.0f stops less, or give --paper",
+                      "clipped: take %.0f stops less, or give the paper",
                       s.name.c_str(), 100 * missing, missingShorter(s));
         reportWarning("penumbra-fit", text);
     }
@@ -149,7 +149,7 @@ void printCapture(const CaptureSummary& s) {
                 s.irradiance.x, s.irradiance.y, s.irradiance.z, 100 * uncertainShare(s));
     if (s.longest < 1 || s.shortest > 1)
         std::printf(
-            "%s: its light is in units of exposures %.4g to %.4g: tell composite and view the --exposure of "
+            "%s: its light is in units of exposures %.4g to %.4g: tell composite and view the exposure of "
             "the photographs in the same unit, or they take 1\n",
             s.name.c_str(), s.shortest, s.longest);
     if (s.clipped > 0)

@@ -57,7 +57,7 @@ void checkComposed(const VisibilityHeader& header, const std::string& file, cons
     if (options.convention.below != BelowHorizon::kMirrored)
         throw BadOption("convention", "a composed model takes convention D, not " + options.convention.name());
     if (header.distance)
-        throw InvalidInput(file + ": was baked with --distance, but fields hide at any distance: bake without it");
+        throw InvalidInput(file + ": was baked for a distance, but fields hide at any distance: bake without one");
     if (!header.local)
         throw InvalidInput(
             file + ": /visibility/local: missing, but composed models read it (penumbra-bake can bake local moments)");

@@ -110,6 +110,12 @@ Plane surroundings(const EnvironmentMap& map) {
     return sky;
 }
 
+// Adds a part of a row of pixels that is turned by some columns to another row.
+void addTurned(double part, const double* row, int turn, double* out) {
+    for (int c = 0; c < kColumns - turn; ++c) out[c] += part * row[c + turn];
+    for (int c = kColumns - turn; c < kColumns; ++c) out[c] += part * row[c + turn - kColumns];
+}
+
 // Blurs by (1 - (angle / kBlur)^2)^2. Rows are multiplied with the kernel between two rows, which is made once.
 Plane blurred(const Plane& light) {
     Plane out(kRows, kColumns);
@@ -127,11 +133,9 @@ Plane blurred(const Plane& light) {
                 const double x = cosine > std::cos(kBlur) ? std::acos(std::min(cosine, 1.0)) / kBlur : 1;
                 kernel[std::size_t(turn)] = weight * (1 - x * x) * (1 - x * x);
             }
-            for (int turn = 0; turn < kColumns; ++turn) {
-                if (kernel[std::size_t(turn)] == 0) continue;
-                for (int c = 0; c < kColumns; ++c)
-                    out.at(row, c) += kernel[std::size_t(turn)] * light.at(from, (c + turn) % kColumns);
-            }
+            for (int turn = 0; turn < kColumns; ++turn)
+                if (const double part = kernel[std::size_t(turn)]; part != 0)
+                    addTurned(part, &light.values[std::size_t(from * kColumns)], turn, &out.at(row, 0));
         }
     return out;
 }

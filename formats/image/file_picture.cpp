@@ -44,7 +44,7 @@ void requireFinite(const Image& image, const std::string& name) {
         if (!isFinitePixel(image.pixels[i]))
             throw InvalidInput(name + ": NaN or infinity in pixel (" + std::to_string(i % std::size_t(image.width)) +
                                ", " + std::to_string(i / std::size_t(image.width)) +
-                               "); --repair would replace such pixels by their neighbours");
+                               "); a repair would replace such pixels by their neighbours");
     for (float alpha : image.alpha)
         if (!std::isfinite(alpha)) throw InvalidInput(name + ": NaN or infinity in channel A");
 }

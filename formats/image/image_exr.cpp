@@ -70,7 +70,7 @@ Imath::Box2i chooseWindow(const Imf::Header& header, const std::string& name, co
         return display;
     }
     if (!options.fill)
-        throw Unsupported(name + ": " + both + ": --fill must give the colour of the pixels that the file lacks");
+        throw Unsupported(name + ": " + both + ": no colour is given to fill the pixels that the file lacks");
     const double missing =
         1 - double(std::max(0, std::min(data.max.x, display.max.x) + 1 - std::max(data.min.x, display.min.x))) *
                 std::max(0, std::min(data.max.y, display.max.y) + 1 - std::max(data.min.y, display.min.y)) /

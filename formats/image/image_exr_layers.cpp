@@ -175,7 +175,7 @@ ExrLayer chooseLayer(const Imf::MultiPartInputFile& file, const std::string& wan
                               +[](const ExrLayer& layer) { return !layer.prefix.empty(); }})
         if (!std::ranges::all_of(layers, worse)) std::erase_if(layers, worse);
     if (layers.size() == 1) return layers.front();
-    throw InvalidInput(name + ": holds several pictures, --layer must say which: " + describeLayers(layers));
+    throw InvalidInput(name + ": holds several pictures, and no layer is chosen: " + describeLayers(layers));
 }
 
 }  // namespace penumbra

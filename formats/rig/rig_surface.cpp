@@ -128,8 +128,8 @@ void fitSurface(const Rig& rig, const Mesh& mesh, const std::string& file, MeshS
                 same && rig.mesh.rest_positions[rig.mesh.triangles[t][k]] == mesh.rest_positions[mesh.triangles[t][k]];
     if (!same)
         throw InvalidInput(file +
-                           ": its mesh is not that of the model (was the bake made of other files, or with "
-                           "--nodes, --without or --crease?)");
+                           ": its mesh is not that of the model (was the bake made of other files, of other nodes or "
+                           "with creases?)");
     if (!mesh.two_sided) return;
     const auto addBacks = [&](auto& corners) {
         for (std::size_t t = 0; t < rig.mesh.triangles.size(); ++t)

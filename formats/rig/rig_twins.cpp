@@ -154,7 +154,7 @@ std::vector<Shell> shellsOf(const RigSource& source, const Rig& rig, const std::
 
 RigNote noteOf(const RigSource& source, const Shell& shell, const std::string& feature) {
     return {source.file.string(), shell.name, feature,
-            "all are drawn, and what is inside is dark; --without '" + shell.name + "' leaves this one out"};
+            "all are drawn, and what is inside is dark, unless '" + shell.name + "' is left out"};
 }
 
 // Returns what the name says that the shell stands for; "" where it says nothing.

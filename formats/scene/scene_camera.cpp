@@ -87,8 +87,7 @@ SceneView SceneCameras::view(std::size_t picture, Vec3d origin) const {
     if (!poses_[i])
         throw InvalidInput(at_ + "/poses: frame " + std::to_string(first_ + i) + " has no pose" +
                            (files_[i].empty() ? "" : " (" + files_[i] + ")") +
-                           "; penumbra-fit poses --gaps fill gives those between two pictures with a tag one, and "
-                           "those at the ends none");
+                           "; penumbra-fit poses can fill gaps between two pictures with a tag, and none at the ends");
     return viewFrom(*poses_[i], origin);
 }
 

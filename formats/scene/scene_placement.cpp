@@ -86,7 +86,7 @@ Camera cameraOf(const SceneDescription& scene, const std::string& option, std::s
     const double radius = std::max<double>(boundsOf(points).radius(), 1e-3);
     if (option.empty() && scene.photograph)
         throw InvalidInput(scene.photograph->at +
-                           ": is the camera of a photograph, which is not drawn by here: give --camera");
+                           ": is the camera of a photograph, which is not drawn by here: give another camera");
     try {
         return makeCamera(option.empty() ? scene.camera : option, points, radius, kPitch, scene.origin);
     } catch (const std::invalid_argument& problem) {

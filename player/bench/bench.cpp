@@ -9,6 +9,7 @@
 #include "player/draw/model_painter.h"
 #include "player/draw/picture_view.h"
 #include "player/gl/offscreen_target.h"
+#include "player/papers/transfer/transfer_model.h"
 
 namespace penumbra {
 
@@ -29,14 +30,14 @@ struct Subject {
 };
 
 void evaluateValues(Subject& subject, Evaluator& evaluator, std::size_t frame) {
+    const bool shaded = subject.channel == Channel::kShaded;
     subject.shot.frame = frame % subject.asset->animation.frameCount();
-    if (subject.asset->transfer && subject.channel == Channel::kShaded) {
-        evaluator.setFrame(subject.shot.frame);
-        skinFrame(evaluator, subject.threads, subject.vertices);
-        return shadeTransfer(evaluator, *subject.shading, subject.threads, subject.values);
-    }
-    evaluateFrame(subject.shot, VisibilitySource::kModel, evaluator, subject.threads, subject.vertices);
-    if (subject.channel == Channel::kShaded)
+    evaluator.setFrame(subject.shot.frame);
+    skinFrame(evaluator, subject.threads, subject.vertices);
+    if (shaded && shadeTransfer(evaluator, *subject.shading, subject.threads, subject.values)) return;
+    evaluateNumbers(evaluator, subject.threads, subject.vertices);
+    evaluateIndirect(evaluator, subject.threads, subject.vertices.indirect);
+    if (shaded)
         shadeFrame(*subject.shading, subject.vertices, subject.view.eye, subject.threads, subject.values);
     else
         subject.values = channelValues(subject.shot, subject.channel, nullptr, subject.vertices, {}, subject.view.eye,
@@ -124,7 +125,8 @@ GlBench benchGl(Subject& subject, const RenderOptions& options, int runs) {
         gl::Finish();
     };
     bench.draw_values = timeRuns(runs, draw_values).median;
-    if (!subject.asset->transfer) benchModelPainter(subject, target, value_painter, context->software, runs, bench);
+    if (hasVisibility(*subject.asset))
+        benchModelPainter(subject, target, value_painter, context->software, runs, bench);
     return bench;
 }
 
@@ -132,8 +134,7 @@ GlBench benchGl(Subject& subject, const RenderOptions& options, int runs) {
 
 BenchResult benchAsset(const RenderOptions& asked, const AssetView& asset, int runs, int threads,
                        const std::vector<int>& characters) {
-    if (asset.transfer && !characters.empty())
-        throw BadOption("characters", asset.name + " has linear transfer; crowds are of models of visibility");
+    refuseForTransfer(asset, {.crowd = !characters.empty()});
     RenderOptions options = asked;
     options.channel = asset.materials.empty() || asset.lights.empty() ? Channel::kAmbient : Channel::kShaded;
     options.suns = SunChoice::kOff;

@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "formats/common/parallel_for.h"
+#include "player/papers/transfer/transfer_model.h"
 #include "runtime/shade/lambert_material.h"
 
 namespace penumbra {
@@ -63,9 +64,7 @@ public:
     }
     void evaluate() { evaluate(threads_); }
     void shade() {
-        if (shading_ && asset_->transfer)
-            shadeTransfer(evaluator_, *shading_, threads_, radiance_);
-        else if (shading_)
+        if (shading_ && !shadeTransfer(evaluator_, *shading_, threads_, radiance_))
             shadeFrame(*shading_, vertices_, eye_, threads_, radiance_);
     }
     // The same vertices as clay; only where the asset shows pictures.
@@ -226,7 +225,7 @@ CpuBench benchCpu(const Shot& shot, ShadingSet* shading, Vec3 eye, int runs, int
         stages.skin();
         stages.evaluate();
     });
-    const bool lit = shot.asset->transfer && shading;  // shading needs no transfer
+    const bool lit = shading && !hasVisibility(*shot.asset);  // shading needs no transfer
     bench.frame = timeRuns(runs, [&](std::size_t run) {
         stages.pose(run);
         stages.skin();

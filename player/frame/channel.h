@@ -12,7 +12,7 @@ enum class Channel {
     kNormals,         // unit normal n, model frame, as n/2 + 1/2
     kParts,           // one colour a rigid part, only for composed assets
     kBouncedAmbient,  // E with the light that surfaces reflect to one another, only for assets that have it
-    kTransferError,   // E_transfer against the baked truth (transfer_error.h), coloured as kError; CPU path only
+    kTransferError,   // E_transfer against the baked truth (papers/transfer_error.h), coloured as kError; CPU path only
 };
 
 // Tells whether a channel compares with the truth.

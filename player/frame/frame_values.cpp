@@ -76,18 +76,6 @@ std::vector<float> ambientOf(const Shot& shot, const std::vector<float>& numbers
     return e;
 }
 
-void shadeTransfer(Evaluator& evaluator, const ShadingSet& shading, int threads, std::vector<Vec3>& radiance) {
-    radiance.resize(evaluator.vertexCount());
-    evaluator.transfer()->setLight(shading.lightTables().sh());
-    overVertices(radiance.size(), threads, [&](std::size_t begin, std::size_t end) {
-        const std::span<Vec3> piece = std::span(radiance).subspan(begin, end - begin);
-        evaluator.transfer()->irradiance(begin, end, piece);
-        for (Vec3& v : piece)
-            for (int c = 0; c < 3; ++c) v[c] = std::max(v[c], 0.0f);
-    });
-    shading.reflect(0, radiance.size(), radiance);
-}
-
 static void clampAtZero(std::span<Vec3> colors) {
     for (Vec3& color : colors) color = {std::max(color.x, 0.0f), std::max(color.y, 0.0f), std::max(color.z, 0.0f)};
 }

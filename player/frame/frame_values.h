@@ -38,10 +38,6 @@ std::vector<float> truthNumbers(const Shot& shot, const FrameVertices& vertices,
 // Returns E of every vertex from numbers of the model's convention.
 std::vector<float> ambientOf(const Shot& shot, const std::vector<float>& numbers, int threads);
 
-// Shades the model of an asset of transfer under the light that is on, without its numbers: the light is multiplied in
-// first (TransferEvaluator). Negative values are 0. Sizes `radiance`.
-void shadeTransfer(Evaluator& evaluator, const ShadingSet& shading, int threads, std::vector<Vec3>& radiance);
-
 // Computes the radiance of every vertex towards `eye`, with negative values as 0. Sizes `radiance`: [shading.terms(),
 // V].
 void shadeFrame(const ShadingSet& shading, const FrameVertices& vertices, Vec3 eye, int threads,
@@ -52,7 +48,7 @@ void shadeFrame(const ShadingSet& shading, const FrameVertices& vertices, Vec3 e
 std::vector<Vec3> channelValues(const Shot& shot, Channel channel, const ShadingSet* shading,
                                 const FrameVertices& vertices, const std::vector<float>& true_ambient, Vec3 eye,
                                 int threads);
-// The channel kTransferError is not among these (transfer_error.h).
+// The channel kTransferError is not among these (player/papers/transfer_error.h).
 
 // Returns clusterAt() of every vertex.
 std::vector<std::uint32_t> clusterOfVertex(const AssetView& asset);

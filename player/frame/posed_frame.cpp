@@ -2,6 +2,8 @@
 
 #include <cassert>
 
+#include "player/papers/transfer/transfer_model.h"
+
 namespace penumbra {
 
 PosedFrame::PosedFrame(const Shot& look, int threads) : shot_(look), threads_(threads), evaluator_(*look.asset) {}
@@ -14,7 +16,6 @@ void PosedFrame::pose(std::size_t frame, std::optional<std::size_t> truth_frame)
     skinFrame(evaluator_, threads_, vertices_);
     evaluateIndirect(evaluator_, threads_, vertices_.indirect);
     for (Source& source : sources_) source.known = source.ambient_known = false;
-    transfer_errors_.clear();
 }
 
 const FrameVertices& PosedFrame::vertices(VisibilitySource source) {
@@ -47,18 +48,9 @@ const std::vector<float>& PosedFrame::ambient(VisibilitySource source) {
     return wanted.ambient;
 }
 
-const std::vector<float>& PosedFrame::transferError() {
-    if (!transfer_errors_.empty()) return transfer_errors_;
-    if (!transfer_error_) transfer_error_.emplace(*shot_.asset, *shot_.truth);
-    transfer_errors_ = transfer_error_->of(shot_, vertices(VisibilitySource::kModel), threads_);
-    return transfer_errors_;
-}
-
 std::vector<Vec3> PosedFrame::radiance(VisibilitySource source, const ShadingSet& shading, Vec3 eye) {
     std::vector<Vec3> radiance;
-    if (evaluator_.transfer() && source == VisibilitySource::kModel)
-        shadeTransfer(evaluator_, shading, threads_, radiance);
-    else
+    if (source == VisibilitySource::kTruth || !shadeTransfer(evaluator_, shading, threads_, radiance))
         shadeFrame(shading, vertices(source), eye, threads_, radiance);
     return radiance;
 }

@@ -3,7 +3,7 @@
 #include <array>
 #include <optional>
 
-#include "player/frame/transfer_error.h"
+#include "player/frame/frame_values.h"
 
 namespace penumbra {
 
@@ -25,8 +25,6 @@ public:
     const FrameVertices& vertices(VisibilitySource source);
     // Returns these numbers alone, valid until the next pose().
     std::span<const float> numbers(VisibilitySource source);
-    // Returns E_transfer of every vertex, valid until the next pose(). Only where hasTruth().
-    const std::vector<float>& transferError();
     // Returns the radiance of every vertex towards `eye`. The model of an asset of transfer takes no numbers for it.
     std::vector<Vec3> radiance(VisibilitySource source, const ShadingSet& shading, Vec3 eye);
     const FrameVertices& skinned() const { return vertices_; }  // whatever its numbers are
@@ -46,8 +44,6 @@ private:
         bool known = false, ambient_known = false;
     };
     std::array<Source, 2> sources_;  // indexed by VisibilitySource
-    std::optional<TransferError> transfer_error_;
-    std::vector<float> transfer_errors_;  // empty while they are not known
 };
 
 }  // namespace penumbra

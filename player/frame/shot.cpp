@@ -7,8 +7,8 @@
 #include "formats/common/errors.h"
 #include "formats/common/find_by_name.h"
 #include "formats/common/slot_choice.h"
-#include "player/frame/transfer_error.h"
 #include "player/frame/truth_frames.h"
+#include "player/papers/transfer/transfer_model.h"
 #include "runtime/shade/material_tables.h"
 #include "sh/key_values.h"
 #include "sh/light/light_rotation.h"
@@ -80,7 +80,7 @@ bool wantsSuns(SunChoice choice, const AssetView& asset, const Shot& shot) {
         lacking = "the light \"" + std::string(light.name) +
                   "\" has none; penumbra-fit light finds them where it factors the light";
     if (shot.shading.light_form != LightForm::kRotation) lacking = "they need the light form rotation";
-    if (asset.transfer) lacking = "linear transfer takes all of the light as SH";
+    if (!hasVisibility(asset)) lacking = "linear transfer takes all of the light as SH";
     if (!lacking.empty() && choice == SunChoice::kOn) throw BadOption("suns", lacking);
     return lacking.empty();
 }
@@ -88,18 +88,6 @@ bool wantsSuns(SunChoice choice, const AssetView& asset, const Shot& shot) {
 void requireIndirect(const AssetView& asset, const std::string& option) {
     if (!asset.model.indirect)
         throw BadOption(option, asset.name + " has no light that bounces (penumbra-fit indirect)");
-}
-
-// Transfer has the light of all directions summed up, so that nothing but diffuse materials can be made of it.
-void requireDiffuse(const AssetView& asset, const Shot& shot) {
-    if (shot.shading.light_form != LightForm::kRotation)
-        throw BadOption("light_form", asset.name + " has linear transfer, which takes the light exactly");
-    if (shot.shading.reflectance != Reflectance::kSlices)
-        throw BadOption("reflectance", asset.name + " has linear transfer, which is diffuse");
-    for (const std::size_t m : shot.material_of_slot)
-        if (!isLambert(asset.materials[m]))
-            throw BadOption("brdf", asset.name + " has linear transfer, which is diffuse, and the material \"" +
-                                        std::string(asset.materials[m].name) + "\" is not lambert");
 }
 
 void resolveShading(const RenderOptions& options, const AssetView& asset, Shot& shot) {
@@ -117,7 +105,7 @@ void resolveShading(const RenderOptions& options, const AssetView& asset, Shot& 
     for (const std::string& assignment : options.slots) assignMaterial(asset, assignment, shot);
     for (const std::string& assignment : options.parameters) setParameter(asset, assignment, shot);
     shot.light = findByName(asset.lights, options.light, "light");
-    if (asset.transfer) requireDiffuse(asset, shot);
+    requireDiffuse(asset, shot.shading, shot.material_of_slot);
     for (const std::size_t material : shot.material_of_slot)
         if (!hasReflectance(asset.materials[material], shot.shading.reflectance))
             throw BadOption("reflectance", "the asset's material \"" + std::string(asset.materials[material].name) +
@@ -159,15 +147,6 @@ void resolveOverlays(const RenderOptions& options, const AssetView& asset, Shot&
             shot.boxes.push_back(findPart(asset, word, "boxes"));
 }
 
-// What an asset of transfer has not.
-void checkForTransfer(const RenderOptions& options, const AssetView& asset) {
-    if (!asset.transfer) return;
-    const std::string what = asset.name + " has linear transfer";
-    if (options.channel == Channel::kClusters) throw BadOption("channel", what + ", which has no clusters");
-    if (options.lobe) throw BadOption("lobe", what + ", which is no visibility");
-    if (options.path == EvaluationPath::kGlsl) throw BadOption("path", what + ", which the CPU evaluates");
-}
-
 }  // namespace
 
 void requireFrames(const AssetView& asset) {
@@ -193,9 +172,11 @@ Shot resolveLook(const RenderOptions& options, const AssetView& asset, const Ass
     if (options.channel == Channel::kShaded) resolveShading(options, asset, shot);
     if (options.channel == Channel::kParts) checkComposed(asset, "channel");
     if (options.channel == Channel::kBouncedAmbient) requireIndirect(asset, "channel");
-    if (options.channel == Channel::kTransferError && !hasTransferOf(asset, *truth))
+    if (options.channel == Channel::kTransferError && transferErrorOrder(asset, *truth) < 1)
         throw InvalidInput(truth->name + ": SH order 1 is too low for E_transfer");
-    checkForTransfer(options, asset);
+    refuseForTransfer(asset, {.clusters = options.channel == Channel::kClusters,
+                              .lobe = options.lobe.has_value(),
+                              .gpu = options.path == EvaluationPath::kGlsl});
     resolveOverlays(options, asset, shot);
     return shot;
 }

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "formats/common/errors.h"
+#include "player/papers/transfer/transfer_model.h"
 
 namespace penumbra {
 
@@ -15,10 +16,7 @@ void checkTruth(const AssetView& asset, const AssetView& truth) {
                            " vertices and the asset " + std::to_string(asset.mesh.positions.size()));
     if (truth.mesh.two_sided != asset.mesh.two_sided)
         throw InvalidInput(truth.name + (truth.mesh.two_sided ? ": is" : ": is not") + " two-sided, unlike the asset");
-    if (truth.truth.is_transfer && !asset.transfer)
-        throw InvalidInput(truth.name + ": holds diffuse transfer, and the asset's model is of visibility");
-    // Transfer takes one more band of visibility than it has.
-    const int needed = asset.model.convention.order + (asset.transfer && !truth.truth.is_transfer ? 1 : 0);
+    const int needed = bandsOfTruth(asset, truth);
     if (truth.truth.order < needed)
         throw InvalidInput(truth.name + ": SH order " + std::to_string(truth.truth.order) + " is below " +
                            std::to_string(needed) + ", which the model needs");

@@ -7,6 +7,7 @@
 #include "formats/common/errors.h"
 #include "formats/common/write_file.h"
 #include "player/frame/truth_frames.h"
+#include "player/papers/transfer/transfer_model.h"
 
 namespace penumbra {
 
@@ -46,7 +47,7 @@ TruthMean truthMean(PosedFrame& frame) {
         }
     }
     mean.from_truth = frames > 0;
-    if (!mean.from_truth && shot.asset->transfer)
+    if (!mean.from_truth && !hasVisibility(*shot.asset))
         throw InvalidInput(shot.truth->name + ": has no frame of a training clip, whose mean relative errors need");
     if (!mean.from_truth) return {storedMean(*shot.asset), false};
     for (double& number : mean.numbers) number /= frames;
@@ -68,7 +69,7 @@ double ErrorSums::rmsV() const { return std::sqrt(squares / double(vertices) / (
 
 double ErrorSums::relativeError() const { return std::sqrt(squares / variation); }
 
-ErrorSums errorsOf(PosedFrame& frame, const TruthMean* mean) {
+ErrorSums errorsOf(PosedFrame& frame, const TruthMean* mean, const TransferError* transfer) {
     ErrorSums sums;
     sums.frames = 1;
     const std::vector<float>& e = frame.ambient(VisibilitySource::kModel);
@@ -81,9 +82,9 @@ ErrorSums errorsOf(PosedFrame& frame, const TruthMean* mean) {
         sums.tail.add(difference);
     }
     sums.transfer = std::numeric_limits<double>::quiet_NaN();
-    if (hasTransferOf(*frame.shot().asset, *frame.shot().truth)) {
+    if (transfer) {
         sums.transfer = 0;
-        for (const float error : frame.transferError()) sums.transfer += double(error);
+        for (const float error : transfer->of(frame)) sums.transfer += double(error);
     }
     const std::span<const float> model = frame.numbers(VisibilitySource::kModel);
     const std::span<const float> truth = frame.numbers(VisibilitySource::kTruth);

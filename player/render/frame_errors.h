@@ -3,7 +3,7 @@
 // The figures are those of penumbra-pack check.
 #include <optional>
 
-#include "player/frame/posed_frame.h"
+#include "player/papers/transfer_error.h"
 #include "sh/error_tail.h"
 
 namespace penumbra {
@@ -25,7 +25,7 @@ struct ErrorSums {
     double ambient_max = 0;  // largest term of that sum; NaN where a term is
     double squares = 0;      // sum |y' - y|^2
     double variation = 0;    // sum |y - mean y|^2; NaN without a mean
-    double transfer = 0;     // sum E_transfer (player/frame/transfer_error.h); NaN where the truth has one band alone
+    double transfer = 0;     // sum E_transfer (player/papers/transfer_error.h); NaN where it is not measured
     ErrorTail tail{};        // of |E(y') - E(y)|
 
     void add(const ErrorSums& other);
@@ -35,7 +35,7 @@ struct ErrorSums {
     double relativeError() const;  // sqrt(squares / variation); NaN or infinity where there is nothing to divide by
 };
 
-// Returns the errors of the frame as it is posed; it must have truth. `mean` may be null.
-ErrorSums errorsOf(PosedFrame& frame, const TruthMean* mean);
+// Returns the errors of the frame as it is posed; it must have truth. `mean` and `transfer` may be null.
+ErrorSums errorsOf(PosedFrame& frame, const TruthMean* mean, const TransferError* transfer = nullptr);
 
 }  // namespace penumbra

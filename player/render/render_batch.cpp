@@ -7,6 +7,7 @@
 #include "formats/image/exposure.h"
 #include "player/draw/picture_view.h"
 #include "player/frame/truth_frames.h"
+#include "player/papers/transfer/transfer_model.h"
 
 namespace penumbra {
 
@@ -65,6 +66,7 @@ private:
     const BatchPlan& plan_;
     PosedFrame frame_;
     std::optional<TruthMean> mean_;
+    std::optional<TransferError> transfer_error_;
     std::optional<OffscreenRenderer> renderer_;
     FrameView view_;
     std::optional<std::size_t> framed_clip_;  // of view_, for Framing::kClip
@@ -79,6 +81,8 @@ private:
 
 Batch::Batch(const BatchPlan& plan, int threads, BatchResult& result) : plan_(plan), frame_(plan.look, threads) {
     if (plan.look.truth && plan.relative_error) mean_ = truthMean(frame_);
+    if (plan.look.truth && transferErrorOrder(*plan.look.asset, *plan.look.truth) >= 1)
+        transfer_error_.emplace(*plan.look.asset, *plan.look.truth);
     result.mean_from_truth = mean_ && mean_->from_truth;
     if (!plan.draws()) return;
     if (plan.framing == Framing::kClips) frameClips(plan.chosen.clips);
@@ -138,7 +142,8 @@ FrameRecord Batch::run(std::size_t index, const BatchSink& sink) {
     if (renderer_) frameClipOf(record.at);
     frame_.pose(record.at.frame, plan_.truth_frames.empty() ? std::nullopt : plan_.truth_frames[index]);
     record.out_of_range = frame_.evaluator().outOfRange();
-    if (frame_.hasTruth()) record.errors = errorsOf(frame_, mean_ ? &*mean_ : nullptr);
+    if (frame_.hasTruth())
+        record.errors = errorsOf(frame_, mean_ ? &*mean_ : nullptr, transfer_error_ ? &*transfer_error_ : nullptr);
     if (renderer_) draw(index, sink, record);
     return record;
 }

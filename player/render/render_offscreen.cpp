@@ -4,6 +4,7 @@
 #include "player/frame/mirror_sight.h"
 #include "player/frame/orbit_camera.h"
 #include "player/frame/visibility_lobe.h"
+#include "player/papers/transfer/transfer_model.h"
 
 namespace penumbra {
 
@@ -19,7 +20,7 @@ OffscreenRenderer::OffscreenRenderer(const RenderOptions& options, const Shot& l
       path_(options.path.value_or(context_->software ? EvaluationPath::kCpu : EvaluationPath::kGlsl)),
       target_(options.width, options.height, options.samples) {
     if (look.shaded) shading_.emplace(shadingOf(look));
-    if (look.asset->transfer) path_ = EvaluationPath::kCpu;
+    if (!hasVisibility(*look.asset)) path_ = EvaluationPath::kCpu;
     if (!look.suns) return;
     lobes_ = lobe_table_.add(*shading_);
     slot_lobes_ = lobe_table_.addSlots(*shading_);
@@ -37,7 +38,8 @@ void OffscreenRenderer::shineOn(std::span<const Vec3> positions) {
 std::vector<Vec3> OffscreenRenderer::valuesOf(const Panel& panel, PosedFrame& frame, Vec3 eye) {
     if (panel.channel == Channel::kTransferError) {
         std::vector<Vec3> values;
-        for (const float error : frame.transferError()) values.push_back({error, 0, 0});
+        if (!transfer_error_) transfer_error_.emplace(*asset_, *frame.shot().truth);
+        for (const float error : transfer_error_->of(frame)) values.push_back({error, 0, 0});
         return values;
     }
     if (panel.channel == Channel::kShaded) return frame.radiance(panel.source, *shading_, eye);

@@ -7,9 +7,9 @@
 #include "player/draw/overlay_painter.h"
 #include "player/draw/sky_painter.h"
 #include "player/draw/sunlight.h"
-#include "player/frame/posed_frame.h"
 #include "player/gl/gl_context.h"
 #include "player/gl/offscreen_target.h"
+#include "player/papers/transfer_error.h"
 
 namespace penumbra {
 
@@ -51,6 +51,7 @@ private:
     std::optional<ModelPainter> model_painter_;
     OverlayPainter overlays_;
     std::optional<SkyPainter> sky_;
+    std::optional<TransferError> transfer_error_;  // once the channel was drawn
     float exposure_ = 1;
 
     void shineOn(std::span<const Vec3> positions);  // draws the shadow maps

@@ -6,34 +6,20 @@
 
 namespace penumbra {
 
-namespace {
-
-float ambientOfVertex(const AssetView& asset, std::span<const float> numbers) {
-    float e = 0;
-    if (asset.transfer)
-        transferAmbient(int(numbers.size()), numbers, {&e, 1});
-    else
-        ambient(asset.model.convention, int(numbers.size()), numbers, {&e, 1});
-    return e;
-}
-
-}  // namespace
-
 VertexFigures figuresOf(const Character& character, std::size_t vertex) {
     const ModelView& model = character.asset.model;
-    const std::size_t first = vertex * std::size_t(model.stride), size = std::size_t(model.convention.size());
+    const std::size_t stride = std::size_t(model.stride), first = vertex * stride;
+    const auto read = [&](const std::vector<float>& numbers, std::span<const float>& figures, float& e) {
+        figures = std::span(numbers).subspan(first, std::size_t(model.convention.size()));
+        ambient(character.asset, std::span(numbers).subspan(first, stride), {&e, 1});
+    };
     VertexFigures figures;
     figures.cluster = clusterAt(character.asset, vertex);
     figures.joint = character.asset.animation.joint_names[std::size_t(model.clusters[figures.cluster].joint)];
     figures.scores = character.posed.evaluator->scores(figures.cluster);
-    if (character.posed.numbers.key()) {
-        figures.model = std::span(character.posed.vertices.numbers).subspan(first, size);
-        figures.model_ambient = ambientOfVertex(character.asset, figures.model);
-    }
-    if (*character.posed.truth_frame && character.posed.truth_numbers.key()) {
-        figures.truth = std::span(*character.posed.truth_numbers).subspan(first, size);
-        figures.true_ambient = ambientOfVertex(character.asset, figures.truth);
-    }
+    if (character.posed.numbers.key()) read(character.posed.vertices.numbers, figures.model, figures.model_ambient);
+    if (*character.posed.truth_frame && character.posed.truth_numbers.key())
+        read(*character.posed.truth_numbers, figures.truth, figures.true_ambient);
     return figures;
 }
 

@@ -61,13 +61,13 @@ void applyShadows(const Scene& scene, std::size_t index, const NumbersKey& key, 
     const Shadows shadows = key.shadows;
     const Character& character = *scene.characters[index];
     const ModelView& model = character.asset.model;
-    if (character.asset.transfer) return;
+    if (!changesNumbers(scene, index, key)) return;
     if (shadows == Shadows::kCast || shadows == Shadows::kNone) {
         const std::vector<float> open = freeSight(model.convention);
         for (std::size_t first = 0; first < numbers.numbers.size(); first += std::size_t(model.stride))
             std::ranges::copy(open, numbers.numbers.begin() + std::ptrdiff_t(first));
     }
-    if (shadows == Shadows::kSelf || shadows == Shadows::kNone) return;
+    if (shadows == Shadows::kNone) return;
     NumbersKey others = key;
     others.shadows = Shadows::kBoth;
     if (!changesNumbers(scene, index, others)) return;

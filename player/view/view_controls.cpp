@@ -256,7 +256,7 @@ constexpr Control kControls[] = {
     {ControlPanel::kShow, "turn", nullptr, "The camera goes round (R)", switchOf<&ViewState::turntable>("turn"),
      nullptr, nullptr, nullptr, true},
     {ControlPanel::kShow, "shadows", "shadows", "Whose shadows are shown (J)", &kShadowMenu},
-    {ControlPanel::kShow, "join", "joined as", "How shadows of others join what everyone sees of itself (A)",
+    {ControlPanel::kShow, "join", "joined as", "How shadows of others join what everyone sees of itself",
      &kCastModeMenu, joinsCasts},
     {ControlPanel::kShow, "brush", nullptr, "Left drag raises the ground, Shift + left drag lowers it (0)",
      switchOf<&ViewState::tool, &PointerTool::brush, &GroundBrush::on>("brush"), hasHeights},

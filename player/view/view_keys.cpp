@@ -1,5 +1,6 @@
 #include "player/view/view_keys.h"
 
+#include "player/papers/transfer/transfer_model.h"
 #include "player/view/view_look.h"
 
 namespace penumbra {
@@ -73,8 +74,7 @@ bool sendsLight(const Scene& scene, const ViewState& state) {
 
 bool changesNumbers(const Scene& scene, std::size_t index, const NumbersKey& key) {
     const Character& character = *scene.characters[index];
-    // Transfer is no visibility that others could take from.
-    if (key.shadows == Shadows::kSelf || character.asset.transfer) return false;
+    if (key.shadows == Shadows::kSelf || !hasVisibility(character.asset)) return false;
     const std::size_t itself = character.caster == kNobody ? 0 : 1;
     return key.shadows != Shadows::kBoth || scene.field || key.on_ground || scene.cast->casterCount() > itself;
 }

@@ -8,6 +8,7 @@
 #include "formats/image/exposure.h"
 #include "player/frame/visibility_lobe.h"
 #include "player/gl/offscreen_target.h"
+#include "player/papers/transfer/transfer_model.h"
 #include "player/view/vertex_figures.h"
 #include "player/view/view_look.h"
 
@@ -37,7 +38,7 @@ FrameView paneView(const ViewState& state, const Rectangle& area, double scene_r
 bool ScenePainter::needsValues(const ViewState& state) const {
     const bool many_bands = std::ranges::any_of(scene_->characters, [](const auto& character) {
         const ModelView& model = character->asset.model;
-        return character->asset.transfer ||
+        return !hasVisibility(character->asset) ||
                (model.composition && (model.convention.order > kFieldOrder || model.composition->floor));
     });
     return many_bands || path_ == EvaluationPath::kCpu || shownCompare(state) == Compare::kDifference ||
@@ -226,7 +227,7 @@ void ScenePainter::drawBoxes(const ViewState& state, const Pane& pane, double ra
 void ScenePainter::drawLobe(const ViewState& state, const Pane& pane, double radius) {
     const auto [index, vertex] = *state.inspect.picked;
     const Character& character = *scene_->characters[index];
-    if (character.asset.transfer) return;  // transfer is no visibility
+    if (!hasVisibility(character.asset)) return;
     const VertexFigures figures = figuresOf(character, vertex);
     const bool truth = pane.shown == Shown::kTruth && !figures.truth.empty();
     const std::span<const float> numbers = truth ? figures.truth : figures.model;

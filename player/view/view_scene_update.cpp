@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "player/frame/truth_frames.h"
+#include "player/papers/transfer/transfer_model.h"
 #include "player/view/playback/clip_figures.h"
 #include "player/view/playback/morph_weights.h"
 #include "player/view/vertex_figures.h"
@@ -109,7 +110,7 @@ bool setShading(const Scene& scene, Character& character, const ViewState& state
     CharacterLook& shown = character.shown;
     if (!shown.shading) return false;
     return shown.look.update(key, [&](auto&) {
-        if (shown.shading->choice() != key.shading && !character.asset.transfer)
+        if (shown.shading->choice() != key.shading && hasVisibility(character.asset))
             shown.shading = makeShading(scene, character.asset, key.shading);
         ShadingSet& set = *shown.shading;
         for (std::size_t slot = 0; slot < set.slotCount(); ++slot) {

@@ -9,12 +9,9 @@
 #include <vector>
 
 #include "formats/asset/asset_file.h"
-#include "runtime/evaluate/cluster_scores.h"
-#include "runtime/evaluate/deformation.h"
-#include "runtime/evaluate/far_evaluator.h"
+#include "runtime/evaluate/body_pose.h"
 #include "runtime/evaluate/followers.h"
-#include "runtime/evaluate/morphed_rest.h"
-#include "runtime/evaluate/pose_features.h"
+#include "runtime/evaluate/vertex_models.h"
 #include "runtime/papers/transfer_evaluator.h"
 
 namespace penumbra {
@@ -44,26 +41,26 @@ public:
     void setPositions(std::span<const Vec3> points, std::span<const float> inputs);
     // Sets a frame of the asset's animation. A deforming asset must have playback positions.
     void setFrame(std::size_t frame);
-    const Deformation* deformation() const { return deformation_.get(); }     // null unless deforming
-    std::span<const Vec3> points() const { return deformed_.points; }         // [Vs] of a deforming asset, else empty
-    std::span<const Vec3> pointNormals() const { return deformed_.normals; }  // [Vs]
-    std::span<const Affine> bones() const { return features_.bones(); }       // [J] of the pose
-    const MorphedRest& rest() const { return rest_; }                         // the weights of morph targets
+    const Deformation* deformation() const { return pose_.deformation.get(); }  // null unless deforming
+    std::span<const Vec3> points() const { return pose_.deformed.points; }      // [Vs] of a deforming asset, else empty
+    std::span<const Vec3> pointNormals() const { return pose_.deformed.normals; }  // [Vs]
+    std::span<const Affine> bones() const { return pose_.features.bones(); }       // [J] of the pose
+    const MorphedRest& rest() const { return pose_.rest; }                         // the weights of morph targets
 
     // Returns how far the clusters' inputs of this pose are from where training frames had them, in about radians; 0
     // where all of them are inside. The evaluator clamps inputs to the training range. formats/stage/model_file.h has
     // the formula.
     double outOfRange() const { return out_of_range_; }
-    std::span<const float> scores(std::size_t cluster) const { return model_.of(cluster); }  // [K]
+    std::span<const float> scores(std::size_t cluster) const { return local_.scores.of(cluster); }  // [K]
     // The same of the residual of a composed asset, and of the light that bounces; empty where it has none.
-    std::span<const float> residualScores(std::size_t cluster) const { return scoresOf(residual_, cluster); }
-    std::span<const float> indirectScores(std::size_t cluster) const { return scoresOf(indirect_, cluster); }
+    std::span<const float> residualScores(std::size_t cluster) const;
+    std::span<const float> indirectScores(std::size_t cluster) const;
     // Replaces scores until the next pose, so that one can look at what a component does. `scores` may be scores()
     // itself.
-    void setScores(std::size_t cluster, std::span<const float> scores) { model_.set(cluster, scores); }
+    void setScores(std::size_t cluster, std::span<const float> scores) { local_.scores.set(cluster, scores); }
     // nearestRotation() of the linear part of the cluster's joint
     const Mat3& clusterRotation(std::size_t cluster) const {
-        return features_.rotation(asset_->model.clusters[cluster].joint);
+        return pose_.features.rotation(asset_->model.clusters[cluster].joint);
     }
 
     // --- Vertices: on any threads ---
@@ -83,26 +80,26 @@ public:
               std::span<Vec3> tangents) const;
     // The same for the vertices from `begin` on; the arrays are as long as what is wanted.
     void skin(std::size_t begin, std::span<Vec3> positions, std::span<Vec3> normals, std::span<Vec3> tangents) const {
-        mesh().skin(begin, positions, normals, tangents);
+        pose_.mesh(*asset_).skin(begin, positions, normals, tangents);
     }
     // Writes the light that bounces, indirect[v * kIndirectStride + i] for the cluster's vertices
     // (sh/indirect_numbers.h), in the array of all vertices. Only where the asset has it.
-    bool hasIndirect() const { return !indirect_.empty(); }
+    bool hasIndirect() const { return bounced_.has_value(); }
     void evaluateIndirect(std::size_t cluster, std::span<float> indirect) const;
 
     // The parts of evaluateCluster() for a composed asset, which otherwise must not be asked for. evaluateFar() writes
     // what the far and near parts leave visible, far[v * kFarNumbers + i] of all vertices. composeCluster() multiplies
     // it by the local visibility and adds the residual. evaluateLocal() writes the local visibility alone, not clamped.
-    bool composed() const { return far_.has_value(); }
+    bool composed() const { return composed_.has_value(); }
     void evaluateFar(std::size_t cluster, std::span<float> far) const;
     void evaluateLocal(std::size_t cluster, std::span<float> coefficients) const;
     void composeCluster(std::size_t cluster, std::span<const float> far, std::span<float> coefficients) const;
     // Of the far parts of a composed asset; others have one quality.
     void setQuality(FarQuality quality);
     void setNearFactors(NearFactors factors);  // kWith at first
-    const FarTables& farTables() const { return far_->tables(); }
-    const FarLayout& farLayout() const { return far_->layout(); }
-    std::span<const PosedPart> posedParts() const { return far_->posed(); }
+    const FarTables& farTables() const { return composed_->far.tables(); }
+    const FarLayout& farLayout() const { return composed_->far.layout(); }
+    std::span<const PosedPart> posedParts() const { return composed_->far.posed(); }
     // The anchors at which others cast on this character. They are laid out when they are first asked for.
     const FarLayout& castLayout() const;
 
@@ -111,38 +108,26 @@ public:
     TransferEvaluator* transfer() { return transfer_ ? &*transfer_ : nullptr; }
 
 private:
-    // Made of the asset once, as what the parts decode; copies of the evaluator share it.
+    // What followers and casters need, which copies of the evaluator share.
     struct Shared {
-        std::vector<float> ambient_weights;  // [stride], E = sum of weight times coefficient
-        float ambient_norm2 = 0;             // sum of squared weights
-        std::vector<float> residual_mean;    // [V, stride], or empty
-        std::vector<float> indirect_mean;    // [V, kIndirectStride], or empty
-        TurnTable turns;                     // of the convention, with followers
+        TurnTable turns;  // of the convention, with followers
         mutable std::once_flag cast_once;
         mutable FarLayout cast;
         explicit Shared(const AssetView& asset);
     };
     const AssetView* asset_;
-    std::shared_ptr<const Shared> shared_;
     EvaluatorPath path_;
-    // A pose becomes features, features become scores, and scores become coefficients.
-    PoseFeatures features_;
-    MorphedRest rest_;
-    ClusterScores model_, residual_, indirect_;
+    // The order of a frame: a pose is set, the models' scores follow from what they see of it, and the vertices of each
+    // cluster follow from the scores.
+    BodyPose pose_;
+    LocalModel local_;
+    std::optional<ComposedModel> composed_;
+    std::optional<BouncedLight> bounced_;
+    std::optional<TransferEvaluator> transfer_;  // in place of all models
+    std::shared_ptr<const Shared> shared_;
     double out_of_range_ = 0;
-    std::optional<FarEvaluator> far_;            // only for a composed asset
-    mutable std::vector<float> far_factors_;     // [V, kFarNumbers]; calls on different clusters write different places
-    std::optional<TransferEvaluator> transfer_;  // only for an asset of transfer
-    std::shared_ptr<const Deformation> deformation_;  // only for a deforming asset
-    DeformedPose deformed_;
 
-    PosedMesh mesh() const {
-        return {asset_, &features_, rest_.positions(), rest_.normals(), deformed_.points, deformed_.normals};
-    }
-    AmbientClamp clamp() const;
-    static std::span<const float> scoresOf(const ClusterScores& scores, std::size_t cluster) {
-        return scores.empty() ? std::span<const float>() : scores.of(cluster);
-    }
+    void evaluateScores(std::span<const float> pose);
 };
 
 }  // namespace penumbra

@@ -11,6 +11,7 @@
 
 #include "fit/camera/find_response.h"
 #include "formats/common/errors.h"
+#include "tests/difference.h"
 
 namespace penumbra::test_find_response {
 namespace {
@@ -52,7 +53,7 @@ BracketPictures fieldsUnder(const char* curve, double gain = 1) {
 
 // rms of the relative error between codes 10 and 245, after the best common factor.
 double curveError(const CameraResponse& found, const char* curve) {
-    double worst = 0;
+    Largest worst;
     for (std::size_t c = 0; c < 3; ++c) {
         double ratio = 0, square = 0;
         std::vector<double> ratios;
@@ -66,7 +67,7 @@ double curveError(const CameraResponse& found, const char* curve) {
         }
         double sum = 0;
         for (const double one : ratios) sum += std::pow(one * ratio / square - 1, 2) / double(ratios.size());
-        worst = std::max(worst, std::sqrt(sum));
+        worst.add(std::sqrt(sum));
     }
     return worst;
 }

@@ -8,19 +8,14 @@
 
 #include "asset_generated.h"
 #include "formats/asset/asset_file.h"
-#include "formats/common/errors.h"
+#include "tests/refusal.h"
 #include "tests/use_asset.h"
 
 namespace penumbra {
 
 // Opens and uses an asset. Returns why it was refused, or "accepted".
 inline std::string refusalOf(std::span<const std::byte> bytes) {
-    try {
-        useAsset(openAsset(bytes, "x.pnb"));
-    } catch (const InvalidInput& error) {
-        return error.what();
-    }
-    return "accepted";
+    return refusalBy([&] { useAsset(openAsset(bytes, "x.pnb")); });
 }
 
 // Does so after a change through the generated accessors, with the hash put right.

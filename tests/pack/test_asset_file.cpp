@@ -11,6 +11,7 @@
 #include "pack/sections/asset_writer.h"
 #include "pack/sections/material_section.h"
 #include "tests/pack/changed_asset.h"
+#include "tests/refusal.h"
 #include "tests/synthetic_model.h"
 #include "tests/use_asset.h"
 
@@ -132,12 +133,7 @@ TEST(AssetFile, RefusesMoreMaterialsThanThereMayBe) {
         sections.materials.assign(count, writeMaterial(builder, synthetic::lambert()));
         const std::span<std::byte> finished = finishAsset(builder, sections, 5, "{}");
         const std::vector<std::byte> bytes(finished.begin(), finished.end());
-        try {
-            openAsset(bytes);
-        } catch (const InvalidInput& error) {
-            return std::string(error.what());
-        }
-        return std::string("accepted");
+        return refusalBy([&] { openAsset(bytes); });
     };
     EXPECT_EQ(openWith(1), "accepted");
     EXPECT_EQ(openWith(kMaxMaterials), "asset: materials has \"lambert\" twice");

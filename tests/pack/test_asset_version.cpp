@@ -5,23 +5,14 @@
 #include <functional>
 
 #include "asset_generated.h"
-#include "formats/common/errors.h"
 #include "tests/fuzz/tiny_inputs.h"
+#include "tests/pack/changed_asset.h"
 
 namespace penumbra::test_asset_version {
 namespace {
 
 using testing::HasSubstr;
 using testing::StartsWith;
-
-std::string refusalOf(const std::vector<std::byte>& bytes) {
-    try {
-        (void)openAsset(bytes, "x.pnb");
-    } catch (const InvalidInput& error) {
-        return error.what();
-    }
-    return "accepted";
-}
 
 TEST(AssetVersion, IsOneWhateverAnAssetHolds) {
     for (const std::vector<std::byte>& asset : tinyAssets()) {

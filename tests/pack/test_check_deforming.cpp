@@ -11,6 +11,7 @@
 #include "runtime/shade/shading.h"
 #include "sh/sh_rotation.h"
 #include "tests/posed_vertices.h"
+#include "tests/refusal.h"
 #include "tests/synthetic_cloth.h"
 
 namespace penumbra::test_check_deforming {
@@ -104,12 +105,7 @@ TEST(CheckDeforming, RefusesWhatDoesNotFit) {
     const auto refusal = [&] {
         bake.write();
         const VisibilityReader reader(bake.path);
-        try {
-            checkAsset(bake.asset, reader, {}, 1, kNoProgress);
-        } catch (const InvalidInput& error) {
-            return std::string(error.what());
-        }
-        return std::string("accepted");
+        return refusalBy([&] { checkAsset(bake.asset, reader, {}, 1, kNoProgress); });
     };
     EXPECT_EQ(refusal(), "accepted");
     bake.model.input_names[2] = "elsewhere";

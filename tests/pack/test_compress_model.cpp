@@ -7,6 +7,7 @@
 #include "pack/compress/dense_solvers.h"
 #include "pack/pack_asset.h"
 #include "runtime/evaluate/evaluator.h"
+#include "tests/refusal.h"
 #include "tests/synthetic_model.h"
 
 namespace penumbra::test_compress_model {
@@ -197,12 +198,7 @@ TEST(PackWithin, KeepsTheErrorAskedForAndUsesIt) {
 TEST(PackWithin, RefusesBoundsThatCannotBeMet) {
     const Model model = livelyTube();
     const auto refusal = [&](const PackOptions& options) {
-        try {
-            packAsset(model, {}, {}, options, "{}", 1);
-        } catch (const UsageError& error) {
-            return std::string(error.what());
-        }
-        return std::string("accepted");
+        return refusalBy<UsageError>([&] { packAsset(model, {}, {}, options, "{}", 1); });
     };
     EXPECT_EQ(refusal({.max_error = 0.5, .max_bytes_per_vertex = 400}), "accepted");
     EXPECT_NE(refusal({.max_bytes_per_vertex = 20}).find("max_bytes_per_vertex: with one component"),

@@ -326,12 +326,11 @@ def fix_camera(name, **changes):
         json.dump(fixed, file)
 
 
-def share_like_render(scene, shot, *more):
+def share_like_render(scene, shot):
     """Draws the scene without a window. Returns the share of the pixels of its middle that are within 5 steps in the shot,
     which has no background."""
     size = f"{shot.picture.shape[1]}x{shot.picture.shape[0]}"
-    good("player", "render", "--scene", scene, "--size", size, "--gl", "osmesa", "--aa", 1, "--tone", "filmic", "-o", "drawn.png",
-         *more)
+    good("player", "render", "--scene", scene, "--size", size, "--gl", "osmesa", "--aa", 1, "--tone", "filmic", "-o", "drawn.png")
     drawn = np.asarray(Image.open("drawn.png").convert("RGBA"), int)
     covered = drawn[..., 3] == 255
     side = covered.shape[1] // 4  # where the ground of the window fades
@@ -349,12 +348,8 @@ def check_same_as_render():
     fix_camera("fixed.json")
     view = View("--scene", "fixed.json", "--no-settings", size=f"{WIDTH}x{HEIGHT}")
     shown = view.shot("b")
-    folded = view.shot("a")
-    assert "shadows of others by folded" in folded.said and difference(folded, shown) > 0, folded.said
-    assert difference(view.shot("a"), shown) == 0, "there are no spheres for the papers' ways"
     view.close()
     assert share_like_render("fixed.json", shown) > 0.5
-    assert share_like_render("fixed.json", folded, "--cast", "folded") > 0.5
 
 
 def turned_sun(view, before):

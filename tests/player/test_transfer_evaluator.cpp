@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "pack/pack_transfer.h"
-#include "player/frame/transfer_error.h"
+#include "player/papers/transfer/transfer_model.h"
 #include "tests/runtime/count_allocations.h"
 #include "tests/synthetic_transfer.h"
 

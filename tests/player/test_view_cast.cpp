@@ -6,6 +6,7 @@
 #include "formats/common/write_file.h"
 #include "formats/scene/scene_placement.h"
 #include "pack/pack_asset.h"
+#include "player/papers/sphere_cast.h"
 #include "player/render/scene_frames.h"
 #include "player/scene/scene_receivers.h"
 #include "player/scene/side_by_side.h"
@@ -182,11 +183,24 @@ std::vector<float> shownAmbient(const Scene& scene) {
     return e;
 }
 
+// The same where render draws the scene.
+std::vector<float> renderedAmbient(const PosedScene& scene) {
+    const SceneMember& member = *scene.members()[0];
+    const CastMode mode = scene.castWay().mode;
+    FrameVertices own;
+    ownVertices(member, 1, own);
+    std::vector<float> others;
+    castOverSphere(scene.cast(), {.except = member.caster}, castOrderOf(mode),
+                   {own.positions, own.normals, own.tangents}, 1, others);
+    return castAmbient(mode, member.evaluator.asset().model, own, others);
+}
+
 // The casters have fields only, so that the papers' ways, which need spheres, are passed over.
 TEST_F(ViewCast, ShadowsOfOthersJoinInOtherWays) {
     Scene scene = open(kPair);
     ViewState state = stateOf(scene);
     state.show.channel = Channel::kAmbient;
+    state.smooth = false;
     update(scene, state);
     const std::vector<float> product = shownAmbient(scene);
     state.show.shadows = Shadows::kSelf;
@@ -202,6 +216,8 @@ TEST_F(ViewCast, ShadowsOfOthersJoinInOtherWays) {
     EXPECT_GT(largestDifference(folded, alone), 0.1);
     EXPECT_GT(largestDifference(folded, product), 1e-4) << "another way";
     EXPECT_LT(largestDifference(folded, product), largestDifference(folded, alone)) << "of the same shadow";
+    EXPECT_LT(largestDifference(folded, renderedAmbient(PosedScene(readScene(file(kPair)), {CastMode::kFolded, {}}))),
+              1e-5);
     // Whoever moves away is out of it.
     state.characters[0].moved = {-900, 0, 0};
     update(scene, state);

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "player/frame/visibility_lobe.h"
+#include "player/papers/transfer/transfer_model.h"
 #include "player/view/vertex_figures.h"
 #include "player/view/window/view_widgets.h"
 #include "sh/sh_basis.h"
@@ -22,11 +23,8 @@ std::size_t bytesOf(const NumbersView& numbers) {
 
 void modelLines(const AssetView& asset) {
     const ModelView& model = asset.model;
-    if (asset.transfer) {
-        ImGui::Text("linear transfer, order %d", asset.transfer->order);
-        ImGui::Text("%zu inputs, %zu outputs a map", asset.transfer->inputs(), asset.transfer->outputs());
-        return;
-    }
+    for (const std::string& line : linesOfTransfer(asset)) ImGui::TextUnformatted(line.c_str());
+    if (!hasVisibility(asset)) return;
     std::size_t bytes = 0, components = 0;
     for (const ClusterView& cluster : model.clusters) {
         bytes += bytesOf(cluster.mean) + bytesOf(cluster.basis);

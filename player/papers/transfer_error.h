@@ -1,10 +1,9 @@
 #pragma once
 // E_transfer of Nowrouzezahrai 2007 (section 6): the squared difference of the transfer of model and truth, integrated
 // over the visible hemisphere. It knows no light, and it is the same measure for models of visibility and of transfer.
-#include <optional>
 #include <vector>
 
-#include "player/frame/frame_values.h"
+#include "player/frame/posed_frame.h"
 #include "sh/cosine_product.h"
 #include "sh/hemisphere_norm.h"
 
@@ -12,11 +11,10 @@ namespace penumbra {
 
 class TransferError {
 public:
-    // Compares order() bands: those of an asset of transfer, else up to 6, one fewer than the truth has.
+    // Compares transferErrorOrder() bands, at least 1.
     TransferError(const AssetView& asset, const AssetView& truth);
-    int order() const { return order_; }
-    // Returns E_transfer of every vertex. `vertices` have the numbers of the model. The shot must have truth.
-    std::vector<float> of(const Shot& shot, const FrameVertices& vertices, int threads) const;
+    // Returns E_transfer of every vertex of the model. The frame must have truth.
+    std::vector<float> of(PosedFrame& frame) const;
 
 private:
     int order_;
@@ -28,8 +26,5 @@ private:
                      const FrameVertices& vertices) const;
     float ofVisibility(const Shot& shot, std::size_t vertex, const FrameVertices& vertices) const;
 };
-
-// Tells whether the truth has enough bands for a TransferError.
-bool hasTransferOf(const AssetView& asset, const AssetView& truth);
 
 }  // namespace penumbra

@@ -1,29 +1,23 @@
-#include "player/frame/transfer_error.h"
+#include "player/papers/transfer_error.h"
 
 #include <algorithm>
 #include <array>
 
 #include "formats/common/parallel_for.h"
+#include "player/papers/transfer/transfer_model.h"
 #include "sh/sh_rotation.h"
 
 namespace penumbra {
 
 namespace {
 
-constexpr int kPaperOrder = 6;
 constexpr std::size_t kErrorPiece = 256;  // vertices of a task
 constexpr std::size_t kMaxNumbers = coefficientCount(kMaxOrder);
 
-int orderFor(const AssetView& asset, const AssetView& truth) {
-    return asset.transfer ? asset.transfer->order : std::min(kPaperOrder, truth.truth.order - 1);
-}
-
 }  // namespace
 
-bool hasTransferOf(const AssetView& asset, const AssetView& truth) { return orderFor(asset, truth) >= 1; }
-
 TransferError::TransferError(const AssetView& asset, const AssetView& truth)
-    : order_(orderFor(asset, truth)),
+    : order_(transferErrorOrder(asset, truth)),
       norm_(order_),
       cosine_(std::min(order_, kMaxOrder - 1)),
       transfer_of_(cosineMatrix(order_, asset.model.convention.order)) {}
@@ -61,17 +55,19 @@ float TransferError::ofVisibility(const Shot& shot, std::size_t vertex, const Fr
     return float(norm_.ofLocal(std::span<const double>(difference).first(n)));
 }
 
-std::vector<float> TransferError::of(const Shot& shot, const FrameVertices& vertices, int threads) const {
+std::vector<float> TransferError::of(PosedFrame& frame) const {
+    const Shot& shot = frame.shot();
+    const FrameVertices& vertices = frame.vertices(VisibilitySource::kModel);
     std::vector<float> errors(vertices.positions.size());
     const auto overVertices = [&](const auto& error) {
-        parallelFor((errors.size() + kErrorPiece - 1) / kErrorPiece, threads, [&](std::size_t piece) {
+        parallelFor((errors.size() + kErrorPiece - 1) / kErrorPiece, frame.threads(), [&](std::size_t piece) {
             for (std::size_t v = piece * kErrorPiece; v < std::min(errors.size(), (piece + 1) * kErrorPiece); ++v)
                 errors[v] = std::max(error(v), 0.0f);  // NaN stays NaN in this order
         });
         return errors;
     };
-    if (!shot.asset->transfer) return overVertices([&](std::size_t v) { return ofVisibility(shot, v, vertices); });
-    const std::vector<float> truth = truthNumbers(shot, vertices, threads);
+    if (hasVisibility(*shot.asset)) return overVertices([&](std::size_t v) { return ofVisibility(shot, v, vertices); });
+    const std::vector<float> truth = truthNumbers(shot, vertices, frame.threads());
     return overVertices([&](std::size_t v) { return ofTransfer(shot, truth, v, vertices); });
 }
 
