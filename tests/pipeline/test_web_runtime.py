@@ -183,6 +183,16 @@ def check_worker(package, files):
     assert found["crowd"]["updates"] > 50 and found["crowd"]["least"] > 0 and not found["crowd"]["errors"]
 
 
+def check_babylon(package, files):
+    """The example with Babylon.js: it poses as the engine does, and its colours are E."""
+    if not os.path.isdir(os.path.join(MODULES, "@babylonjs/loaders")):
+        print("Babylon.js was not tried: no npm package @babylonjs/loaders (scripts/setup --web)")
+        return
+    found = look_at("babylon.html", package, files)
+    assert found["vertices"] > 1000 and found["apart"] < 1e-5  # 2.4e-7 m
+    assert -1e-6 < found["least"] < 0.5 and 0.9 < found["most"] < 1 + 1e-6
+
+
 def check_csp(package, files):
     """A page whose policy forbids WebAssembly is told the word that it lacks, and needs no other."""
     blocked = look_at("csp.html", package, files, "csp:script-src 'self'")
@@ -291,6 +301,7 @@ if __name__ == "__main__":
             check_three(package, files)
             check_worker(package, files)
             check_webgpu(package, files)
+            check_babylon(package, files)
             check_csp(package, files)
             check_consumer(package, folder, files)
             check_demo(package, folder, cases)

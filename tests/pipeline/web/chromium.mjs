@@ -8,7 +8,8 @@ import { launch, serve } from './browser.mjs';
 
 const [packageFolder, modules, files, executable, name, ...more] = process.argv.slice(2);
 const [policy, flags] = more[0]?.startsWith('csp:') ? [more[0].slice(4), more.slice(1)] : [undefined, more];
-const roots = { package: packageFolder, modules, files, pages: path.dirname(fileURLToPath(import.meta.url)) };
+const pages = path.dirname(fileURLToPath(import.meta.url));
+const roots = { package: packageFolder, modules, files, pages, examples: path.join(pages, '../../../docs/examples') };
 const server = await serve(roots, policy ? { 'Content-Security-Policy': policy } : {});
 const browser = await launch(modules, executable, flags);
 const page = await browser.newPage({ viewport: { width: 300, height: 300 } });

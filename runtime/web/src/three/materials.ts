@@ -24,15 +24,16 @@ export const DARKEN = `
 #endif
 `;
 
-// An attribute that a geometry lacks is (0, 0, 0, 1): all light. So other meshes may share the material.
+// An attribute that a geometry lacks is (0, 0, 0, 1): all light. So other meshes may share the material. `centroid`: at
+// edges of triangles an antialiased pixel would else take values from beyond, and small parts would get dark dots.
 export const BY_VERTEX: Patch = {
     key: 'penumbra-vertex',
     vertex: [
-        { after: '#include <common>', text: 'attribute vec4 penumbraLoss;\nvarying vec4 vPenumbraLoss;' },
+        { after: '#include <common>', text: 'attribute vec4 penumbraLoss;\ncentroid varying vec4 vPenumbraLoss;' },
         { after: '#include <begin_vertex>', text: 'vPenumbraLoss = penumbraLoss;' },
     ],
     fragment: [
-        { after: '#include <common>', text: 'varying vec4 vPenumbraLoss;' },
+        { after: '#include <common>', text: 'centroid varying vec4 vPenumbraLoss;' },
         { after: LIGHT_IS_COMPLETE, text: `{ vec4 penumbra = vPenumbraLoss;${DARKEN}}` },
     ],
     uniforms: {},

@@ -16,7 +16,7 @@ let counter = 0;
 /** The class of the same name of penumbra-player/three, for WebGPURenderer with either of its back ends. */
 export class PenumbraCharacter extends ForWebGL {
     protected override patch(meshes: Mesh[]): (() => void)[] {
-        const loss = varying(attribute('penumbraLoss', 'vec4') as Tsl, 'vPenumbraLoss');
+        const loss = (varying(attribute('penumbraLoss', 'vec4') as Tsl, 'vPenumbraLoss') as Tsl).setInterpolation('perspective', 'centroid');
         return patchMeshes(meshes, 'penumbra-vertex', (builder) => (builder.hasGeometryAttribute('penumbraLoss') ? loss : undefined));
     }
 }
