@@ -14,6 +14,7 @@
 #include "formats/source/source_readers.h"
 #include "formats/stage/blocker_file.h"
 #include "formats/stage/stage_file_kind.h"
+#include "pack/compress/coarsen_fields.h"
 #include "pack/lod_mesh.h"
 #include "pack/named_input.h"
 #include "pack/pack_asset.h"
@@ -46,6 +47,7 @@ struct AssetCommand {
     std::string lod;  // a file, or a node of `rig`
     fs::path rig;
     bool no_playback = false, strict = false;
+    float field_step = 0;  // 0: as the fields are
     const CLI::App* app = nullptr;
 
     // Refuses options that what is packed cannot have.
@@ -76,6 +78,7 @@ std::string provenanceOf(const AssetCommand& command) {
     if (!command.slots.empty()) options["slots"] = command.slots;
     if (given.indirect_bytes_per_vertex) options["bounce_bytes"] = *given.indirect_bytes_per_vertex;
     if (command.no_playback) options["playback"] = false;
+    if (command.field_step > 0) options["field_step"] = command.field_step;
     if (!command.albedo.empty()) options["albedo"] = command.albedo;
     if (!command.materials_of.empty()) options["materials_of"] = command.materials_of.filename();
     if (command.textures) options["textures"] = wordOf(kTextureWords, command.textures);
@@ -276,8 +279,8 @@ SurfaceLook readSurface(const AssetCommand& command, const Model& model, const C
 // Packs a linear model of transfer. Without a material it gets one of --albedo.
 void runTransfer(const AssetCommand& command, const std::vector<SlotChoice>& slots, const CommonOptions& common,
                  Report& report) {
-    command.refuse({"--max-error", "--max-bytes-per-vertex", "--bounce-bytes", "--no-playback", "--blockers",
-                    "--materials-of", "--lod"},
+    command.refuse({"--max-error", "--max-bytes-per-vertex", "--bounce-bytes", "--no-playback", "--field-step",
+                    "--blockers", "--materials-of", "--lod"},
                    command.model.string() + " has linear transfer, whose size is that of its components");
     const TransferModel model = readTransfer(command.model);
     TransferPackOptions options;
@@ -315,7 +318,9 @@ void runAsset(const AssetCommand& command, const CommonOptions& common, Report& 
     command.refuse({"--albedo"}, "needs transfer, X.transfer.h5");
     std::optional<Model> model;
     if (!command.model.empty()) model = readModel(command.model);
-    if (!(model && model->deforming)) command.refuse({"--no-playback"}, "needs a model of a deforming mesh");
+    if (!model) command.refuse({"--no-playback"}, "needs a model");
+    if (!(model && model->composition)) command.refuse({"--field-step"}, "needs a composed model, which has fields");
+    if (command.field_step > 0) coarsenFields(command.field_step, model->composition->fields);
     if (!(model && model->indirect))
         command.refuse({"--bounce-bytes"}, "needs a model with light that bounces (penumbra-fit indirect)");
     if (model && !command.blockers.empty()) options.blockers = readBlockersOf(*model, command.blockers);
@@ -414,7 +419,11 @@ void defineAsset(CLI::App& app, AssetCommand& command) {
                    "(default: 60, or as it is with --precision alone)")
         ->check(aboveZero());
     app.add_flag("--no-playback", command.no_playback,
-                 "leave out the frames of a deforming mesh: for engines that move it themselves");
+                 "leave out the frames: for engines that move the character themselves");
+    app.add_option("--field-step", command.field_step,
+                   "store fields in coarser steps, as shares of the sky at the surface of a part: for assets that go "
+                   "over a network compressed (0.05 halves the fields; docs/web.md)")
+        ->check(aboveZero());
 }
 
 }  // namespace

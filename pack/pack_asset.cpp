@@ -183,9 +183,14 @@ AnimationSection animationOf(const Model& model, FramesOf frames) {
     for (std::size_t f = 0; inputs > 0 && f < model.frames.frameCount(); ++f)
         animation.inputs.insert(animation.inputs.end(), model.pose.begin() + std::ptrdiff_t((f + 1) * pose - inputs),
                                 model.pose.begin() + std::ptrdiff_t((f + 1) * pose));
-    if (!model.deforming || frames == FramesOf::kAttempt) return animation;
-    animation.bones.clear();  // they follow from the positions
+    if (frames == FramesOf::kAttempt || (!model.deforming && frames == FramesOf::kPlayback)) return animation;
+    animation.bones.clear();  // of a deforming mesh they follow from the positions
     animation.pose.clear();
+    if (!model.deforming) {
+        animation.clips.clear();
+        animation.times.clear();
+        animation.inputs.clear();
+    }
     if (frames == FramesOf::kPlayback) animation.playback = quantizePositions(model.positions);
     return animation;
 }

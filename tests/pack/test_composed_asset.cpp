@@ -1,10 +1,15 @@
 // Assets of composed models: what they hold, what they cost, and what their reader refuses.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "asset_generated.h"
 #include "formats/common/errors.h"
+#include "pack/compress/coarsen_fields.h"
 #include "pack/compress/packing_error.h"
 #include "pack/pack_asset.h"
+#include "tests/difference.h"
 #include "tests/pack/changed_asset.h"
 #include "tests/synthetic_composition.h"
 #include "tests/use_asset.h"
@@ -65,6 +70,36 @@ TEST(ComposedAsset, HoldsWhatTheModelHas) {
     ASSERT_EQ(view.residual.size(), asset.model.clusters.size());
     for (std::size_t c = 0; c < view.residual.size(); ++c)
         EXPECT_EQ(view.residual[c].first_vertex, asset.model.clusters[c].first_vertex);
+}
+
+// Half a step is the most that a number moves. The small step leaves coarse bands as they are.
+TEST(ComposedAsset, CoarseFieldsAreWithinHalfAStep) {
+    const PartFields fine = composedTube({}, {}).composition->fields;
+    Largest moved;
+    std::size_t changed = 0, kept = 0;
+    for (const float step : {0.05f, 0.005f}) {
+        PartFields coarse = fine;
+        coarsenFields(step, coarse);
+        for (std::size_t p = 0; p < fine.parts.size(); ++p) {
+            const PartField &a = fine.parts[p], &b = coarse.parts[p];
+            const std::size_t box = a.boxes[0].pointCount(), boxes = box + a.boxes[1].pointCount();
+            const float coarsest = step * a.radius * a.radius;
+            for (std::size_t i = 0; i < fine.values[p].size(); ++i) {
+                const std::size_t point = i / kFieldNumbers, level = std::size_t(point >= box) + (point >= boxes);
+                const auto band = std::size_t(bandOfIndex(int(i % kFieldNumbers)));
+                const float scale = a.scale[level][band], other = b.scale[level][band];
+                EXPECT_EQ(other, scale > 0 ? std::max(scale, coarsest) : 0);
+                moved.add(std::abs(fine.values[p][i] * scale - coarse.values[p][i] * other) / coarsest);
+                changed += fine.values[p][i] != coarse.values[p][i];
+                kept += other == scale;
+            }
+            EXPECT_EQ(fine.distances[p], coarse.distances[p]);
+        }
+    }
+    EXPECT_LE(moved, 0.501);
+    EXPECT_GT(moved, 0.4);
+    EXPECT_GT(changed, 1000u);
+    EXPECT_GT(kept, 1000u);
 }
 
 TEST(ComposedAsset, RejectsEveryTruncation) { expectTruncationsRefused(tinyAsset()); }

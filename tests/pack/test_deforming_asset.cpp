@@ -9,6 +9,7 @@
 #include "formats/common/errors.h"
 #include "pack/pack_asset.h"
 #include "pack/sections/asset_writer.h"
+#include "runtime/evaluate/evaluator.h"
 #include "tests/difference.h"
 #include "tests/pack/changed_asset.h"
 #include "tests/synthetic_cloth.h"
@@ -88,6 +89,28 @@ TEST(DeformingAsset, PlaybackCanBeLeftOut) {
     EXPECT_EQ(listed, 5u * 30 * 6);
     EXPECT_NEAR(double(modelBytes(openAsset(with), with.size())), double(modelBytes(asset, without.size())), 100)
         << "but for the layout";
+}
+
+TEST(DeformingAsset, FramesOfSkinnedOnesCanBeLeftOut) {
+    const Model model = synthetic::tubeModel();
+    const PackOptions without{.precision = AssetPrecision::kF16, .playback = false};
+    const std::vector<std::byte> all = packAsset(model, {}, {}, {.precision = AssetPrecision::kF16}, "{}", 1).bytes,
+                                 bytes = packAsset(model, {}, {}, without, "{}", 1).bytes;
+    const AssetView whole = openAsset(all), asset = openAsset(bytes);
+    EXPECT_EQ(asset.animation.frameCount(), 0u);
+    EXPECT_TRUE(asset.animation.clips.empty() && asset.animation.bones.empty() && asset.animation.pose.empty());
+    EXPECT_EQ(asset.animation.jointCount(), whole.animation.jointCount());
+    EXPECT_LT(bytes.size() + whole.animation.bones.size_bytes(), all.size());
+    Evaluator evaluator(asset), expected(whole);
+    evaluator.setPose(whole.animation.bonesOf(1), whole.animation.poseOf(1));
+    expected.setFrame(1);
+    std::vector<float> numbers(evaluator.vertexCount() * std::size_t(asset.model.stride)), same(numbers.size());
+    for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) {
+        evaluator.evaluateCluster(c, numbers);
+        expected.evaluateCluster(c, same);
+    }
+    EXPECT_EQ(largestDifference(numbers, same), 0);
+    EXPECT_GT(largestMagnitude(numbers), 0.3);
 }
 
 TEST(DeformingAsset, SkinnedOnesHaveNoPlayback) {
