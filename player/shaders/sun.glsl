@@ -1,5 +1,6 @@
 // The share of a sun that a point sees, from depth maps of the casters. It has the rules of SunMaps
-// (runtime/sun/sun_map.h), whose source tells the method; sun_nest.cpp tells why a sun has several maps.
+// (runtime/sun/sun_map.h), whose source tells the method; sun_nest.cpp tells why a sun has several maps. It looks at
+// first as wide as the nearest caster around a point wants, while SunMaps takes the nearest one of the whole map.
 // player/draw/sun_map_painter.cpp defines MAX_SUNS, MAX_MAPS, BIAS, SLOPE_BIAS, MIN_COSINE, BOX, CELLS,
 // FRAMES_BINDING, SEARCH_CELLS, PASSES, BLOCK and LEVELS as SUN_... from its constants.
 uniform sampler2DArray sun_depths;            // a layer a map: depth / range; 1: nothing
