@@ -50,6 +50,8 @@ GlObject makeDepthLayers(int size, int layers) {
     gl::TexStorage3D(GL_TEXTURE_2D_ARRAY, 1, GL_DEPTH_COMPONENT32F, size, size, layers);
     gl::TexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
     gl::TexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+    gl::TexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+    gl::TexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
     return texture;
 }
 
@@ -124,39 +126,43 @@ void SunMapPainter::makeLayers(std::size_t count) {
     frames_.resize(count * kFrameFloats);
 }
 
-SunMapPainter::Mesh SunMapPainter::makeMesh(const SunCaster& caster) {
-    Mesh mesh{makeVertexArray(), {}, {}, caster.positions.size(), caster.triangles.size()};
+SunMapPainter::Mesh SunMapPainter::makeMesh(const SunCaster& caster, ClosedSurfaces surfaces) {
+    Mesh mesh{makeVertexArray(), {}, {}, caster.positions.size(), std::move(surfaces)};
     gl::BindVertexArray(mesh.vertex_array.id());
     mesh.positions = makeBuffer(GL_ARRAY_BUFFER, std::as_bytes(caster.positions));
     gl::VertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, 0, nullptr);
     gl::EnableVertexAttribArray(0);
-    mesh.triangles = makeBuffer(GL_ELEMENT_ARRAY_BUFFER, caster.triangles);
-    mesh.drawn = GLsizei(mesh.indices);
+    mesh.triangles = makeBuffer(GL_ELEMENT_ARRAY_BUFFER, std::span<const std::uint32_t>(mesh.surfaces.triangles));
+    mesh.drawn = GLsizei(mesh.surfaces.triangles.size());
     return mesh;
 }
 
 void SunMapPainter::setCasters(const SunCasters& casters) {
     meshes_.clear();
-    for (const SunCaster& caster : casters.members) meshes_.push_back(makeMesh(caster));
-    ground_ = makeMesh(casters.ground);
+    for (const SunCaster& caster : casters.members)
+        meshes_.push_back(makeMesh(caster, findClosedSurfaces(caster.triangles)));
+    const std::span<const std::uint32_t> ground = casters.ground.triangles;  // is open
+    ground_ = makeMesh(casters.ground, {{ground.begin(), ground.end()}, {}});
     ground_version_ = 0;
     for (Layer& layer : layers_) layer.ground_version = 0;
     checkGl("uploading the sun's casters");
 }
 
 void SunMapPainter::upload(Mesh& mesh, const SunCaster& caster) {
-    assert(caster.positions.size() == mesh.vertices && caster.triangles.size() == mesh.indices);
+    const std::span<const std::uint32_t> triangles(mesh.surfaces.triangles);
+    assert(caster.positions.size() == mesh.vertices && caster.triangles.size() == triangles.size());
     gl::BindVertexArray(mesh.vertex_array.id());
     gl::BindBuffer(GL_ELEMENT_ARRAY_BUFFER, mesh.triangles.id());
     gl::BindBuffer(GL_ARRAY_BUFFER, mesh.positions.id());
     gl::BufferSubData(GL_ARRAY_BUFFER, 0, GLsizeiptr(caster.positions.size_bytes()), caster.positions.data());
     const bool finite = std::all_of(caster.positions.begin(), caster.positions.end(), isFinitePoint);
+    mesh.outward = finite && allOutward(mesh.surfaces, caster.positions) ? GLsizei(mesh.surfaces.closedIndices()) : 0;
     if (finite && !mesh.skipping) return;
 
     // GL does not say what becomes of a triangle with a vertex that is not finite.
     finite_triangles_.clear();
-    for (std::size_t t = 0; t + 2 < caster.triangles.size(); t += 3) {
-        const auto corners = caster.triangles.subspan(t, 3);
+    for (std::size_t t = 0; t + 2 < triangles.size(); t += 3) {
+        const auto corners = triangles.subspan(t, 3);
         if (std::all_of(corners.begin(), corners.end(), [&](auto v) { return isFinitePoint(caster.positions[v]); }))
             finite_triangles_.insert(finite_triangles_.end(), corners.begin(), corners.end());
     }
@@ -199,12 +205,23 @@ void SunMapPainter::drawLayer(std::size_t at, const NestedSunMap& map, std::uint
     layer.frame = frame;
     std::ranges::copy(frame, frames_.begin() + std::ptrdiff_t(at * kFrameFloats));
     begin(at);
-    for (const std::uint32_t m : map.members) {
-        gl::BindVertexArray(meshes_[m].vertex_array.id());
-        gl::DrawElements(GL_TRIANGLES, meshes_[m].drawn, GL_UNSIGNED_INT, nullptr);
-    }
-    if (ground_.indices > 0) drawGround(layer, map);
+    for (const std::uint32_t m : map.members) drawMember(meshes_[m]);
+    if (!ground_.surfaces.triangles.empty()) drawGround(layer, map);
     finish(at);
+}
+
+// Both sides cast. Of a closed surface the front is always nearer to the sun, so that its backs, half of the work of
+// software GL, are left out.
+void SunMapPainter::drawMember(const Mesh& mesh) {
+    gl::BindVertexArray(mesh.vertex_array.id());
+    if (mesh.outward > 0) {
+        gl::Enable(GL_CULL_FACE);
+        gl::DrawElements(GL_TRIANGLES, mesh.outward, GL_UNSIGNED_INT, nullptr);
+        gl::Disable(GL_CULL_FACE);
+    }
+    if (mesh.outward < mesh.drawn)
+        gl::DrawElements(GL_TRIANGLES, mesh.drawn - mesh.outward, GL_UNSIGNED_INT,
+                         reinterpret_cast<const void*>(sizeof(std::uint32_t) * std::size_t(mesh.outward)));
 }
 
 void SunMapPainter::drawGround(Layer& layer, const NestedSunMap& map) const {
@@ -232,7 +249,7 @@ void SunMapPainter::begin(std::size_t layer) const {
     gl::FramebufferTextureLayer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, depths_.id(), 0, GLint(layer));
     gl::Viewport(0, 0, size_, size_);
     gl::Enable(GL_DEPTH_TEST);
-    gl::Disable(GL_CULL_FACE);  // both sides cast
+    gl::Disable(GL_CULL_FACE);
     gl::Clear(GL_DEPTH_BUFFER_BIT);
     gl::UseProgram(program_.id());
     gl::Uniform4fv(frame_at_, kFrameFloats / 4, layers_[layer].frame.data());

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "player/draw/closed_surfaces.h"
 #include "player/gl/gl_objects.h"
 #include "runtime/sun/sun_nest.h"
 
@@ -39,8 +40,10 @@ public:
 private:
     struct Mesh {
         GlObject vertex_array, positions, triangles;
-        std::size_t vertices = 0, indices = 0;
+        std::size_t vertices = 0;
+        ClosedSurfaces surfaces;
         GLsizei drawn = 0;      // indices
+        GLsizei outward = 0;    // of them, the first ones, whose backs the sun cannot reach before their fronts
         bool skipping = false;  // the uploaded triangles lack those with vertices that are not finite
     };
     static constexpr std::size_t kFrameFloats = 20;
@@ -54,11 +57,12 @@ private:
         int first, side;
     };
     static std::array<float, kFrameFloats> packFrame(const NestedSunMap& map);
-    static Mesh makeMesh(const SunCaster& caster);
+    static Mesh makeMesh(const SunCaster& caster, ClosedSurfaces surfaces);
     void makeLayers(std::size_t count);
     void upload(Mesh& mesh, const SunCaster& caster);
     void uploadGround(const SunCasters& casters);
     void drawLayer(std::size_t layer, const NestedSunMap& map, std::uint64_t ground_version);
+    static void drawMember(const Mesh& mesh);
     void drawGround(Layer& layer, const NestedSunMap& map) const;
     // Clears a layer and puts a program into use that draws positions (attribute 0, scene frame) into it. After the
     // last triangle comes finish().

@@ -1,5 +1,6 @@
 // The share of a sun that a point sees, from depth maps of the casters. It has the rules of SunMaps
-// (runtime/sun/sun_map.h), whose source tells the method; sun_nest.cpp tells why a sun has several maps.
+// (runtime/sun/sun_map.h), whose source tells the method; sun_nest.cpp tells why a sun has several maps. It looks at
+// first as wide as the nearest caster around a point wants, while SunMaps takes the nearest one of the whole map.
 // player/draw/sun_map_painter.cpp defines MAX_SUNS, MAX_MAPS, BIAS, SLOPE_BIAS, MIN_COSINE, BOX, CELLS,
 // FRAMES_BINDING, SEARCH_CELLS, PASSES, BLOCK and LEVELS as SUN_... from its constants.
 uniform sampler2DArray sun_depths;            // a layer a map: depth / range; 1: nothing
@@ -16,7 +17,7 @@ int sunCellTexel(int across, int stride) { return (((across * 40503) & 65535) * 
 struct SunReceiver {
     vec3 place;    // less the bias in depth
     vec2 slope;    // of the depth of its plane
-    float widest;  // side of the box that fits the nearest caster to the sun
+    float widest;  // side of the box that fits the nearest caster to the sun that is known
 };
 
 // Software GL runs both sides of a branch, and the body of a loop once more for pixels that leave it at its head. So
@@ -91,8 +92,9 @@ bool sunReceiver(int map, vec3 place, vec3 normal, out SunReceiver receiver) {
 }
 
 // Whether the extremes of blocks show that nothing hides the receiver (1) or that everything does (0); -1 where texels
-// must tell. It changes no result.
-float sunFromBlocks(int map, SunReceiver receiver) {
+// must tell. Their least depth is that of the nearest caster around, so that what is left to look through is narrower
+// than by the nearest one of the whole map: on a lit body that is next to nothing.
+float sunFromBlocks(int map, inout SunReceiver receiver) {
     vec4 numbers = sun_frames[5 * map + 3];
     float reach = sunReach(receiver.widest);
     vec2 place = receiver.place.xy;
@@ -108,6 +110,7 @@ float sunFromBlocks(int map, SunReceiver receiver) {
     vec2 both = texelFetch(sun_blocks, first + block.y * side + block.x).xy;
     float change = reach * (abs(receiver.slope.x) + abs(receiver.slope.y));
     if (!known) return -1.0;
+    receiver.widest = clamp(2.0 * (receiver.place.z - both.x * numbers.x) * numbers.y, 1.0, receiver.widest);
     if (both.x >= 1.0 || receiver.place.z + change <= both.x * numbers.x) return 1.0;
     return both.y < 1.0 && receiver.place.z - change > both.y * numbers.x ? 0.0 : -1.0;
 }

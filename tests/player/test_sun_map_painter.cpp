@@ -48,9 +48,10 @@ layout(location = 0) out vec4 color;
 void main() {
     SunReceiver receiver;
     bool faces = sunReceiver(0, sunPlace(0, place), normalize(normal), receiver);
+    SunReceiver whole = receiver;  // looks as far as the nearest caster of the map says
     float known = faces ? sunFromBlocks(0, receiver) : 0.0;
     if (known < 0.0) discard;
-    color = vec4(known, faces ? sunFromTexels(0, receiver) : 0.0, 0.0, 1.0);
+    color = vec4(known, faces ? sunFromTexels(0, whole) : 0.0, 0.0, 1.0);
 }
 )";
 
@@ -284,6 +285,46 @@ TEST(SunMapPainter, BlocksTellMostPixelsWhatTexelsTell) {
                 EXPECT_EQ(wrong, 0u) << size << " " << radius;
                 EXPECT_GT(double(known), 0.5 * double(image.pixels.size())) << size << " " << radius;
             }
+    }
+}
+
+// Backs of closed surfaces are left out of the map. Those of the same boxes turned inside out are not.
+TEST(SunMapPainter, BacksOfClosedSurfacesChangeNothing) {
+    const auto context = createGlContext(GlBackend::kOsMesa);
+    SunMapPainter fronts(1, 256), both(1, 256);
+    const Receiver ground = groundReceiver();
+    const OffscreenTarget target(160, 160, 1);
+    SunMesh boxes = player_test::sunBox({-0.5f, -0.5f, 0.1f}, {-0.1f, 0.2f, 0.4f});
+    for (const SunMesh& box : {player_test::sunBox({-0.3f, 0, 0.2f}, {0.4f, 0.1f, 0.3f}),
+                               player_test::sunBox({0.2f, -0.6f, 0}, {0.25f, 0.1f, 0.3f})}) {
+        for (const std::uint32_t v : box.triangles)
+            boxes.triangles.push_back(v + std::uint32_t(boxes.positions.size()));
+        boxes.positions.insert(boxes.positions.end(), box.positions.begin(), box.positions.end());
+    }
+    ASSERT_EQ(findClosedSurfaces(boxes.triangles).closedIndices(), boxes.triangles.size());
+    ASSERT_TRUE(allOutward(findClosedSurfaces(boxes.triangles), boxes.positions));
+    SunMesh inside_out = boxes;
+    for (std::size_t t = 0; t < boxes.triangles.size(); t += 3)
+        std::swap(inside_out.triangles[t], inside_out.triangles[t + 1]);
+    fronts.setCasters({{boxes}});
+    both.setCasters({{inside_out}});
+    for (const Vec3 direction : {Vec3{0, 0, 1}, Vec3{1, 2, 3}, Vec3{-1, 0, 0.5f}}) {
+        const auto picture = [&](SunMapPainter& maps, const SunMesh& mesh) {
+            const SunCasters casters{{mesh}};
+            const SunNest nests[] = {player_test::sunNestOf(casters, direction, 0.005f, 256)};
+            maps.draw(nests, casters);
+            target.begin();
+            ground.draw(maps);
+            return target.read();
+        };
+        const Image seen = picture(fronts, boxes), expected = picture(both, inside_out);
+        std::size_t other = 0, dark = 0;
+        for (std::size_t i = 0; i < seen.pixels.size(); ++i) {
+            other += seen.pixels[i] != expected.pixels[i];
+            dark += seen.pixels[i].x < 0.5f;
+        }
+        EXPECT_EQ(other, 0u) << direction.x;
+        EXPECT_GT(dark, 1000u) << "nothing casts";
     }
 }
 
