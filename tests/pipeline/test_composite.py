@@ -178,7 +178,7 @@ def check_refusals():
     # render draws such a scene by the same camera, and probe takes it.
     must(PLAYER, "render", "--scene", "s.json", "-o", "render.png", "--size", "160x120")
     assert np.asarray(Image.open("render.png"))[:10, :30, 3].max() == 0  # no ground
-    refused(3, "--camera", BAKE, "reference", "--scene", "s.json", "-o", "x.png")
+    refused(3, "give another camera", BAKE, "reference", "--scene", "s.json", "-o", "x.png")
 
 
 def check_window():
