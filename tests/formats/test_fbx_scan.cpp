@@ -97,6 +97,32 @@ TEST(FbxScan, DamageIsRefusedOrHarmless) {
     EXPECT_GT(refused, 500);
 }
 
+// Readers of FBX leave out such a mesh, or such a polygon.
+TEST(FbxScan, DamagedPolygonsAreRefused) {
+    const std::string whole = samples::asciiFile(samples::turningRig().root);
+    const auto refusal = [&](const std::string& array, const std::function<std::string(std::string)>& change) {
+        const std::size_t first = whole.find("a: ", whole.find(array + ": *")) + 3;
+        const std::size_t end = whole.find_first_of(" \r\n}", first);
+        std::string bytes = whole;
+        bytes.replace(first, end - first, change(whole.substr(first, end - first)));
+        try {
+            scanText(bytes);
+        } catch (const InvalidInput& error) {
+            return std::string(error.what());
+        }
+        return std::string("it was read");
+    };
+    const auto withFirst = [](const std::string& number) {
+        return [=](const std::string& list) { return number + list.substr(list.find(',')); };
+    };
+    EXPECT_EQ(refusal("PolygonVertexIndex", withFirst("17")), "it was read");
+    EXPECT_THAT(refusal("PolygonVertexIndex", withFirst("18")), HasSubstr("PolygonVertexIndex: vertex 18 of 18"));
+    EXPECT_THAT(refusal("PolygonVertexIndex", withFirst("-19")), HasSubstr("PolygonVertexIndex: vertex 18 of 18"));
+    EXPECT_THAT(
+        refusal("PolygonVertexIndex", [](const std::string& list) { return list.substr(0, list.rfind(',')) + ",0"; }),
+        HasSubstr("its last polygon does not end"));
+}
+
 // --- Faults ---------------------------------------------------------------------------------------------------------
 
 struct Case {

@@ -257,6 +257,26 @@ TEST(RigHostile, RequiredExtensionsThatWeLackAreNamed) {
     EXPECT_NO_THROW(readRig({scratch("harmless.glb")}));
     glb.json["asset"]["version"] = "1.0";
     EXPECT_THAT(refusal<Unsupported>(glb.bytes(), "version"), HasSubstr("1.0"));
+    glb.json["asset"] = {{"version", "2.1"}, {"minVersion", "2.1"}};
+    EXPECT_THAT(refusal<Unsupported>(glb.bytes(), "version"), HasSubstr("asks for a reader of glTF 2.1"));
+}
+
+// The library passes over such an index, and with it over what it names.
+TEST(RigHostile, IndicesThatAreNoWholeNumbers) {
+    const EditableGlb whole = EditableGlb::of("weights_u16");
+    const auto said = [&](const std::string& pointer) {
+        EditableGlb glb = whole;
+        glb.json[nlohmann::json::json_pointer(pointer)] = "0";
+        return refusal(glb.bytes(), "index");
+    };
+    std::size_t node = 0;
+    while (!whole.json["nodes"][node].contains("mesh")) ++node;
+    const std::string drawn = "/nodes/" + std::to_string(node);
+    EXPECT_THAT(said(drawn + "/mesh"), HasSubstr("]: mesh is \"0\", no whole number"));
+    EXPECT_THAT(said(drawn + "/skin"), HasSubstr("]: skin is \"0\", no whole number"));
+    EXPECT_THAT(said("/meshes/0/primitives/0/indices"), HasSubstr("meshes[0]: a primitive: indices is \"0\""));
+    EXPECT_THAT(said("/meshes/0/primitives/0/material"), HasSubstr("meshes[0]: a primitive: material is \"0\""));
+    EXPECT_THAT(said("/meshes/0/primitives/0/mode"), HasSubstr("meshes[0]: a primitive: mode is \"0\""));
 }
 
 TEST(RigHostile, EveryTruncationIsRefused) {

@@ -199,6 +199,24 @@ void readDeformers(FbxCollector& collector, const std::string& id, FbxGeometry& 
     });
 }
 
+// Refuses damaged polygons, because the readers leave out such a mesh, or such a polygon, without a word. The last
+// index of a polygon is stored as -1 - index.
+void checkPolygons(const FbxCollector& collector, const FbxGeometry& geometry, const FbxNode& object) {
+    const auto fail = [&](const std::string& what) {
+        failAtFile(collector.scan.file, "mesh '" + geometry.name + "': " + what);
+    };
+    const std::uint64_t numbers = object.child("Vertices")->count;
+    if (numbers % 3 != 0) fail("Vertices has " + std::to_string(numbers) + " numbers, which is not three for each");
+    const std::vector<double>& corners = object.child("PolygonVertexIndex")->numbers;
+    for (const double corner : corners) {
+        const double vertex = corner < 0 ? -1 - corner : corner;
+        if (!(vertex < double(geometry.vertices)))
+            fail("PolygonVertexIndex: vertex " + std::to_string(std::int64_t(vertex)) + " of " +
+                 std::to_string(geometry.vertices));
+    }
+    if (!corners.empty() && corners.back() >= 0) fail("PolygonVertexIndex: its last polygon does not end");
+}
+
 void readGeometries(FbxCollector& collector) {
     FbxScan& scan = collector.scan;
     for (const char* kind : {"Geometry", "Model"})
@@ -215,6 +233,7 @@ void readGeometries(FbxCollector& collector) {
             if (object.name == "Model") geometry.models.push_back(indexOf(collector.model_of_id, id));
             if (geometry.name.empty() && !geometry.models.empty())
                 geometry.name = scan.models[std::size_t(geometry.models[0])].name;
+            checkPolygons(collector, geometry, object);
             readDeformers(collector, id, geometry);
             scan.geometries.push_back(std::move(geometry));
         });

@@ -27,8 +27,9 @@ const FbxValue& FbxNode::value(std::size_t index) const {
 }
 
 bool isFbxArrayRead(std::string_view name) {
-    constexpr std::string_view kRead[] = {"KeyTime", "KeyValueFloat",   "KeyAttrFlags", "KeyAttrDataFloat",
-                                          "Indexes", "KeyAttrRefCount", "Weights",      "FullWeights"};
+    constexpr std::string_view kRead[] = {"KeyTime",          "KeyValueFloat", "KeyAttrFlags",
+                                          "KeyAttrDataFloat", "Indexes",       "KeyAttrRefCount",
+                                          "Weights",          "FullWeights",   "PolygonVertexIndex"};
     return std::find(std::begin(kRead), std::end(kRead), name) != std::end(kRead);
 }
 

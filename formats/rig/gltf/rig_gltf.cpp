@@ -173,11 +173,13 @@ std::vector<Matrix> placesOf(Importer& importer, std::size_t n, const std::strin
     return {kIdentityMatrix};
 }
 
-// Puts the last part where the first instance stands, and copies of it where the others do.
+// Puts copies of the last part where the instances stand. The last instance takes the part itself, because a scan would
+// not fit twice.
 void copyToInstances(const std::vector<Matrix>& instances, std::vector<SourcePart>& parts) {
-    const SourcePart part = std::move(parts.back());
+    SourcePart part = std::move(parts.back());
     parts.pop_back();
-    for (const Matrix& instance : instances) parts.push_back(movedPart(part, instance));
+    for (std::size_t i = 0; i + 1 < instances.size(); ++i) parts.push_back(movedPart(part, instances[i]));
+    if (!instances.empty()) parts.push_back(movedPart(std::move(part), instances.back()));
 }
 
 void convertMeshes(Importer& importer) {

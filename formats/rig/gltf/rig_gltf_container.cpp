@@ -112,12 +112,31 @@ void checkVersionAndExtensions(const Loader& loader, const Json& document) {
     const std::string version = document.at("asset").at("version");
     if (!startsWith(version, "2."))
         throw Unsupported(loader.path.string() + ": is glTF " + cleanText(version) + ", not 2.0");
+    if (const std::string least = document.at("asset").value("minVersion", "2.0"); least != "2.0")
+        throw Unsupported(loader.path.string() + ": asks for a reader of glTF " + cleanText(least) + ", not 2.0");
     for (const std::string extension : document.value("extensionsRequired", Json::array())) {
         if (isSupported(extension)) continue;
         const char* advice = extension == "KHR_draco_mesh_compression" ? " (decode it first: gltf-transform copy)" : "";
         throw Unsupported(loader.path.string() + ": requires the extension " + cleanText(extension) +
                           ", which Penumbra does not have" + advice);
     }
+}
+
+// Refuses indices that are no whole numbers. tinygltf passes over them, and the mesh, skin or material would be
+// missing.
+void checkIndices(const Loader& loader, const Json& document) {
+    const auto check = [&](const Json& object, const char* name, const std::string& where) {
+        const auto found = object.find(name);
+        if (found != object.end() && !found->is_number_integer())
+            loader.fail(where + ": " + name + " is " + cleanText(found->dump().substr(0, 40)) + ", no whole number");
+    };
+    const Json nodes = document.value("nodes", Json::array()), meshes = document.value("meshes", Json::array());
+    for (std::size_t n = 0; n < nodes.size(); ++n)
+        for (const char* name : {"mesh", "skin"}) check(nodes[n], name, "nodes[" + std::to_string(n) + "]");
+    for (std::size_t m = 0; m < meshes.size(); ++m)
+        for (const Json& primitive : meshes[m].value("primitives", Json::array()))
+            for (const char* name : {"indices", "material", "mode"})
+                check(primitive, name, "meshes[" + std::to_string(m) + "]: a primitive");
 }
 
 Bytes readUri(Loader& loader, const std::string& uri, const std::string& where) {
@@ -343,6 +362,7 @@ GltfFile openGltf(const std::filesystem::path& path) {
     try {
         Container container = readContainer(loader);
         checkVersionAndExtensions(loader, container.document);
+        checkIndices(loader, container.document);
         Bytes buffer = mergeBuffers(loader, container);
         file.materials = readMaterials(path, container.document, buffer);
         file.node_extensions = readNodeExtensions(path, container.document);

@@ -234,26 +234,25 @@ Vec3d turned(const Matrix& m, Vec3 v) { return transformPoint(m, toDouble(v)) - 
 
 }  // namespace
 
-SourcePart movedPart(const SourcePart& part, const Matrix& to_node) {
+SourcePart movedPart(SourcePart part, const Matrix& to_node) {
     if (to_node == kIdentityMatrix) return part;
-    SourcePart out = part;
-    out.instance = multiply(to_node, part.instance);
+    part.instance = multiply(to_node, part.instance);
     const bool mirrored = determinant(to_node) < 0;
-    for (Vec3& p : out.positions) p = toFloat(transformPoint(to_node, toDouble(p)));
-    for (std::vector<Vec3>& target : out.targets)
+    for (Vec3& p : part.positions) p = toFloat(transformPoint(to_node, toDouble(p)));
+    for (std::vector<Vec3>& target : part.targets)
         for (Vec3& d : target) d = toFloat(turned(to_node, d));
     const Mat3d linear{
         {to_node[0], to_node[1], to_node[2], to_node[4], to_node[5], to_node[6], to_node[8], to_node[9], to_node[10]}};
     const Mat3d of_normals = cofactor(linear);
-    for (Vec3& n : out.normals) n = toFloat(normalized(of_normals * toDouble(n) * (mirrored ? -1.0 : 1.0)));
+    for (Vec3& n : part.normals) n = toFloat(normalized(of_normals * toDouble(n) * (mirrored ? -1.0 : 1.0)));
     // What a target adds to a normal is turned as normals are, and keeps its share of their length.
     const double size = std::cbrt(std::abs(determinant(to_node)));
-    for (std::vector<Vec3>& target : out.target_normals)
+    for (std::vector<Vec3>& target : part.target_normals)
         for (Vec3& d : target)
             d = size > 0 ? toFloat(of_normals * toDouble(d) * ((mirrored ? -1.0 : 1.0) / (size * size))) : Vec3{};
     if (mirrored)
-        for (Triangle& t : out.triangles) std::swap(t[1], t[2]);
-    return out;
+        for (Triangle& t : part.triangles) std::swap(t[1], t[2]);
+    return part;
 }
 
 namespace {

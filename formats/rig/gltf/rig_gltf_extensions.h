@@ -39,6 +39,6 @@ std::vector<Drawn> drawnNodes(const GltfFile& file);
 // own. `where` names the node in messages. Throws InvalidInput.
 std::vector<Matrix> instancesOf(const GltfFile& file, std::size_t node, const std::string& where);
 // Returns the part moved by an instance's transform.
-SourcePart movedPart(const SourcePart& part, const Matrix& to_node);
+SourcePart movedPart(SourcePart part, const Matrix& to_node);
 
 }  // namespace penumbra
