@@ -31,7 +31,10 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#if defined(__GNUC__)
+/* A program on Windows calls the functions of the DLL and of the static library alike. */
+#if defined(_WIN32) && defined(PENUMBRA_EXPORTS)
+#define PENUMBRA_API __declspec(dllexport)
+#elif defined(__GNUC__) && !defined(_WIN32)
 #define PENUMBRA_API __attribute__((visibility("default")))
 #else
 #define PENUMBRA_API

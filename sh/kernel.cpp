@@ -4,7 +4,7 @@
 
 namespace penumbra {
 
-#ifdef __x86_64__
+#ifdef PENUMBRA_X86_PATHS
 
 bool cpuHasAvx2() {
     // F16C came before AVX2, so that every processor with AVX2 has it. clang 14 cannot ask for it.

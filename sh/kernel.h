@@ -14,9 +14,14 @@
 #define PENUMBRA_NAME_OF(target) PENUMBRA_TEXT_OF(target)
 #define PENUMBRA_TARGET_NAME PENUMBRA_NAME_OF(PENUMBRA_TARGET)
 
+// Whether this build has more than the portable paths.
+#if defined(__x86_64__) && !defined(PENUMBRA_PORTABLE_ALONE)
+#define PENUMBRA_X86_PATHS
+#endif
+
 namespace penumbra {
 
-#ifdef __x86_64__
+#ifdef PENUMBRA_X86_PATHS
 // PENUMBRA_NO_SIMD in the environment says no to all, so that tests can take the portable paths.
 bool cpuHasAvx2();
 bool cpuHasAvx512();
@@ -25,7 +30,7 @@ bool cpuHasAvx512();
 // Returns the fastest path that this processor can run.
 template <class Path>
 const Path& fastestPath() {
-#ifdef __x86_64__
+#ifdef PENUMBRA_X86_PATHS
     if constexpr (requires { Path::avx512; })
         if (cpuHasAvx512()) return Path::avx512;
     if (cpuHasAvx2()) return Path::avx2;
@@ -37,7 +42,7 @@ const Path& fastestPath() {
 template <class Path>
 std::vector<Path> pathsOf() {
     std::vector<Path> paths = {Path::portable};
-#ifdef __x86_64__
+#ifdef PENUMBRA_X86_PATHS
     if (cpuHasAvx2()) paths.push_back(Path::avx2);
     if constexpr (requires { Path::avx512; })
         if (cpuHasAvx512()) paths.push_back(Path::avx512);

@@ -15,6 +15,7 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <stdexcept>
 
 #include "sh/far/far_tables.h"
@@ -43,7 +44,8 @@ bool countsNowhere(float part, float distance, float least) {
 
 void leaveFree(std::span<float> rows) {
     std::ranges::fill(rows, 0.0f);
-    for (std::size_t first = 0; first < rows.size(); first += kFarNumbers) rows[first] = 2 * float(std::sqrt(M_PI));
+    for (std::size_t first = 0; first < rows.size(); first += kFarNumbers)
+        rows[first] = 2 * float(std::sqrt(std::numbers::pi));
 }
 
 }  // namespace

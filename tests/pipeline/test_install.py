@@ -16,6 +16,7 @@ SOURCE = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", ".."))
 EXAMPLE = os.path.join(SOURCE, "docs", "examples", "shade_character.c")
 CLOTH = os.path.join(SOURCE, "docs", "examples", "shade_cloth.c")
 GUIDE = os.path.join(SOURCE, "docs", "c-api.md")
+PYTHON = os.path.join(SOURCE, "docs", "examples", "ambient.py")
 CAST = os.path.join(SOURCE, "docs", "examples", "cast_characters.c")
 
 
@@ -124,12 +125,18 @@ target_link_libraries(static PRIVATE penumbra::penumbra_static m)
     grey = open("ground.pgm", "rb").read()[-256 * 256:]
     assert len(means) == 4 and means[1] < means[0] and means[3] < means[2], printed
     assert min(grey) < 140 and grey[0] > 245, (min(grey), grey[0])
+    environment = library["env"]
+    printed = run(sys.executable, PYTHON, "c.pnb", env=environment)
+    means = [float(mean) for mean in re.findall(r"mean ambient ([0-9.]+)", printed)]
+    assert len(means) > 1 and all(0.2 < mean < 1 for mean in means) and len(set(means)) > 1, printed
+    result = subprocess.run([sys.executable, PYTHON, "none.pnb"], stderr=subprocess.PIPE, text=True, env=environment)
+    assert result.returncode == 1 and "ambient: none.pnb: cannot open" in result.stderr, result
     print("the example in C by find_package and by pkg-config, shared and static: the same figures and picture")
     print("\n".join(expected[0][:2]))
 
 
 def check_example_is_short():
-    for example in (EXAMPLE, CLOTH, CAST):
+    for example in (EXAMPLE, CLOTH, CAST, PYTHON):
         lines = len(open(example).readlines())
         assert lines < 100, lines
 
