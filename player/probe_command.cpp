@@ -1,11 +1,15 @@
 // penumbra-player probe S.json --points P.csv -o OUT.csv: what a scene leaves visible at points.
+#include <algorithm>
 #include <fstream>
+#include <memory>
+#include <optional>
 
 #include "formats/common/errors.h"
 #include "formats/common/write_file.h"
 #include "player/cast_flags.h"
 #include "player/look_flags.h"
 #include "player/player_verbs.h"
+#include "player/render/scene_frames.h"
 #include "player/scene/probe.h"
 
 namespace penumbra {
@@ -30,6 +34,14 @@ std::string textOf(const std::filesystem::path& path) {
     return text;
 }
 
+// Tells whether it is known what members send to others, and light is sent at all.
+bool canBeShaded(const PosedScene& scene) {
+    return scene.castWay().mode == CastMode::kProduct && scene.light() &&
+           std::ranges::none_of(scene.members(), [](const std::unique_ptr<SceneMember>& member) {
+               return member->asset->view.materials.empty();
+           });
+}
+
 void runProbe(const ProbeCommand& command, const CommonOptions& common, Report& report) {
     report.phase("read");
     const std::vector<ProbePoint> points = parseProbePoints(textOf(command.points), command.points.string());
@@ -47,7 +59,17 @@ void runProbe(const ProbeCommand& command, const CommonOptions& common, Report& 
     report.phase("probe");
     const SceneSuns suns = sceneSuns(scene, command.suns, command.sun_map, common.threads);
     report.figures["suns"] = suns.suns.size();
-    const std::vector<ProbeValue> values = probe(scene, points, common.threads, suns);
+    std::optional<SceneFrames> frames;
+    if (canBeShaded(scene)) {
+        RenderOptions options;
+        options.suns = command.suns;
+        frames.emplace(scene, options, common.threads);
+        frames->evaluateMembers();
+        frames->frameCamera();
+        frames->shadeMembers();
+    }
+    const std::vector<ProbeValue> values =
+        probe(scene, points, common.threads, suns, frames ? frames->sentLight() : SentLight());
     report.phase("write");
     writeWholeFile(command.output, probeCsv(scene, points, values, suns.suns.size()));
     if (!common.quiet)

@@ -302,6 +302,12 @@ void SceneFrames::findShining() {
     });
 }
 
+SentLight SceneFrames::sentLight() {
+    if (!receives()) return {};
+    if (shining_.empty()) findShining();
+    return {scene_.groundCasts() ? &glow_ : nullptr, shining_};
+}
+
 // Shades once more who receives light from others.
 void SceneFrames::addOthersLight() {
     const auto wants = [&](std::size_t m) { return looks_[m]->drawn && hidden_[m].fromOthers(); };

@@ -40,6 +40,7 @@ public:
     // Looks at the members as they stand, by the camera of the options. Frames that follow keep it until the next call.
     void frameCamera();
     void shade();
+    void shadeMembers();  // without the ground
     // Lights the members as `light` does, turned as the scene's light is, from the next step on. It has at most the
     // order of the scene's light. Its suns shine where that has suns. `light` outlives this object, or the next call.
     void replaceLight(const LightView& light);
@@ -48,6 +49,8 @@ public:
         view_.eye = eye;
         shadeMembers();
     }
+    // Returns what others receive, after shade(). It is nothing where light between members is left out.
+    SentLight sentLight();
     // Results of the steps, valid until the next ones: every member, then the ground, and how the camera sees them.
     std::vector<SceneMesh> meshes() const;
     const FrameView& view() const { return view_; }
@@ -92,7 +95,6 @@ private:
 
     bool compares() const { return scene_.castWay().mode != CastMode::kProduct; }
     void attachTruth(const AssetView& truth);
-    void shadeMembers();
     bool receives() const;
     void castOnGlow();
     void addOthersLight();

@@ -145,19 +145,37 @@ struct ProbeBatch {
     void evaluate(const CastShadow& cast, CasterChoice choice) {
         cast.evaluate(receivers(), choice, {mirrored.data(), count * kFarNumbers});
     }
+    // E of each point.
+    std::vector<float> ambient() const {
+        std::array<float, kFarNumbers> weights;
+        ambientWeights(parseConvention("D" + std::to_string(kFieldOrder)), weights);
+        std::vector<float> e(count);
+        for (std::size_t i = 0; i < count; ++i)
+            for (std::size_t k = 0; k < kFarNumbers; ++k) e[i] += weights[k] * mirrored[i * kFarNumbers + k];
+        return e;
+    }
 };
 
+// What is hidden of a white sky at a point.
+struct HiddenAtPoint {
+    float by_casters, by_ground;
+};
+
+// Irradiance.
+Vec3d received(const ProbePoint& point, HiddenAtPoint hidden, std::span<const Emitter> emitters,
+               const GroundGlow* ground) {
+    Vec3 radiance = meanRadiance(emitters, point.position, point.normal) * std::max(hidden.by_casters, 0.0f);
+    if (ground) radiance += ground->radianceAt(point.position, point.normal) * std::max(hidden.by_ground, 0.0f);
+    return toDouble(radiance) * std::numbers::pi;
+}
+
 void addCasters(const PosedScene& scene, ProbeBatch& batch, std::span<ProbeValue> values) {
-    std::array<float, kFarNumbers> weights;
-    ambientWeights(parseConvention("D" + std::to_string(kFieldOrder)), weights);
     for (std::size_t m = 0; m < scene.members().size(); ++m) {
         if (scene.members()[m]->caster == kNobody) continue;
         batch.evaluate(scene.cast(), {.only = scene.members()[m]->caster});
-        for (std::size_t i = 0; i < batch.count; ++i) {
-            float e = 0;
-            for (std::size_t k = 0; k < kFarNumbers; ++k) e += weights[k] * batch.mirrored[i * kFarNumbers + k];
-            if (1 - e > kCasterMatters) values[i].casters.push_back(m);
-        }
+        const std::vector<float> e = batch.ambient();
+        for (std::size_t i = 0; i < batch.count; ++i)
+            if (1 - e[i] > kCasterMatters) values[i].casters.push_back(m);
     }
 }
 
@@ -194,11 +212,12 @@ std::vector<ProbePoint> parseProbePoints(const std::string& text, const std::str
 }
 
 std::vector<ProbeValue> probe(const PosedScene& scene, std::span<const ProbePoint> given, int threads,
-                              const SceneSuns& suns) {
+                              const SceneSuns& suns, const SentLight& sent) {
     std::vector<ProbePoint> moved(given.begin(), given.end());
     for (ProbePoint& point : moved) point.position = toFloat(toDouble(point.position) - scene.file().origin);
     const std::span<const ProbePoint> points = moved;
     const Integrals integrals(scene, suns);
+    const std::vector<Emitter> emitters = emittersOf(sent.members);
     std::vector<ProbeValue> values(points.size());
     parallelFor((points.size() + kMaxReceivers - 1) / kMaxReceivers, threads, [&](std::size_t piece) {
         const std::size_t first = piece * kMaxReceivers, count = std::min(kMaxReceivers, points.size() - first);
@@ -206,9 +225,14 @@ std::vector<ProbeValue> probe(const PosedScene& scene, std::span<const ProbePoin
         const std::span<ProbeValue> out = std::span(values).subspan(first, count);
         if (scene.castWay().mode == CastMode::kProduct) {
             batch.evaluate(scene.cast(), {});
+            const std::vector<float> past_casters = batch.ambient();
             batch.shadowGround(scene);
-            for (std::size_t i = 0; i < count; ++i)
+            const std::vector<float> past_all = batch.ambient();
+            for (std::size_t i = 0; i < count; ++i) {
                 out[i] = integrals.value(batch.mirrored.data() + i * kFarNumbers, points[first + i], batch.tangents[i]);
+                out[i].received = received(points[first + i], {1 - past_casters[i], past_casters[i] - past_all[i]},
+                                           emitters, sent.ground);
+            }
         } else {
             const int order = castOrderOf(scene.castWay().mode);
             const std::size_t row = std::size_t(coefficientCount(order));
@@ -240,7 +264,7 @@ std::string probeCsv(const PosedScene& scene, std::span<const ProbePoint> points
     std::string text = std::string(kHeader) + ",E,irradiance_r,irradiance_g,irradiance_b,casters";
     for (int i = 0; i < kProbeOrder * kProbeOrder; ++i) text += ",sh_" + std::to_string(i);
     for (std::size_t s = 0; s < suns; ++s) text += ",sun_visibility_" + std::to_string(s + 1);
-    text += '\n';
+    text += ",received_r,received_g,received_b\n";
     std::array<char, 32> buffer;
     const auto add = [&](double x, const char* format) {
         text.append(buffer.data(), std::size_t(std::snprintf(buffer.data(), buffer.size(), format, x)));
@@ -256,6 +280,7 @@ std::string probeCsv(const PosedScene& scene, std::span<const ProbePoint> points
         text += csvField(casters);
         for (const double m : values[p].moments) add(m, ",%.6g");
         for (std::size_t s = 0; s < suns; ++s) add(double(values[p].sun_visibility[s]), ",%.6g");
+        for (int c = 0; c < 3; ++c) add(values[p].received[c], ",%.6g");
         text += '\n';
     }
     return text;

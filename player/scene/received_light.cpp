@@ -57,6 +57,12 @@ ShiningMember shiningMember(const FrameVertices& vertices, std::span<const std::
     return out;
 }
 
+std::vector<Emitter> emittersOf(std::span<const ShiningMember> members) {
+    std::vector<Emitter> emitters;
+    for (const ShiningMember& member : members) emitters.insert(emitters.end(), member.near.begin(), member.near.end());
+    return emitters;
+}
+
 void receiveFromGround(const GroundGlow& glow, const HiddenSky& hidden, int threads, FrameVertices& vertices) {
     constexpr std::size_t kVertices = 512;
     const std::size_t count = vertices.positions.size();
@@ -125,8 +131,7 @@ struct GroundBlock {
 void addMembersLight(const GroundVertices& ground, std::span<const ShiningMember> shining, Vec3 albedo, int threads,
                      std::span<Vec3> radiance) {
     constexpr std::uint32_t kStep = 4;  // vertices between two where the mean is looked up
-    std::vector<Emitter> emitters;
-    for (const ShiningMember& member : shining) emitters.insert(emitters.end(), member.near.begin(), member.near.end());
+    const std::vector<Emitter> emitters = emittersOf(shining);
     if (emitters.empty()) return;
     const std::vector<float> e = groundAmbient(ground);
     const std::uint32_t side = ground.side, last = side - 1, blocks = (last + kStep - 1) / kStep;

@@ -28,6 +28,14 @@ struct ShiningMember {
 ShiningMember shiningMember(const FrameVertices& vertices, std::span<const std::uint32_t> triangles,
                             std::span<const Vec3> values);
 
+// What others may receive: from a level ground that casts, or null, and from members.
+struct SentLight {
+    const GroundGlow* ground = nullptr;
+    std::span<const ShiningMember> members;
+};
+// The surfaces of all members from near.
+std::vector<Emitter> emittersOf(std::span<const ShiningMember> members);
+
 // Writes vertices.received: what the ground sends, pi times hidden.by_ground times its mean radiance.
 void receiveFromGround(const GroundGlow& glow, const HiddenSky& hidden, int threads, FrameVertices& vertices);
 

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <fstream>
 #include <map>
+#include <numbers>
 
 #include "formats/common/errors.h"
 #include "pack/pack_asset.h"
@@ -91,6 +92,32 @@ TEST_F(SceneReceivers, ALevelGroundHidesFromProbe) {
         EXPECT_NEAR(hidden[i].ambient, (1 + double(points[i].normal.y)) / 2, 5e-3) << i;
         EXPECT_NEAR(open[i].ambient, 1, 1e-5) << i;
     }
+}
+
+// A point receives pi times what casters hide times what they send, and the same of the ground, whose radiance where
+// nobody casts is albedo times that of a white sky.
+TEST_F(SceneReceivers, ProbeReceivesWhatIsSent) {
+    const PosedScene posed = scene(R"({"asset": "tube.pnb"})", R"(, "ground": {"height": -40})");
+    const FrameVertices member = memberVertices(posed, 0, 1);
+    const std::vector<Vec3> red(member.positions.size(), Vec3{0.8f, 0, 0});
+    const std::array shining = {shiningMember(member, posed.members()[0]->asset->view.mesh.triangles, red)};
+    GroundGlow glow;
+    const BoundingBox box = boundsOf(member.positions);
+    glow.cast(CastShadow({}), -40, std::array{box.low, box.high}, 1);
+    std::array<float, kFarNumbers> ambient;
+    ambientWeights(parseConvention("D" + std::to_string(kFieldOrder)), ambient);
+    GroundWeights white;
+    for (std::size_t i = 0; i < kFarNumbers; ++i) white[i] = Vec3d{0, 1, 0} * (std::numbers::pi * double(ambient[i]));
+    glow.light(white, {0.5f, 0.5f, 0.5f});
+    const std::array<ProbePoint, 2> points = {
+        {{{box.high.x + 0.3f, (box.low.y + box.high.y) / 2, 0}, {-1, 0, 0}}, {{20, 5, 0}, {0, -1, 0}}}};
+    const std::vector<ProbeValue> open = probe(scene(R"({"asset": "tube.pnb"})"), points, 1),
+                                  values = probe(posed, points, 1, {}, {&glow, shining});
+    EXPECT_GT(open[0].ambient, 0.1);
+    EXPECT_LT(open[0].ambient, 0.95);
+    EXPECT_NEAR(values[0].received.x, std::numbers::pi * (1 - open[0].ambient) * 0.8, 2e-3);
+    EXPECT_NEAR(values[1].received.y, std::numbers::pi * 0.5, 5e-3);
+    for (const ProbeValue& value : open) EXPECT_EQ(value.received, Vec3d{});
 }
 
 // The ground shows albedo times the hidden share of a white sky times what a member of one colour sends.

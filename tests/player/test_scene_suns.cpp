@@ -116,8 +116,8 @@ TEST_F(SceneSunsOfProbe, TurnWithTheLightAndAddUp) {
     const std::vector<ProbeValue> values = probe(posed, far, 1, suns);
     EXPECT_NEAR(values[0].irradiance.x, pi + 3 * 0.8 + 0.6, 2e-5);
     const std::string csv = probeCsv(posed, far, values, suns.suns.size());
-    EXPECT_NE(csv.find(",sh_24,sun_visibility_1,sun_visibility_2\n"), csv.npos) << csv;
-    EXPECT_TRUE(csv.ends_with(",1,1\n")) << csv;
+    EXPECT_NE(csv.find(",sh_24,sun_visibility_1,sun_visibility_2,received_r,received_g,received_b\n"), csv.npos) << csv;
+    EXPECT_TRUE(csv.ends_with(",1,1,0,0,0\n")) << csv;
 }
 
 TEST_F(SceneSunsOfProbe, DoNotDependOnThreads) {
