@@ -32,13 +32,16 @@ class Target(typing.NamedTuple):
     suffix: str  # of programs
     library: str  # what a program links, from the folder of the build
     setup: str  # the part of scripts/setup that has all this
+    # The bound of E of an additive model. Windows' C library rounds angles of the pose otherwise in the last bit, so
+    # that now and then a weight, a whole number of 16 bits, is the next one.
+    additive: float
 
 
 TARGETS = [
     Target("aarch64", "aarch64-linux-gnu-gcc", ["qemu-aarch64-static", "-L", "/usr/aarch64-linux-gnu"], "",
-           "runtime/libpenumbra.so", "--arm"),
+           "runtime/libpenumbra.so", "--arm", 1e-6),
     Target("windows", "x86_64-w64-mingw32-gcc-posix", ["/usr/lib/wine/wine64"], ".exe", "runtime/libpenumbra.dll.a",
-           "--windows"),
+           "--windows", 1e-5),
 ]
 
 
@@ -130,9 +133,11 @@ if __name__ == "__main__":
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:  # Wine's server ends a little later
         programs = [(target, built(target, folder)) for target in targets]
         here = compiled("gcc", os.path.join(folder, "here"), os.path.join(BIN, "../runtime/libpenumbra.so"))
-        for asset, bound in zip(make_cases(folder), (1e-6, 1e-4)):
+        additive, composed = make_cases(folder)
+        for asset in (additive, composed):
             ours = numbers(asset, here)
             for target, program in programs:
                 name = f"{target.name}, {os.path.basename(asset)}"
+                bound = target.additive if asset == additive else 1e-4
                 check(name, ours, numbers(asset, *target.emulator, program), bound)
     print("run time elsewhere: ok")
