@@ -4,6 +4,7 @@
 
 #include "formats/asset/mapped_file.h"
 #include "formats/common/options.h"
+#include "formats/common/warning.h"
 #include "formats/common/write_file.h"
 #include "pack/check/check_asset.h"
 #include "pack/check/check_indirect.h"
@@ -266,6 +267,10 @@ void runCheck(const CheckCommand& command, const CommonOptions& common, Report& 
     if (truth.header().quantity != "hemisphere_visibility")
         throw InvalidInput(command.truth.string() + ": quantity is " + truth.header().quantity +
                            "; truth is hemisphere_visibility");
+    if (!asset.model.deforming && asset.animation.clips.empty())
+        reportWarning("penumbra-pack", command.asset.string() +
+                                           ": was packed with --no-playback and knows no training clips, so that every "
+                                           "frame counts as held out");
     const auto check = [&](const fs::path& path, const CheckReferences& references) {
         naming(path, [&] { checkFits(asset, truth.header(), references); });
     };

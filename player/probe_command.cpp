@@ -6,6 +6,7 @@
 
 #include "formats/common/errors.h"
 #include "formats/common/write_file.h"
+#include "formats/scene/scene_camera.h"
 #include "player/cast_flags.h"
 #include "player/look_flags.h"
 #include "player/player_verbs.h"
@@ -38,7 +39,7 @@ std::string textOf(const std::filesystem::path& path) {
 bool canBeShaded(const PosedScene& scene) {
     return scene.castWay().mode == CastMode::kProduct && scene.light() &&
            std::ranges::none_of(scene.members(), [](const std::unique_ptr<SceneMember>& member) {
-               return member->asset->view.materials.empty();
+               return !member->file->real && member->asset->view.materials.empty();
            });
 }
 
@@ -63,6 +64,8 @@ void runProbe(const ProbeCommand& command, const CommonOptions& common, Report& 
     if (canBeShaded(scene)) {
         RenderOptions options;
         options.suns = command.suns;
+        // Any eye serves where the first photograph has no pose: it is for what shines alone.
+        if (scene.file().photograph && !SceneCameras(scene.file()).hasPose(0)) options.camera = "yaw=0";
         frames.emplace(scene, options, common.threads);
         frames->evaluateMembers();
         frames->frameCamera();

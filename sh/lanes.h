@@ -8,7 +8,7 @@
 #include <immintrin.h>
 #elif defined(__wasm_simd128__)
 #include <wasm_simd128.h>
-#elif defined(__ARM_NEON)
+#elif defined(__aarch64__)
 #include <arm_neon.h>
 #endif
 
@@ -213,7 +213,7 @@ inline void addDots(const DotWords& words, std::int32_t pair, Dots& sum) {
     sum += (Dots)_mm_madd_epi16((__m128i)words, _mm_set1_epi32(pair));
 #elif defined(__wasm_simd128__)
     sum += (Dots)wasm_i32x4_dot_i16x8((v128_t)words, wasm_i32x4_splat(pair));
-#elif defined(__ARM_NEON)
+#elif defined(__aarch64__)
     const int16x8_t a = (int16x8_t)words, b = (int16x8_t)vdupq_n_s32(pair);
     sum += (Dots)vpaddq_s32(vmull_s16(vget_low_s16(a), vget_low_s16(b)), vmull_high_s16(a, b));
 #else

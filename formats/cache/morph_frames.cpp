@@ -39,7 +39,7 @@ std::optional<double> placeOf(const float* weights, std::size_t targets) {
     const bool from_rest = first == 0 && last == 0 && sum > 0 && sum < 1;
     const bool is_mean = last <= first + 1 && weights[first] > 0 && weights[last] > 0;
     if (!from_rest && !(is_mean && std::abs(sum - 1) <= 2 * kRounding)) return std::nullopt;
-    return place;
+    return from_rest ? place : place / sum;  // over hundreds of frames the rounding of the sum would add up
 }
 
 // Returns the last target that the channel reaches in order, counted from 1, or nothing where it plays no frames.

@@ -79,7 +79,7 @@ struct RigSource {
 // The importers check nodes, clips, indices and numbers. What is drawn may still be empty.
 RigSource readGltf(const std::filesystem::path& path);
 // Tells whether the clips of a glTF file animate morph targets and nothing else, and no node has a skin. It reads only
-// the JSON, and returns false where that is damaged. What the weights are tells playsMorphFrames() (morph_frames.h).
+// the JSON, and returns false where that is damaged. playsMorphFrames() (morph_frames.h) tells what the weights are.
 bool hasOnlyMorphClips(const std::filesystem::path& path);
 // Reads FBX, Collada and .x (rig_import.h), whatever assimp makes of them.
 RigSource readWithAssimp(const std::filesystem::path& path);

@@ -141,7 +141,7 @@ void SunMapPainter::setCasters(const SunCasters& casters) {
     meshes_.clear();
     for (const SunCaster& caster : casters.members)
         meshes_.push_back(makeMesh(caster, findClosedSurfaces(caster.triangles)));
-    const std::span<const std::uint32_t> ground = casters.ground.triangles;  // is open
+    const std::span<const std::uint32_t> ground = casters.ground.triangles;  // open: both of its sides are drawn
     ground_ = makeMesh(casters.ground, {{ground.begin(), ground.end()}, {}});
     ground_version_ = 0;
     for (Layer& layer : layers_) layer.ground_version = 0;

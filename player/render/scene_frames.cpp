@@ -115,7 +115,7 @@ void SceneFrames::castOnGlow() {
         const BoundingBox box = boundsOf(member.positions);
         corners.insert(corners.end(), {box.low, box.high});
     }
-    if (!corners.empty()) glow_.cast(scene_.cast(), scene_.file().ground->height, corners, threads_);
+    glow_.cast(scene_.cast(), scene_.file().ground->height, corners, threads_);
 }
 
 void SceneFrames::evaluateGround() {
@@ -273,7 +273,7 @@ void SceneFrames::shade() {
 }
 
 void SceneFrames::shadeMembers() {
-    const bool glows = receives() && scene_.groundCasts() && !members_.empty();
+    const bool glows = receives() && scene_.groundCasts();
     if (glows) glow_.light(whole_light_, scene_.lightRotation(), scene_.file().ground->albedo);
     for (std::size_t m = 0; m < members_.size(); ++m) {
         members_[m].received.clear();

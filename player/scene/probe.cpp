@@ -130,7 +130,7 @@ struct ProbeBatch {
     CastReceivers receivers() const {
         return {{positions.data(), count}, {normals.data(), count}, {tangents.data(), count}};
     }
-    // What a ground hides as well.
+    // Multiplies by what the ground leaves visible.
     void shadowGround(const PosedScene& scene) {
         if (!scene.field() && !scene.groundCasts()) return;
         std::array<float, kMaxReceivers * kFarNumbers> others;
@@ -145,7 +145,7 @@ struct ProbeBatch {
     void evaluate(const CastShadow& cast, CasterChoice choice) {
         cast.evaluate(receivers(), choice, {mirrored.data(), count * kFarNumbers});
     }
-    // E of each point.
+    // Returns E of each point.
     std::vector<float> ambient() const {
         std::array<float, kFarNumbers> weights;
         ambientWeights(parseConvention("D" + std::to_string(kFieldOrder)), weights);
@@ -161,7 +161,7 @@ struct HiddenAtPoint {
     float by_casters, by_ground;
 };
 
-// Irradiance.
+// Returns the irradiance that a point receives from casters and the ground.
 Vec3d received(const ProbePoint& point, HiddenAtPoint hidden, std::span<const Emitter> emitters,
                const GroundGlow* ground) {
     Vec3 radiance = meanRadiance(emitters, point.position, point.normal) * std::max(hidden.by_casters, 0.0f);

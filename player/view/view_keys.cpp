@@ -69,7 +69,8 @@ bool groundCasts(const Scene& scene, const ViewState& state) {
 bool sendsLight(const Scene& scene, const ViewState& state) {
     return scene.passesLight() && state.show.channel == Channel::kShaded && !state.show.component &&
            state.show.shadows == Shadows::kBoth && state.lighting.bounces != Bounces::kDirect &&
-           shownCastMode(state) == CastMode::kProduct && (groundCasts(scene, state) || scene.cast->casterCount() > 1);
+           shownCastMode(state) == CastMode::kProduct &&
+           (groundCasts(scene, state) || (scene.cast->casterCount() > 0 && scene.characters.size() > 1));
 }
 
 bool changesNumbers(const Scene& scene, std::size_t index, const NumbersKey& key) {

@@ -29,7 +29,8 @@ bool Scene::bounces() const {
     return anyOf(*this, [](const Character& character) { return character.asset.model.indirect.has_value(); });
 }
 bool Scene::passesLight() const {
-    return shaded() && (cast->casterCount() > 1 || (ground_file && !field && ground_file->casts));
+    return shaded() &&
+           ((cast->casterCount() > 0 && characters.size() > 1) || (ground_file && !field && ground_file->casts));
 }
 bool Scene::hasOutlines() const {
     return composed() ||

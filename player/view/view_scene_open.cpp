@@ -214,7 +214,12 @@ Scene openScene(std::span<const std::filesystem::path> given, int threads, const
     std::optional<GroundHeights> heights;
     if (scene.file) heights = openGround(*scene.file);
     scene.file ? placeMembers(scene) : placeCharacters(scene);
-    scene.ground_file = scene.file ? scene.file->ground : groundUnder(restBounds(scene));
+    if (scene.file) {
+        scene.ground_file = scene.file->ground;
+    } else {
+        scene.ground_file = groundUnder(restBounds(scene));
+        scene.ground_file->casts = false;  // nobody asked for it: files alone look as `render` draws them
+    }
     if (heights) scene.field = std::make_unique<SceneField>(*scene.ground_file, std::move(*heights));
     makeCasters(scene);
     return scene;

@@ -42,11 +42,11 @@ void ComposedModel::compose(const EvaluatorPath& path, const AmbientClamp& clamp
     const std::size_t stride = clamp.stride, first = view.first_vertex * stride;
     assert(far_factors.size() == asset->mesh.positions.size() * kFarNumbers);
     float* const out = numbers.data() + first;
-    // 1. Times what the far parts leave visible, plus the mean of the residual.
+    // 1. Multiply by what the far parts leave visible, and add the mean of the residual.
     const float* const mean = residual.empty() ? nullptr : residual_mean->data() + first;
     path.far->compose(far.tables().constants(), far_factors.data() + view.first_vertex * kFarNumbers, mean,
                       view.vertex_count, stride, out);
-    // 2. The components of the residual.
+    // 2. Add the components of the residual.
     if (mean)
         residual.combine(path, cluster, clamp, out, out);
     else

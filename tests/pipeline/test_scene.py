@@ -256,6 +256,10 @@ def check_suns(body):
     told = must(BAKE, "info", "sunny.pnb").split()
     at = told.index("irradiance")
     assert np.allclose([float(x.strip(",")) for x in told[at + 1:at + 4]], 4, atol=1e-3), told
+    # Where nobody stands, the ground sends the light of the open sky to what faces it.
+    down = write_points("down.csv", [[0, low + 1, 0]], [[0, -1, 0]])
+    lonely = scene("lonely.json", characters=[], light={"asset": "sunny.pnb"}, ground={"height": float(low), "albedo": [0.5] * 3})
+    assert float(probed(lonely, down)["received_r"][0]) > 0.1
     mixed = scene("mixed.json", characters=[man], light={"asset": "mixed.pnb"})
     outputs = []
     for name, *more in ((sunny, "--suns", "off"), (mixed,), (mixed, "--suns", "auto"), (sunny, "--cast", "folded"), (mixed, "--cast", "folded")):

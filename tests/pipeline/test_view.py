@@ -279,7 +279,9 @@ def check_scene():
     """A scene's ground has shadows that go on and off, and a character that is moved takes its shadow along."""
     make_scene()
     view = View("--scene", "scene.json", "--no-settings", size=f"{WIDTH}x{HEIGHT}")
-    both = view.shot()
+    shown = view.shot()
+    both = view.shot("9")
+    assert "direct" in both.said and (shown.picture - both.picture).mean() > 0, "things send light to one another"
     alone, cast, none = view.shot("j"), view.shot("j"), view.shot("j")
     for shot, words in ((alone, "shadows on itself"), (cast, "shadows on others"), (none, "no shadows")):
         assert words in shot.said and difference(both, shot) > 0.2, (shot.said, difference(both, shot))
