@@ -49,7 +49,8 @@ public:
         view_.eye = eye;
         shadeMembers();
     }
-    // Returns what others receive, after shade() or shadeMembers(). It is nothing where light between members is left out.
+    // Returns what others receive, after shade() or shadeMembers(). It is nothing where light between members is left
+    // out.
     SentLight sentLight();
     // Results of the steps, valid until the next ones: every member, then the ground, and how the camera sees them.
     std::vector<SceneMesh> meshes() const;
