@@ -178,7 +178,7 @@ def check_worker(package, files):
     """What a module worker computes, and many characters that it updates."""
     found = look_at("worker.html", package, files)
     assert found["different"] == 0 and found["compared"] > 10000
-    assert found["refused"] == ["INVALID_ASSET", "DISPOSED", "DISPOSED"]
+    assert found["refused"] == ["INVALID_ASSET", "DISPOSED", "DISPOSED", "DISPOSED"] and found["oneUnderWay"]
     assert found["inThree"]["different"] == 0 and found["inThree"]["compared"] > 1000
     assert found["crowd"]["updates"] > 50 and found["crowd"]["least"] > 0 and not found["crowd"]["errors"]
 

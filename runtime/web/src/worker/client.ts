@@ -37,8 +37,9 @@ export class PenumbraWorker {
     ask<T>(request: Request, moved: Transferable[] = []): Promise<T> {
         if (this.ended) return Promise.reject(new PenumbraError('DISPOSED', 'the worker was ended'));
         return new Promise<T>((resolve, reject) => {
-            this.waiting.set(++this.last, { resolve, reject });
-            this.worker.postMessage({ ...request, id: this.last }, moved);
+            const id = ++this.last;
+            this.worker.postMessage({ ...request, id }, moved); // what cannot be sent rejects here, and nobody waits for it
+            this.waiting.set(id, { resolve, reject });
         });
     }
     /** @internal */
@@ -77,7 +78,7 @@ export class WorkerAsset {
     async create(): Promise<WorkerCharacter> {
         return new WorkerCharacter(this, await this.worker.ask<number>({ kind: 'create', asset: this.opened.object }));
     }
-    /** Characters that were made of it live on. */
+    /** Characters that were made of it live on, and the worker keeps it until the last of them is disposed of. */
     dispose(): void {
         this.worker.forget(this.opened.object);
     }
