@@ -172,6 +172,7 @@ def check_three(package, files):
     assert found["turned"]["changed"] > 0.01
     assert found["reversedPicture"]["mean"] < 0.01
     assert found["strength0"]["changed"] == 0 and found["afterDispose"]["changed"] == 0
+    assert found["unwrapped"]
 
 
 def check_worker(package, files):
@@ -236,6 +237,7 @@ def check_webgpu(package, files):
         assert found["onCharacter"]["changed"] > 0.005 and found["onCharacter"]["brighter"] == 0
         assert found["onGround"]["changed"] > 0.005 and found["onGround"]["brighter"] == 0
         assert found["turned"]["changed"] > 0.01 and found["after"]["changed"] == 0
+        assert found["twice"] < 0.01
         if backend == "webgpu":
             # The core rounds the weights of components to 16 bits, the shader does not: E differs by 4.4e-5.
             computed = found["compute"]
