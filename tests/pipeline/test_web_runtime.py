@@ -280,6 +280,7 @@ def check_demo(package, folder, cases):
     # What was traced is nearer than no shadows at all, and than those of a white sky.
     assert 0 < found["truth"] < 0.5 * found["off"] and found["occlusion"] > 0.01 and found["sun"] > found["off"]
     assert found["fromDisk"] == 0 and found["comparesOnlyWalk"]
+    assert found["divider"] == "5"  # the least there is
     assert "shadow=off" in found["address"] and "sun=true" in found["address"]
 
 
