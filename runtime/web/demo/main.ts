@@ -13,7 +13,8 @@ const stats = find('#stats');
 const message = find('#message');
 
 function showError(error: Error): void {
-    message.textContent = error instanceof PenumbraError ? `${error.code}: ${error.message}` : `Something has failed: ${error.message ?? error}`;
+    const code = error instanceof PenumbraError ? error.code : 'Something has failed';
+    message.textContent = `${code}: ${error.message ?? error}`;
     message.hidden = false;
     console.error(error);
 }

@@ -105,7 +105,9 @@ export class Crowd {
             entry.busy = true;
             entry.last = this.nextStart(entry);
             this.run(entry)
-                .catch((error) => (this.onerror ?? console.error)(error))
+                .catch((error) => {
+                    if (this.entries.has(entry.member)) (this.onerror ?? console.error)(error); // or it was taken out
+                })
                 .finally(() => {
                     --this.flying;
                     entry.busy = false;
