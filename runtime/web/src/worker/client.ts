@@ -16,7 +16,8 @@ export function startWorker(): Worker {
 export class PenumbraWorker {
     private readonly waiting = new Map<number, Waiting>();
     private last = 0;
-    private ended = false;
+    /** Why nothing can be asked any more. */
+    private ended: PenumbraError | undefined;
 
     constructor(private readonly worker: Worker) {
         worker.onmessage = ({ data }: MessageEvent<Answer>) => this.receive(data);
@@ -35,7 +36,7 @@ export class PenumbraWorker {
 
     /** @internal */
     ask<T>(request: Request, moved: Transferable[] = []): Promise<T> {
-        if (this.ended) return Promise.reject(new PenumbraError('DISPOSED', 'the worker was ended'));
+        if (this.ended) return Promise.reject(this.ended);
         return new Promise<T>((resolve, reject) => {
             const id = ++this.last;
             this.worker.postMessage({ ...request, id }, moved); // what cannot be sent rejects here, and nobody waits for it
@@ -54,7 +55,7 @@ export class PenumbraWorker {
         else waiting?.resolve(answer.value as never);
     }
     private end(error: PenumbraError): void {
-        this.ended = true;
+        this.ended ??= error;
         for (const { reject } of this.waiting.values()) reject(error);
         this.waiting.clear();
     }
