@@ -172,13 +172,14 @@ def check_three(package, files):
     assert found["turned"]["changed"] > 0.01
     assert found["reversedPicture"]["mean"] < 0.01
     assert found["strength0"]["changed"] == 0 and found["afterDispose"]["changed"] == 0
+    assert found["unwrapped"]
 
 
 def check_worker(package, files):
     """What a module worker computes, and many characters that it updates."""
     found = look_at("worker.html", package, files)
     assert found["different"] == 0 and found["compared"] > 10000
-    assert found["refused"] == ["INVALID_ASSET", "DISPOSED", "DISPOSED"]
+    assert found["refused"] == ["INVALID_ASSET", "DISPOSED", "DISPOSED", "DISPOSED"] and found["oneUnderWay"]
     assert found["inThree"]["different"] == 0 and found["inThree"]["compared"] > 1000
     assert found["crowd"]["updates"] > 50 and found["crowd"]["least"] > 0 and not found["crowd"]["errors"]
 
@@ -236,6 +237,7 @@ def check_webgpu(package, files):
         assert found["onCharacter"]["changed"] > 0.005 and found["onCharacter"]["brighter"] == 0
         assert found["onGround"]["changed"] > 0.005 and found["onGround"]["brighter"] == 0
         assert found["turned"]["changed"] > 0.01 and found["after"]["changed"] == 0
+        assert found["twice"] < 0.01
         if backend == "webgpu":
             # The core rounds the weights of components to 16 bits, the shader does not: E differs by 4.4e-5.
             computed = found["compute"]
@@ -278,6 +280,7 @@ def check_demo(package, folder, cases):
     # What was traced is nearer than no shadows at all, and than those of a white sky.
     assert 0 < found["truth"] < 0.5 * found["off"] and found["occlusion"] > 0.01 and found["sun"] > found["off"]
     assert found["fromDisk"] == 0 and found["comparesOnlyWalk"]
+    assert found["divider"] == "5"  # the least there is
     assert "shadow=off" in found["address"] and "sun=true" in found["address"]
 
 

@@ -1,5 +1,4 @@
 import { PenumbraError, load } from 'penumbra-player';
-import type { PenumbraEnvironment } from 'penumbra-player/three';
 import { Actor, type Shadow } from './actor';
 import { Stage } from './stage';
 
@@ -12,6 +11,13 @@ const panel = find<HTMLFormElement>('#panel');
 const divider = find('#divider');
 const stats = find('#stats');
 const message = find('#message');
+
+function showError(error: Error): void {
+    const code = error instanceof PenumbraError ? error.code : 'Something has failed';
+    message.textContent = `${code}: ${error.message ?? error}`;
+    message.hidden = false;
+    console.error(error);
+}
 
 function addChoices(id: string, name: string, values: string[]): void {
     find(id).innerHTML = values
@@ -45,8 +51,14 @@ function restorePanel(): void {
         else if (field instanceof HTMLInputElement && field.type === 'checkbox') field.checked = value === 'true';
         else if (field instanceof HTMLInputElement) field.value = value;
     };
-    const defaults = { shadow: 'colour', clip: TRACED, sky: 'City', turn: '0', sun: 'false', compare: 'false', paused: 'false' };
+    const paused = String(matchMedia('(prefers-reduced-motion: reduce)').matches);
+    const defaults = { shadow: 'colour', clip: TRACED, sky: 'City', turn: '0', sun: 'false', compare: 'false', paused };
     for (const [name, fallback] of Object.entries(defaults)) set(name, fallback);
+}
+
+function rememberPanel(): void {
+    const words = Object.entries(readPanel()).map(([name, value]) => [name, String(value)]);
+    history.replaceState(null, '', `#${new URLSearchParams(words)}`);
 }
 
 /** The page, once all is loaded. */
@@ -54,20 +66,26 @@ class Page {
     private split = 0;
     private last = 0;
     private hz = 60;
-    private environment!: PenumbraEnvironment;
 
     constructor(
         readonly stage: Stage,
         readonly actor: Actor,
     ) {
         stage.scene.add(actor.root);
-        panel.addEventListener('input', (event) => this.changed(event.target as HTMLInputElement));
+        panel.addEventListener('input', (event) => this.changed(event.target as HTMLInputElement).catch(showError));
+        panel.addEventListener('change', rememberPanel); // not at each step of a slider: browsers limit how often
+        panel.addEventListener('submit', (event) => event.preventDefault());
         addEventListener('resize', () => (stage.resize(), this.moveDivider()));
         divider.addEventListener('pointerdown', (event) => divider.setPointerCapture(event.pointerId));
         divider.addEventListener('pointermove', (event) => {
             if (!divider.hasPointerCapture(event.pointerId)) return;
-            this.split = Math.min(Math.max(event.clientX / innerWidth, 0.05), 0.95);
-            this.moveDivider();
+            this.moveDivider(event.clientX / innerWidth);
+        });
+        divider.addEventListener('keydown', (event) => {
+            const step = { ArrowLeft: -0.02, ArrowDown: -0.02, ArrowRight: 0.02, ArrowUp: 0.02 }[event.key];
+            if (step === undefined) return;
+            event.preventDefault();
+            this.moveDivider(this.split + step);
         });
     }
 
@@ -75,19 +93,23 @@ class Page {
         // Truth was traced for one clip alone.
         if (field?.name === 'compare' && field.checked) (panel.elements.namedItem('clip') as RadioNodeList).value = TRACED;
         if (field?.name === 'clip' && field.value !== TRACED) (panel.elements.namedItem('compare') as HTMLInputElement).checked = false;
-        const state = readPanel();
-        this.environment = await this.stage.setSky(SKIES[state.sky]);
+        const name = readPanel().sky;
+        const sky = await this.stage.loadSky(SKIES[name]);
+        const state = readPanel(); // as it is now
+        if (state.sky !== name) return; // another sky was chosen, and a call for it is under way
+        this.stage.useSky(sky);
         this.stage.turn((state.turn * Math.PI) / 180);
         this.stage.sun.visible = state.sun;
-        this.actor.setShadow(state.shadow, this.environment);
+        this.actor.setShadow(state.shadow, sky.environment);
         this.actor.play(state.clip);
         divider.hidden = !state.compare;
         this.moveDivider();
-        history.replaceState(null, '', `#${new URLSearchParams(Object.entries(state).map(([name, value]) => [name, String(value)]))}`);
+        message.hidden = true;
     }
-    private moveDivider(): void {
-        if (this.split === 0) this.split = this.stage.middle;
+    private moveDivider(to = this.split || this.stage.middle): void {
+        this.split = Math.min(Math.max(to, 0.05), 0.95);
         divider.style.left = `${100 * this.split}%`;
+        divider.setAttribute('aria-valuenow', (100 * this.split).toFixed(0));
     }
 
     /** Draws a moment; shadows of the model fill the window, or its left part beside those that were traced. */
@@ -117,12 +139,9 @@ async function main(): Promise<void> {
     const stage = new Stage(find<HTMLCanvasElement>('#view'));
     const page = new Page(stage, await Actor.load(await load(), stage.ground, CLIPS));
     await page.changed();
+    rememberPanel();
     stage.renderer.setAnimationLoop((now) => page.frame(now));
-    message.hidden = true;
     Object.assign(globalThis, { penumbraDemo: page }); // for the console, and for pictures of the page
 }
 
-main().catch((error) => {
-    message.textContent = error instanceof PenumbraError ? `${error.code}: ${error.message}` : `The page cannot start: ${error.message ?? error}`;
-    console.error(error);
-});
+main().catch(showError);

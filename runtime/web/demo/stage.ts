@@ -7,7 +7,7 @@ import { bytesOf } from './load';
 const TARGET = new THREE.Vector3(0, 0.9, 0);
 const GROUND_RADIUS = 2.2;
 
-interface Sky {
+export interface Sky {
     map: THREE.Texture;
     environment: PenumbraEnvironment;
 }
@@ -50,7 +50,7 @@ export class Stage {
     readonly ground = makeGround();
     readonly sun = makeSun();
     private readonly controls: OrbitControls;
-    private readonly skies = new Map<string, Sky>();
+    private readonly skies = new Map<string, Promise<Sky>>();
     private sky: Sky | undefined;
 
     constructor(private readonly canvas: HTMLCanvasElement) {
@@ -68,25 +68,19 @@ export class Stage {
         this.resize();
     }
 
-    /** Loads a sky where it is new, and lights the scene by it. */
-    async setSky(name: string): Promise<PenumbraEnvironment> {
-        let sky = this.skies.get(name);
-        if (!sky) {
-            const { data, width, height } = new EXRLoader().parse(await bytesOf(name));
-            const texture = new THREE.DataTexture(data, width, height, THREE.RGBAFormat, THREE.HalfFloatType);
-            texture.mapping = THREE.EquirectangularReflectionMapping;
-            texture.magFilter = texture.minFilter = THREE.LinearFilter;
-            texture.needsUpdate = true;
-            const environment = PenumbraEnvironment.fromEquirectangular(texture);
-            const generator = new THREE.PMREMGenerator(this.renderer);
-            sky = { map: generator.fromEquirectangular(texture).texture, environment };
-            generator.dispose();
-            texture.dispose();
-            this.skies.set(name, sky);
-        }
+    /** Loads a sky once. A failure is not kept. */
+    loadSky(name: string): Promise<Sky> {
+        const known = this.skies.get(name);
+        if (known) return known;
+        const sky = this.makeSky(name);
+        this.skies.set(name, sky);
+        sky.catch(() => this.skies.delete(name));
+        return sky;
+    }
+    /** Lights the scene by a sky. */
+    useSky(sky: Sky): void {
         this.sky = sky;
         this.scene.environment = this.scene.background = sky.map;
-        return sky.environment;
     }
 
     /** Turns the sky, and the sun with it. */
@@ -119,10 +113,23 @@ export class Stage {
 
     /** Draws the part of the window between two shares of its width. */
     draw(from = 0, to = 1): void {
-        this.controls.update();
+        if (from === 0) this.controls.update(); // once a frame: it slows down at each call
         const { clientWidth: width, clientHeight: height } = this.canvas;
         this.renderer.setScissorTest(from > 0 || to < 1);
         this.renderer.setScissor(from * width, 0, (to - from) * width, height);
         this.renderer.render(this.scene, this.camera);
+    }
+    private async makeSky(name: string): Promise<Sky> {
+        const { data, width, height } = new EXRLoader().parse(await bytesOf(name));
+        const texture = new THREE.DataTexture(data, width, height, THREE.RGBAFormat, THREE.HalfFloatType);
+        texture.mapping = THREE.EquirectangularReflectionMapping;
+        texture.magFilter = texture.minFilter = THREE.LinearFilter;
+        texture.needsUpdate = true;
+        const environment = PenumbraEnvironment.fromEquirectangular(texture);
+        const generator = new THREE.PMREMGenerator(this.renderer);
+        const map = generator.fromEquirectangular(texture).texture;
+        generator.dispose();
+        texture.dispose();
+        return { map, environment };
     }
 }

@@ -255,7 +255,7 @@ export class Character extends Handle {
         this.vertices = this.arrays.floats(VERTICES_SIZE / 4);
         const perVertex = [3, 3, 3, asset.stride].map((size) => this.arrays.floats(size * count));
         this.ambientAt = this.arrays.floats(count);
-        this.transferAt = this.arrays.floats(25 * count);
+        this.transferAt = this.arrays.floats(Math.max(25 * count, asset.scoreCount));
         memory.words(this.vertices, VERTICES_SIZE / 4).set([...perVertex, 0, 0, count, 0]);
     }
 
@@ -339,10 +339,10 @@ export class Character extends Handle {
     /** @internal Weights of the coefficients in E, [stride]. */
     get ambientWeights(): Float32Array {
         const { stride } = this.asset;
-        const coefficients = this.coefficients;
-        coefficients.fill(0);
-        for (let i = 0; i < stride; ++i) coefficients[i * stride + i] = 1;
-        return this.ambient().slice(0, stride);
+        return Float32Array.from({ length: stride }, (_, i) => {
+            this.coefficients.fill(0, 0, stride)[i] = 1;
+            return this.ambient()[0];
+        });
     }
     /** How far the pose is from those that the model knows, in about radians. */
     get outOfRange(): number {

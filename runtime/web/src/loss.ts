@@ -31,7 +31,7 @@ export class Loss {
     private writeColours(character: Character, light: Required<Pick<LossLight, 'sh' | 'strength'>> & LossLight, out: Float32Array): void {
         const count = 3 * character.asset.vertexCount;
         const order = light.order ?? 5;
-        if (this.open.length !== count) {
+        if (this.open.length < count) {
             this.open = new Float32Array(count);
             this.visible = new Float32Array(count);
         }

@@ -24,7 +24,7 @@ async function ratesOf(perFrame, seconds) {
         crowd.add({ character, distance: () => i, writePose: () => undefined, light: () => ({ sh: [] }), apply: () => ++updates[i] });
     }
     for (let frame = 0; frame < 60 * seconds; ++frame) {
-        crowd.update((1000 * frame) / 60);
+        crowd.update((1000 * frame) / 60 + 0.5 * Math.sin(17.3 * frame)); // frames are never quite on time
         for (let done = 0; done < perFrame && queue.length > 0; ++done) {
             queue.shift()();
             for (let turn = 0; turn < 5; ++turn) await null; // what the crowd does when an answer comes

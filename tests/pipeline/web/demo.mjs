@@ -46,6 +46,9 @@ await page.evaluate(() => {
     globalThis.penumbraDemo.split = 0; // the truth in the whole window
 });
 found.truth = apart(colour, await pixels(page));
+await page.focus('#divider');
+await page.keyboard.press('ArrowRight');
+found.divider = await page.getAttribute('#divider', 'aria-valuenow');
 await press(page, 'clip', 'Run');
 found.comparesOnlyWalk = !(await page.isChecked('[name=compare]')) && (await page.isHidden('#divider'));
 for (const shadow of ['occlusion', 'off']) {

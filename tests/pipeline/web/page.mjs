@@ -134,6 +134,11 @@ async function main() {
     ground.dispose();
     found.afterDispose = apart(before, shot());
 
+    const own = floor.material.onBeforeCompile;
+    const grounds = [0, 1, 2].map(() => new PenumbraGround(runtime, floor, []));
+    for (const i of [1, 2, 0]) grounds[i].dispose();
+    found.unwrapped = floor.material.onBeforeCompile === own;
+
     const originals = meshes.map((mesh) => mesh.geometry);
     for (const mesh of meshes) mesh.geometry = reversed(mesh.geometry);
     const other = new PenumbraCharacter(asset, root, { environment });

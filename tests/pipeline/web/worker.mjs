@@ -76,8 +76,18 @@ async function inThree(runtime, worker) {
         character.dispose();
         return Float32Array.from(values);
     };
-    const [here, far] = [await lossOf({}), await lossOf({ worker: await there.create() })];
-    found.inThree = { compared: here.length, different: differing(here, far) };
+    found.inThree = { compared: 0, different: 0 };
+    for (const quality of ['full', 'fast']) {
+        const [here, far] = [await lossOf({ quality }), await lossOf({ quality, worker: await there.create() })];
+        found.inThree.compared += here.length;
+        found.inThree.different += differing(here, far);
+    }
+    const busy = new PenumbraCharacter(asset, clone(gltf.scene), { worker: await there.create() });
+    const first = busy.update();
+    found.oneUnderWay = busy.update() === first;
+    busy.dispose();
+    await first; // what was under way is no error
+    found.refused.push(await codeOf(busy.update()));
 
     const crowd = new Crowd();
     const counts = new Map();
@@ -90,7 +100,7 @@ async function inThree(runtime, worker) {
         crowd.add({ ...member, apply: (loss) => (member.apply(loss), counts.set(i, counts.get(i) + 1)) });
     }
     const start = performance.now();
-    while (performance.now() - start < 5000 && Math.min(...counts.values()) < 1) {
+    while (performance.now() - start < 5000 && (Math.min(...counts.values()) < 1 || crowd.updates <= 60)) {
         crowd.update();
         await new Promise(requestAnimationFrame);
     }

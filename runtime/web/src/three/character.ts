@@ -86,7 +86,9 @@ export class PenumbraCharacter {
     private readonly loss: Float32Array;
     private readonly losses = new Loss();
     private readonly order: number | undefined;
+    private readonly quality: Quality | undefined;
     private readonly worker: WorkerCharacter | undefined;
+    private underWay: Promise<void> | undefined;
     private disposed = false;
     private environment: PenumbraEnvironment | undefined;
 
@@ -106,12 +108,13 @@ export class PenumbraCharacter {
         this.bones = bonesOf(root, asset.jointNames.slice(0, asset.jointNames.length - inputJoints));
         this.environment = options.environment;
         this.order = options.order;
+        this.quality = options.quality;
         const meshes = options.meshes ?? meshesOf(root);
         this.character = new Character(asset);
         this.loss = new Float32Array(4 * asset.vertexCount);
         let match: Match;
         try {
-            if (options.quality) this.character.setQuality(options.quality);
+            if (this.quality) this.character.setQuality(this.quality);
             root.updateMatrixWorld(true);
             match = matchVertices(asset, root, meshes, { bones: this.bones, pose: () => this.skinned(meshes) });
         } catch (error) {
@@ -136,13 +139,10 @@ export class PenumbraCharacter {
     }
 
     /** Computes the shadows of the pose that the bones have now: once a frame, after the mixer. A worker answers later;
-     * the promise tells when the shadows are there. */
+     * the promise tells when the shadows are there. A pose that comes before the answer to the last one is passed over. */
     update(): Promise<void> | void {
+        if (this.worker) return (this.underWay ??= this.updateBy(this.worker).finally(() => (this.underWay = undefined)));
         this.root.updateMatrixWorld(true);
-        if (this.worker)
-            return this.worker
-                .update((matrices) => this.writePose(matrices), this.inputValues(), this.light())
-                .then((loss) => this.apply(loss));
         this.pose(this.parts.map((part) => part.mesh));
         this.character.evaluate();
         this.losses.compute(this.character, this.light(), this.loss);
@@ -169,7 +169,10 @@ export class PenumbraCharacter {
             distance,
             writePose: (matrices) => this.writePose(matrices),
             inputs: () => this.inputValues(),
-            light: () => this.light(),
+            light: () => {
+                this.root.updateMatrixWorld(true); // writePose comes next, and needs them as well
+                return this.light();
+            },
             apply: (loss) => this.apply(loss),
         };
     }
@@ -179,7 +182,8 @@ export class PenumbraCharacter {
         return this.bones[0].matrixWorld;
     }
 
-    /** Gives memory back, and the meshes their geometries and materials. A second call does nothing. */
+    /** Gives memory back, and the meshes their geometries and materials; the worker's character is disposed of, too. Take a
+     * member out of its crowd first. A second call does nothing. */
     dispose(): void {
         if (this.disposed) return;
         this.disposed = true;
@@ -189,6 +193,7 @@ export class PenumbraCharacter {
             mesh.geometry = before;
         }
         this.character.dispose();
+        this.worker?.dispose();
     }
 
     /** Makes the meshes' materials use the attribute `penumbraLoss`. Answers what undoes it. */
@@ -197,6 +202,16 @@ export class PenumbraCharacter {
         return [...materials].map((material) => patchMaterial(material, BY_VERTEX));
     }
 
+    private async updateBy(worker: WorkerCharacter): Promise<void> {
+        if (this.disposed) throw new PenumbraError('DISPOSED', 'this object was disposed of');
+        this.root.updateMatrixWorld(true);
+        try {
+            const how = { ...this.light(), quality: this.quality };
+            this.apply(await worker.update((matrices) => this.writePose(matrices), this.inputValues(), how));
+        } catch (error) {
+            if (!this.disposed) throw error; // nobody waits for it any more
+        }
+    }
     private pose(meshes: Mesh[]): void {
         if (this.asset.inputCount > 0) this.character.setInputs(this.inputValues(meshes));
         this.writePose(this.character.poseMatrices);

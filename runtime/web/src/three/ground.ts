@@ -103,7 +103,7 @@ export class PenumbraGround {
         this.texture.dispose();
     }
 
-    /** Makes the mesh' materials use the picture around `area`. Answers what undoes it. */
+    /** Makes the mesh's materials use the picture around `area`. Answers what undoes it. */
     protected patch(mesh: Mesh, texture: DataTexture, area: Vector3): (() => void)[] {
         const patch = patchOf(texture, { value: area });
         return ([] as Material[]).concat(mesh.material).map((material) => patchMaterial(material, patch));

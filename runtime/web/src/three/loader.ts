@@ -4,7 +4,8 @@ import type { Asset, Runtime } from '../core.js';
 const EXTENSION = 'PENUMBRA_visibility';
 
 /** A plugin of GLTFLoader: `loader.register((parser) => new PenumbraLoader(parser, load()))`. It puts the asset that
- * `penumbra-pack embed` put into a .glb at `gltf.userData.penumbra`. Files without one load as ever. */
+ * `penumbra-pack embed` put into a .glb at `gltf.userData.penumbra`, and its bytes, which a worker opens, at
+ * `gltf.userData.penumbraBytes`. Files without one load as ever. */
 export class PenumbraLoader implements GLTFLoaderPlugin {
     readonly name = EXTENSION;
 
@@ -17,6 +18,7 @@ export class PenumbraLoader implements GLTFLoaderPlugin {
         const extension = this.parser.json.extensions?.[EXTENSION] as { bufferView: number } | undefined;
         if (!extension) return;
         const bytes = (await this.parser.getDependency('bufferView', extension.bufferView)) as ArrayBuffer;
+        gltf.userData.penumbraBytes = bytes;
         gltf.userData.penumbra = (await this.runtime).open(bytes);
     }
 }

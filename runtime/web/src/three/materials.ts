@@ -51,40 +51,52 @@ type Compile = (shader: WebGLProgramParametersWithUniforms, renderer: WebGLRende
 
 /** A patch of one material, for as many as asked for it. */
 class Patched {
-    private users = 0;
+    users = 0;
+    private readonly before: { compile: Compile; cacheKey: () => string };
+    private readonly compile: Compile;
+    private readonly cacheKey: () => string;
 
     constructor(
         private readonly material: Material,
-        patch: Patch,
+        readonly patch: Patch,
     ) {
-        const compile: Compile = material.onBeforeCompile;
-        const cacheKey = material.customProgramCacheKey;
-        material.onBeforeCompile = (shader, renderer) => {
-            compile.call(material, shader, renderer);
+        const before = { compile: material.onBeforeCompile as Compile, cacheKey: material.customProgramCacheKey };
+        this.before = before;
+        this.compile = (shader, renderer) => {
+            before.compile.call(material, shader, renderer);
             if (this.users === 0) return;
             shader.vertexShader = inserted(shader.vertexShader, patch.vertex);
             shader.fragmentShader = inserted(shader.fragmentShader, patch.fragment);
             Object.assign(shader.uniforms, patch.uniforms);
         };
         // Without a key of its own three.js would take the program of another material.
-        material.customProgramCacheKey = () => (this.users > 0 ? `${patch.key} ` : '') + cacheKey.call(material);
+        this.cacheKey = () => (this.users > 0 ? `${patch.key} ` : '') + before.cacheKey.call(material);
+        material.onBeforeCompile = this.compile;
+        material.customProgramCacheKey = this.cacheKey;
     }
-    add(): void {
-        if (++this.users === 1) this.material.needsUpdate = true;
-    }
-    remove(): void {
-        if (--this.users === 0) this.material.needsUpdate = true;
+    /** Puts back what was there before, unless somebody else has put something over it. */
+    unwrap(): boolean {
+        const { material } = this;
+        if (material.onBeforeCompile !== this.compile || material.customProgramCacheKey !== this.cacheKey) return false;
+        material.onBeforeCompile = this.before.compile;
+        material.customProgramCacheKey = this.before.cacheKey;
+        return true;
     }
 }
 
-const patches = new WeakMap<Material, Map<string, Patched>>();
+/** Patches of each material, the last one outermost. */
+const patches = new WeakMap<Material, Patched[]>();
 
 /** Adds to what a material does. Its own onBeforeCompile runs first. Returns what undoes it. */
 export function patchMaterial(material: Material, patch: Patch): () => void {
-    const all = patches.get(material) ?? new Map<string, Patched>();
+    const all = patches.get(material) ?? [];
     patches.set(material, all);
-    const patched = all.get(patch.key) ?? new Patched(material, patch);
-    all.set(patch.key, patched);
-    patched.add();
-    return () => patched.remove();
+    let patched = all.find((one) => one.patch.key === patch.key);
+    if (!patched) all.push((patched = new Patched(material, patch)));
+    if (++patched.users === 1) material.needsUpdate = true;
+    return () => {
+        if (--patched.users > 0) return;
+        material.needsUpdate = true;
+        while (all.length > 0 && all[all.length - 1].users === 0 && all[all.length - 1].unwrap()) all.pop();
+    };
 }

@@ -109,6 +109,7 @@ export class GpuEvaluator {
 
     /** Evaluates the pose that `character` has. It needs no evaluate() of its own. */
     evaluate(character: Character): void {
+        if (this.buffers.length === 0) throw new PenumbraError('DISPOSED', 'this object was disposed of');
         if (character.asset !== this.asset) throw new PenumbraError('INVALID_ARGUMENT', 'the character is of another asset');
         const scores = Float32Array.from(character.scores, (score, i) => score * this.scales[i]);
         this.device.queue.writeBuffer(this.scores, 0, scores);

@@ -16,7 +16,8 @@ export function startWorker(): Worker {
 export class PenumbraWorker {
     private readonly waiting = new Map<number, Waiting>();
     private last = 0;
-    private ended = false;
+    /** Why nothing can be asked any more. */
+    private ended: PenumbraError | undefined;
 
     constructor(private readonly worker: Worker) {
         worker.onmessage = ({ data }: MessageEvent<Answer>) => this.receive(data);
@@ -35,10 +36,11 @@ export class PenumbraWorker {
 
     /** @internal */
     ask<T>(request: Request, moved: Transferable[] = []): Promise<T> {
-        if (this.ended) return Promise.reject(new PenumbraError('DISPOSED', 'the worker was ended'));
+        if (this.ended) return Promise.reject(this.ended);
         return new Promise<T>((resolve, reject) => {
-            this.waiting.set(++this.last, { resolve, reject });
-            this.worker.postMessage({ ...request, id: this.last }, moved);
+            const id = ++this.last;
+            this.worker.postMessage({ ...request, id }, moved); // what cannot be sent rejects here, and nobody waits for it
+            this.waiting.set(id, { resolve, reject });
         });
     }
     /** @internal */
@@ -53,7 +55,7 @@ export class PenumbraWorker {
         else waiting?.resolve(answer.value as never);
     }
     private end(error: PenumbraError): void {
-        this.ended = true;
+        this.ended ??= error;
         for (const { reject } of this.waiting.values()) reject(error);
         this.waiting.clear();
     }
@@ -77,7 +79,7 @@ export class WorkerAsset {
     async create(): Promise<WorkerCharacter> {
         return new WorkerCharacter(this, await this.worker.ask<number>({ kind: 'create', asset: this.opened.object }));
     }
-    /** Characters that were made of it live on. */
+    /** Characters that were made of it live on, and the worker keeps it until the last of them is disposed of. */
     dispose(): void {
         this.worker.forget(this.opened.object);
     }

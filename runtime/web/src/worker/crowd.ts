@@ -46,7 +46,7 @@ interface Entry {
 export class Crowd {
     /** Updates that the worker has not answered yet: enough that it never waits, and few enough that poses are fresh. */
     private static readonly AHEAD = 3;
-    /** Called where an update has failed; it is not repeated before the member is due again. */
+    /** Called where an update has failed (default: console.error); it is not repeated before the member is due again. */
     onerror: ((error: unknown) => void) | undefined;
     /** Updates that were shown since the crowd was made. */
     updates = 0;
@@ -56,8 +56,10 @@ export class Crowd {
 
     constructor(private readonly levels: readonly CrowdLevel[] = LEVELS) {}
 
-    add(member: CrowdMember): void {
+    /** Answers the member, which `remove` wants. */
+    add<T extends CrowdMember>(member: T): T {
         this.entries.set(member, { member, level: this.levels[0], last: -Infinity, busy: false });
+        return member;
     }
     /** An update under way is not shown. The character is the caller's to dispose of. */
     remove(member: CrowdMember): void {
@@ -89,15 +91,23 @@ export class Crowd {
         }
         return found;
     }
+    /** When the interval begins that an update ends now. Frames come a little early or late: the next update is due an
+     * interval after this one was, not after it came. */
+    private nextStart({ last, level }: Entry): number {
+        const interval = 1000 / level.rate;
+        return this.now - last < 2 * interval ? last + interval : this.now;
+    }
     private send(): void {
         while (this.flying < Crowd.AHEAD) {
             const entry = this.mostLate();
             if (!entry) return;
             ++this.flying;
             entry.busy = true;
-            entry.last = this.now;
+            entry.last = this.nextStart(entry);
             this.run(entry)
-                .catch((error) => this.onerror?.(error))
+                .catch((error) => {
+                    if (this.entries.has(entry.member)) (this.onerror ?? console.error)(error); // or it was taken out
+                })
                 .finally(() => {
                     --this.flying;
                     entry.busy = false;

@@ -24,9 +24,7 @@ class Service {
             case 'create':
                 return this.keep(new Character(this.get(request.asset, Asset)));
             case 'dispose':
-                this.objects.get(request.object)?.dispose();
-                this.objects.delete(request.object);
-                return undefined;
+                return this.forget(request.object);
             case 'update':
                 return this.update(request);
         }
@@ -48,6 +46,15 @@ class Service {
         character.evaluate();
         this.loss.compute(character, update, loss);
         return { matrices, loss, ms: performance.now() - start };
+    }
+    /** An asset stays open while characters of it are there: they need it for their inputs. */
+    private forget(object: number): void {
+        const found = this.objects.get(object);
+        this.objects.delete(object);
+        if (found instanceof Character) found.dispose();
+        const asset = found instanceof Character ? found.asset : found;
+        const isNeeded = [...this.objects.values()].some((other) => other === asset || (other as Character).asset === asset);
+        if (!isNeeded) asset?.dispose();
     }
     private keep(object: Asset | Character): number {
         this.objects.set(++this.last, object);
