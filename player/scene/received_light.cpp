@@ -130,18 +130,18 @@ struct GroundBlock {
 
 void addMembersLight(const GroundVertices& ground, std::span<const ShiningMember> shining, Vec3 albedo, int threads,
                      std::span<Vec3> radiance) {
-    constexpr std::uint32_t kStep = 4;  // vertices between two where the mean is looked up
+    constexpr std::uint32_t kMeanStep = 4;  // vertices between two where the mean is looked up
     const std::vector<Emitter> emitters = emittersOf(shining);
     if (emitters.empty()) return;
     const std::vector<float> e = groundAmbient(ground);
-    const std::uint32_t side = ground.side, last = side - 1, blocks = (last + kStep - 1) / kStep;
+    const std::uint32_t side = ground.side, last = side - 1, blocks = (last + kMeanStep - 1) / kMeanStep;
     const auto isHidden = [&](std::size_t v) { return 1 - e[v] > kMinHidden; };
     const auto seenFrom = [&](std::uint32_t i, std::uint32_t j) {
         return meanRadiance(emitters, ground.positions[std::size_t(i) * side + j], {0, 1, 0});
     };
     parallelFor(std::size_t(blocks) * blocks, threads, [&](std::size_t b) {
-        const std::uint32_t top = std::uint32_t(b) / blocks * kStep, left = std::uint32_t(b) % blocks * kStep;
-        const GroundBlock block{top, left, std::min(top + kStep, last), std::min(left + kStep, last)};
+        const std::uint32_t top = std::uint32_t(b) / blocks * kMeanStep, left = std::uint32_t(b) % blocks * kMeanStep;
+        const GroundBlock block{top, left, std::min(top + kMeanStep, last), std::min(left + kMeanStep, last)};
         if (!block.any(side, isHidden)) return;
         const std::array corners{seenFrom(top, left), seenFrom(top, block.right), seenFrom(block.bottom, left),
                                  seenFrom(block.bottom, block.right)};
