@@ -24,7 +24,7 @@ public:
     void cast(const CastShadow& cast, double ground_height, std::span<const Vec3> standing, int threads);
     // Lights what cast() found. `weights` are of the whole light (groundWeights()).
     void light(const GroundWeights& weights, Vec3 albedo);
-    // The same for a light whose SH, suns included, are turned by `rotation`.
+    // Lights it by a light whose SH, suns included, are turned by `rotation`.
     void light(const LightView& light, const Mat3d& rotation, Vec3 albedo);
 
     // The mean radiance of what a vertex sees of the ground. Below the ground it is that of the ground itself.

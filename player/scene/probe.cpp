@@ -156,7 +156,7 @@ struct ProbeBatch {
     }
 };
 
-// What is hidden of a white sky at a point.
+// The shares of a white sky that are hidden from a point.
 struct HiddenAtPoint {
     float by_casters, by_ground;
 };

@@ -35,8 +35,8 @@ std::vector<ProbePoint> parseProbePoints(const std::string& text, const std::str
 // have free sight of their own, and where the light is folded, irradiance is that of the light's own bands. Where there
 // are suns, V shadows the remainder L_g of the light alone, and the suns' maps shadow the suns: irradiance = integral
 // of L_g V cos + sum of E_d v(d) max(n . d, 0).
-// What is sent is received as by vertices: pi times what casters hide of a white sky times their mean radiance, and the
-// same of the ground (docs/formulas.md, section 8). The modes that compare receive nothing.
+// Points receive what is sent as vertices do: pi times what casters hide of a white sky times their mean radiance, and
+// the same of the ground (docs/formulas.md, section 8). The modes that compare receive nothing.
 std::vector<ProbeValue> probe(const PosedScene& scene, std::span<const ProbePoint> points, int threads,
                               const SceneSuns& suns = {}, const SentLight& sent = {});
 

@@ -135,19 +135,35 @@ void addMembersLight(const GroundVertices& ground, std::span<const ShiningMember
     if (emitters.empty()) return;
     const std::vector<float> e = groundAmbient(ground);
     const std::uint32_t side = ground.side, last = side - 1, blocks = (last + kMeanStep - 1) / kMeanStep;
+    const std::uint32_t nodes = blocks + 1;  // corners of blocks, a side
+    const auto place = [&](std::uint32_t node) { return std::min(node * kMeanStep, last); };
     const auto isHidden = [&](std::size_t v) { return 1 - e[v] > kMinHidden; };
-    const auto seenFrom = [&](std::uint32_t i, std::uint32_t j) {
-        return meanRadiance(emitters, ground.positions[std::size_t(i) * side + j], {0, 1, 0});
+    // 1. Find the blocks where somebody hides something of the sky.
+    const auto blockOf = [&](std::size_t b) {
+        const std::uint32_t i = std::uint32_t(b) / blocks, j = std::uint32_t(b) % blocks;
+        return GroundBlock{place(i), place(j), place(i + 1), place(j + 1)};
     };
-    parallelFor(std::size_t(blocks) * blocks, threads, [&](std::size_t b) {
-        const std::uint32_t top = std::uint32_t(b) / blocks * kMeanStep, left = std::uint32_t(b) % blocks * kMeanStep;
-        const GroundBlock block{top, left, std::min(top + kMeanStep, last), std::min(left + kMeanStep, last)};
-        if (!block.any(side, isHidden)) return;
-        const std::array corners{seenFrom(top, left), seenFrom(top, block.right), seenFrom(block.bottom, left),
-                                 seenFrom(block.bottom, block.right)};
-        block.interpolate(side, corners, [&](std::size_t v, Vec3 mean) {
-            if (isHidden(v)) radiance[v] += albedo * (mean * (1 - e[v]));
-        });
+    std::vector<std::uint8_t> shaded(std::size_t(blocks) * blocks);
+    parallelFor(shaded.size(), threads, [&](std::size_t b) { shaded[b] = blockOf(b).any(side, isHidden); });
+    // 2. Look up the mean at their corners, once for all blocks that share one.
+    std::vector<Vec3> means(std::size_t(nodes) * nodes);
+    parallelFor(means.size(), threads, [&](std::size_t n) {
+        const std::uint32_t i = std::uint32_t(n) / nodes, j = std::uint32_t(n) % nodes;
+        bool any = false;
+        for (std::uint32_t row = i > 0 ? i - 1 : 0; row <= i && row < blocks; ++row)
+            for (std::uint32_t column = j > 0 ? j - 1 : 0; column <= j && column < blocks; ++column)
+                any = any || shaded[std::size_t(row) * blocks + column] != 0;
+        if (any)
+            means[n] = meanRadiance(emitters, ground.positions[std::size_t(place(i)) * side + place(j)], {0, 1, 0});
+    });
+    // 3. Vertices get what is between them.
+    parallelFor(shaded.size(), threads, [&](std::size_t b) {
+        if (shaded[b] == 0) return;
+        const std::size_t n = b / blocks * nodes + b % blocks;
+        blockOf(b).interpolate(side, {means[n], means[n + 1], means[n + nodes], means[n + nodes + 1]},
+                               [&](std::size_t v, Vec3 mean) {
+                                   if (isHidden(v)) radiance[v] += albedo * (mean * (1 - e[v]));
+                               });
     });
 }
 

@@ -28,7 +28,7 @@ struct ShiningMember {
 ShiningMember shiningMember(const FrameVertices& vertices, std::span<const std::uint32_t> triangles,
                             std::span<const Vec3> values);
 
-// What others may receive: from a level ground that casts, or null, and from members.
+// The light that others may receive, from a level ground that casts (or null) and from members.
 struct SentLight {
     const GroundGlow* ground = nullptr;
     std::span<const ShiningMember> members;

@@ -4,6 +4,7 @@
 
 #include "formats/common/errors.h"
 #include "player/render/frame_list.h"
+#include "tests/refusal.h"
 
 namespace penumbra::test_frame_list {
 namespace {
@@ -22,16 +23,6 @@ std::vector<std::size_t> framesOf(const FrameChoice& choice) {
     std::vector<std::size_t> frames;
     for (const ListedFrame& at : chooseFrames(threeClips(), choice).frames) frames.push_back(at.frame);
     return frames;
-}
-
-template <class Call>
-std::string usageOf(const Call& call) {
-    try {
-        call();
-    } catch (const UsageError& error) {
-        return error.what();
-    }
-    return "no error";
 }
 
 TEST(FrameList, OneFrameIsTheFirstUnlessSaid) {
@@ -59,7 +50,7 @@ TEST(FrameList, AClipCalledAllIsThatClip) {
 }
 
 TEST(FrameList, WrongChoicesAreNamed) {
-    const auto usage = [](const FrameChoice& choice) { return usageOf([&] { framesOf(choice); }); };
+    const auto usage = [](const FrameChoice& choice) { return refusalBy<UsageError>([&] { framesOf(choice); }); };
     EXPECT_EQ(usage({.clips = {"run"}}), "clip: the asset has no \"run\"; it has walk, squat, wave");
     EXPECT_EQ(usage({.clips = {"w"}}), "clip: the asset has more than one \"w\"; it has walk, squat, wave");
     EXPECT_EQ(usage({.clips = {"walk", "wal"}, .sequence = true}), "clip: wal is given twice");
@@ -90,7 +81,7 @@ TEST(FramePattern, RefusesEverythingElse) {
          {"out.png",  "%%.png",      "%s.png",  "%4d.png", "%00d.png", "%0d.png", "%012d.png", "%-4d.png",
           "%d%d.png", "%04d_%d.png", "%ld.png", "%n.png",  "%.png",    "%",       "out%",      "%0",
           "%04",      "% d.png",     "%x.png",  "%*d.png", "a%d/",     ""})
-        EXPECT_THAT(usageOf([&] { FramePattern pattern{bad}; }), HasSubstr("out.%04d.png")) << bad;
+        EXPECT_THAT(refusalBy<UsageError>([&] { FramePattern pattern{bad}; }), HasSubstr("out.%04d.png")) << bad;
     EXPECT_TRUE(FramePattern::looksLikeOne("x/%q.png"));
     EXPECT_FALSE(FramePattern::looksLikeOne("x%d/q.png"));
 }

@@ -1,6 +1,6 @@
 #pragma once
-// What the main path asks about linear models of transfer (Nowrouzezahrai 2007): whether an asset has one, what such an
-// asset refuses, and how it is shaded. For an asset of visibility these do nothing.
+// Answers what the main path asks about linear models of transfer (Nowrouzezahrai 2007): whether an asset has one, what
+// such an asset refuses, and how it is shaded. For an asset of visibility these do nothing.
 #include <string>
 #include <vector>
 
@@ -13,7 +13,7 @@ namespace penumbra {
 // has no lobe, only the CPU evaluates it, and shading does not read its numbers.
 bool hasVisibility(const AssetView& asset);
 
-// What a picture or a measurement asks for that an asset of transfer has not.
+// Requests of a picture or a measurement that an asset of transfer cannot serve.
 struct TransferAsk {
     bool clusters = false, lobe = false, gpu = false, crowd = false;
 };
