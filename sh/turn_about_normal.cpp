@@ -51,7 +51,8 @@ void apply(const FrameTurn& turn, std::span<const float> in, std::span<float> ou
 
 void addTurned(const TurnTable& turns, float cosine, float sine, float weight, std::span<const float> in,
                std::span<float> out) {
-    std::array<float, std::size_t(kMaxOrder)> c{1}, s{0};  // of m times the angle, by the sums of angles
+    std::array<float, std::size_t(kMaxOrder)> c{1}, s{0};  // cosine and sine of m times the angle, by the addition
+                                                           // theorem
     for (std::size_t m = 1; m < c.size(); ++m) {
         c[m] = c[m - 1] * cosine - s[m - 1] * sine;
         s[m] = s[m - 1] * cosine + c[m - 1] * sine;

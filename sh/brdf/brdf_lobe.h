@@ -9,11 +9,11 @@
 
 namespace penumbra {
 
-constexpr int kMaxBrdfLobes = 4;  // of a material
+constexpr int kMaxBrdfLobes = 4;  // limit for a material
 
 struct BrdfLobe {
     BrdfModel model = BrdfModel::kLambert;
-    std::array<float, 4> parameters{};  // as parametersOf(model) has them, then zeros
+    std::array<float, 4> parameters{};  // parametersOf(model) first, then zeros
     Vec3 color{1, 1, 1};                // linear Rec.709, a factor on the model
 
     bool operator==(const BrdfLobe&) const = default;

@@ -20,7 +20,7 @@ namespace {
 
 constexpr float kEntryOfHalfSine = 515.40939f;  // (kCapLogEntries - 1) / sin(kMaxCapAngle / 2)
 constexpr int kMaxCastSquarings = 8;
-constexpr float kMaxNorm = 24;  // of a logarithm; those of one person are below 15
+constexpr float kMaxNorm = 24;  // limit for a logarithm; one person's stay below 15
 
 // The unit direction to the center, and the place of the cap in the table; both are 0 where nothing is hidden.
 struct CapLanes {

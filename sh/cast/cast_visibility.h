@@ -25,7 +25,7 @@ struct CastFade {
     float least = 0, full = 0;
 };
 constexpr std::size_t kMirroredCast = 21;
-constexpr int kCastOrder = 5;  // of the logarithms of the spheres
+constexpr int kCastOrder = 5;  // order of the spheres' logarithms
 
 // Writes the visibility past all `spheres` in each point's local frame, mirrored at its horizon (sh/mirrored_product.h,
 // order 6): out[r * kMirroredCast + i]. Allocates nothing, but the first call makes its tables.

@@ -25,12 +25,12 @@ namespace penumbra {
 
 namespace {
 
-// What a block of 8 receivers has seen so far.
+// Running products and sums of a block of 8 receivers.
 struct Seen {
     Frames frames;
     Lanes near[kDirections];  // product of the parts that block much
     Lanes rest[kFull];        // sum of log V of the others, in the model frame
-    Lanes light;              // what being inside of parts leaves, 1 outside of all
+    Lanes light;              // factor for being inside of parts; 1 outside of all
     bool has_near, has_rest;
 };
 
@@ -48,7 +48,7 @@ inline void addToRest(const FarConstants& constants, const Lanes& weight, const 
     seen.has_rest = true;
 }
 
-// What a part multiplies by: `whole`, plus `weight` times what it blocks from its height over the horizon.
+// One part's factor: `whole`, plus `weight` times the light that it blocks, by height above the horizon.
 struct Factor {
     Lanes whole, weight, height;
 };

@@ -223,10 +223,10 @@ inline void heightOf(const FarConstants& constants, const FarPart& posed, const 
     small = (kZeros + radius2) < 4 * constants.blocked[0] * (square - radius2);
 }
 
-// What a part blocks at the receivers that are wanted.
+// The visibility that a part blocks at the wanted receivers.
 struct Blocked {
     Lanes numbers[kRow];  // V - 1 in its rest frame
-    Lanes share;          // of the sphere
+    Lanes share;          // share of the sphere that is blocked
     Lanes weight;         // by which it counts
     Lanes inside;         // how dark it is inside of it
 };

@@ -25,8 +25,8 @@ namespace {
 // See FarConstants. Chosen on training frames of mh_male: thresholds of half this size leave .003 less error and take a
 // quarter more time, and depths of 0 and 0.5 leave more error than 0.25.
 constexpr float kNear[kFarQualities][2] = {{0.02f, 0.04f}, {0.1f, 0.2f}, {0.02f, 0.04f}};
-// What one character hides from another is many parts that each block little. Together they count: a person at 4 m
-// hides .002 of the light.
+// A character hides another one by many parts that each block little. Together they count: a person at 4 m hides .002
+// of the light.
 constexpr float kBlocked[kFarQualities][2] = {
     {kMinBlocked, kFullBlocked}, {kMinBlocked, kFullBlocked}, {kMinBlocked / 5, kFullBlocked / 5}};
 constexpr float kDepth = 0.25f;

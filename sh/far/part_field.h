@@ -35,11 +35,11 @@ struct FieldBox {
 
 // Where the field of one part has its points, and what its bytes stand for. Points are those of the fine box, of the
 // coarse box, then of the spheres, the largest one first. All lengths are in the space of the rest positions.
-constexpr std::uint32_t kStillJoint = 65535;  // of a part that stands still in the model frame
+constexpr std::uint32_t kStillJoint = 65535;  // joint of a part that stands still in the model frame
 struct PartField {
     std::uint32_t joint = 0;  // the part moves with its bone
-    Vec3 center;              // of the part's bounding sphere
-    float radius = 0;         // of that sphere, > 0
+    Vec3 center;              // centre of the part's bounding sphere
+    float radius = 0;         // its radius, > 0
     std::array<FieldBox, 2> boxes;
     // [level][band] what a byte 1 stands for; and of the signed distances
     std::array<std::array<float, kFieldOrder>, kFieldLevels> scale{};
@@ -66,7 +66,7 @@ struct FieldTable {
     Vec3 center;
     float radius = 0;
     std::array<FieldBox, 2> boxes;
-    std::array<std::array<float, kStride>, kFieldLevels> scale{};  // of each number of a point
+    std::array<std::array<float, kStride>, kFieldLevels> scale{};  // scale of each number of a point
     float fade = 0;                                                // depth below the surface at which it is dark
     std::vector<std::int8_t> points;
 };

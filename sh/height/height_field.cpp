@@ -110,7 +110,7 @@ struct Around {
 template <class Real>
 Around<Real> around(Real x, int count, bool wraps) {
     if (wraps) x -= Real(count) * std::floor(x / Real(count));
-    // What is no number, and what rounding leaves outside.
+    // Sets NaN to 0 and clamps values that rounding put outside.
     x = x > 0 ? std::min(x, Real(wraps ? count : count - 1)) : 0;
     const int low = std::min(int(x), count - 1);
     return {low, low + 1 < count ? low + 1 : wraps ? 0 : low, x - Real(low)};

@@ -20,7 +20,7 @@ inline void wrap(Lanes& x, float count) {
     Lanes rounds = x * (1 / count);
     roundDown(rounds);
     x -= count * rounds;
-    // What rounding leaves outside.
+    // Clamps values that rounding put outside.
     clamp(x, kZeros, kZeros + count);
 }
 
