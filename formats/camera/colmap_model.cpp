@@ -136,7 +136,7 @@ ColmapImage takeImage(const Lines& lines, std::string_view line) {
     pose.translation.z = takeNumber(lines, line, "TZ", kFarthest);
     out.camera = takeWhole(lines, line, "CAMERA_ID", 1e9);
     const std::size_t start = std::min(line.find_first_not_of(" \t"), line.size());
-    const std::string_view name = line.substr(start);  // which may have blanks
+    const std::string_view name = line.substr(start);  // the name may have blanks
     if (name.empty() || name.size() > kMaxNameLength) lines.fail("has no NAME");
     if (std::ranges::any_of(name, [](unsigned char c) { return c < 0x20; })) lines.fail("NAME has a control character");
     out.frame.file = std::string(name);

@@ -12,8 +12,8 @@ namespace penumbra {
 namespace {
 
 constexpr const char* kFamilyNames[] = {"36h11", "25h9", "16h5", "4x4_50"};
-constexpr int kFixedBits = 1;        // that may be misread; more of them find tags where there are none
-constexpr double kPaperLevel = 200;  // of 255: what the paper of a tag is brought to
+constexpr int kFixedBits = 1;        // bits that may be misread; with more of them, tags are found where there are none
+constexpr double kPaperLevel = 200;  // level, of 255, to which the paper of a tag is brought
 constexpr float kGains[] = {1, 4, 16};
 
 using DetectorPointer = std::unique_ptr<apriltag_detector_t, void (*)(apriltag_detector_t*)>;
@@ -114,7 +114,7 @@ TagChoice parseTag(const std::string& text) {
             return fail("has an id that is not in 0.." + std::to_string(known->ncodes - 1));
         if (!(out.side > 0 && out.side <= 1000)) return fail("has a side that is not above 0 and at most 1000 metres");
         return out;
-    } catch (const std::logic_error&) {  // of stoi and stod
+    } catch (const std::logic_error&) {  // thrown by stoi and stod
         return fail("has no numbers");
     }
 }

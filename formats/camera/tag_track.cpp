@@ -139,7 +139,8 @@ void smoothTrack(std::vector<TrackFrame>& track, double frames) {
             sum += weight;
         };
         add(i);
-        // As far on both sides as poses go without a gap, so that a window is symmetric and has no lag.
+        // The window reaches equally far on both sides, up to the first missing pose, so it is symmetric and has no
+        // lag.
         for (std::ptrdiff_t d = 1; d <= reach; ++d) {
             const std::ptrdiff_t before = i - d, after = i + d;
             if (before < 0 || after >= std::ptrdiff_t(track.size())) break;

@@ -1,6 +1,6 @@
 #pragma once
-// What people write of a capture: the mirror ball, the place where light is wanted, and tags. Each function throws
-// std::invalid_argument, which says what is wrong. Only the files of verbs include this.
+// Parses the options with which people describe a capture: the mirror ball, the place where light is wanted, and tags.
+// Each function throws std::invalid_argument, which says what is wrong. Only the files of verbs include this.
 #include <sstream>
 #include <stdexcept>
 #include <string>

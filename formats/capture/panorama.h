@@ -19,14 +19,13 @@ Panorama makePanorama(int width);
 // Returns the solid angle of a pixel of this row, exactly.
 double steradiansOfRow(const Panorama& panorama, int row);
 
-// What a photograph shows of one direction. `uncertain` and `dark` as above.
+// The light that a photograph shows in one direction. `uncertain` and `dark` as above.
 struct SeenLight {
     Vec3 radiance, uncertain;
     float dark = 0, weight = 0;  // weight 0: not seen
 };
 
-// What is known of z = 0 in the marker's frame: a level ground that goes on, or nothing, so that all counts as far
-// away.
+// How z = 0 in the marker's frame continues: as a level ground, or not at all, so that everything counts as far away.
 enum class Ground { kLevel, kNone };
 
 struct HoleReport {

@@ -158,7 +158,7 @@ public:
         return status_;
     }
 
-    // As end(), but a child that has closed its pipe may end by itself until the deadline.
+    // Same as end(), but a child that has closed its pipe may end by itself until the deadline.
     int endItself(Clock::time_point deadline) {
         siginfo_t ended{};
         while (Clock::now() < deadline) {
@@ -257,7 +257,7 @@ Child start(const std::function<void(int pipe, pid_t parent)>& body) {
 namespace {
 
 constexpr std::size_t kMaxOutput = std::size_t(1) << 20;
-constexpr rlim_t kLargestFile = rlim_t(4) << 30;  // of a .glb
+constexpr rlim_t kLargestFile = rlim_t(4) << 30;  // limit for a .glb
 
 std::vector<std::string> environmentOf(const ProgramCall& call) {
     std::vector<std::string> lines = {"HOME=" + call.folder.string(), "TMPDIR=" + call.folder.string()};

@@ -33,7 +33,7 @@ struct PartRays::Part {
     std::vector<Triangle> triangles;
     Opacity opacity;
     SurfaceTree tree;
-    Vec3d center;  // of a sphere around the part
+    Vec3d center;  // centre of a sphere around the part
     double radius = 0;
 
     Part(std::span<const Vec3> positions, std::vector<Triangle> own, Opacity own_opacity)
@@ -75,7 +75,8 @@ void PartRays::sample(std::size_t part, Vec3 point, std::span<float> out) const 
     const Vec3d way = of.center - toDouble(point);
     const double distance = length(way);
     const double cosine =
-        distance > of.radius ? std::sqrt(1 - of.radius * of.radius / (distance * distance)) : -1;  // of the cone
+        // cosine of half the cone's angle
+        distance > of.radius ? std::sqrt(1 - of.radius * of.radius / (distance * distance)) : -1;
     const Vec3d z = distance > 0 ? way / distance : Vec3d{0, 0, 1};
     const Vec3d x = normalized(cross(std::abs(z.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0}, z)), y = cross(z, x);
     std::array<double, kFieldNumbers> blocked{};

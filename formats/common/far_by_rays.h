@@ -16,7 +16,7 @@ namespace penumbra {
 
 // How many receivers a comparison takes: vertices, and frames of each kind, all spread evenly.
 constexpr std::size_t kComparedVertices = 128, kComparedFrames = 12;
-constexpr int kComparedRays = 512;  // that each part is traced with from a receiver
+constexpr int kComparedRays = 512;  // rays from a receiver to each part
 
 // A field that is farther than this rms V from rays, over receivers in poses of the character's clips, is worth a
 // warning.
@@ -37,7 +37,7 @@ public:
 
 private:
     struct Part;
-    std::vector<Vec3> positions_;  // of the mesh at rest
+    std::vector<Vec3> positions_;  // positions of the mesh at rest
     std::vector<std::unique_ptr<Part>> parts_;
     std::vector<Vec3> cone_;  // cosine and sine of the azimuth, and the share of the cone's solid angle
 };
@@ -50,7 +50,7 @@ struct FarComparison {
 };
 struct ComparedParts {
     const FarFields& fields;
-    const PartRays& rays;  // of the first parts; others, occluders, have their fields in both ways
+    const PartRays& rays;  // rays for the first parts; the others are occluders and use their fields in both ways
     std::span<const PosedPart> posed;
 };
 // `parts` are those that the receiver sees, by ascending index.

@@ -55,8 +55,8 @@ private:
     struct Level {
         bool object = false;
         std::set<std::string> keys;
-        std::string key;         // of an object, the one that came last
-        std::size_t values = 0;  // that have begun
+        std::string key;         // the latest key of an object
+        std::size_t values = 0;  // values that have begun
     };
     bool value() {
         if (!levels_.empty()) ++levels_.back().values;

@@ -187,7 +187,7 @@ void HeightSequence::read(double seconds, std::span<float> heights) const {
         const auto frame = std::size_t(std::fmod(std::max(at, 0.0), double(frames_)));
         return readFrame(std::min(frame, frames_ - 1), heights);
     }
-    constexpr int kRows = 16;  // that a thread takes at once
+    constexpr int kRows = 16;  // rows that a thread takes at once
     parallelFor(std::size_t((grid_.rows + kRows - 1) / kRows), 0, [&](std::size_t piece) {
         const int first = int(piece) * kRows, end = std::min(first + kRows, grid_.rows);
         const auto columns = std::size_t(grid_.columns);

@@ -242,10 +242,10 @@ MapLayout chooseLayout(const Image& image, std::string_view layout, const std::s
     return layout == "angular" ? MapLayout::kAngular : MapLayout::kBall;
 }
 
-// What the file says of its layout counts where nothing was asked for.
+// Returns the layout that was asked for, or else the one that the file states.
 std::string layoutOf(const FilePicture& picture, std::string_view asked, PictureNotes& notes) {
     const std::string& stated = picture.info.layout;
-    if (stated == "cross") return "cube";  // of six files
+    if (stated == "cross") return "cube";  // the cross was made of six files
     if (stated.empty() || asked == stated) return std::string(asked);
     if (asked.empty()) return stated;
     notes.warnings.push_back("the file says that it is " + stated + "; it is read as " + std::string(asked) +

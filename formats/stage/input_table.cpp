@@ -96,7 +96,7 @@ void checkNames(const std::vector<std::string>& names, const Place& place) {
 
 // Tells what each column holds.
 struct Columns {
-    std::vector<std::string> names;  // of all
+    std::vector<std::string> names;  // names of all columns
     std::size_t clip = 0;            // 0: none
 };
 

@@ -27,7 +27,7 @@ struct LobeModel {
     std::vector<Vec3> rest_normals;   // [V]
     std::vector<Vec3> rest_tangents;  // [V] as in Model
     Skin skin;
-    std::vector<std::string> input_names;          // of the last numbers of the pose
+    std::vector<std::string> input_names;          // names of the pose's last numbers
     std::vector<std::uint32_t> cluster_of_vertex;  // [V]
     std::vector<int> joint_of_cluster;             // carries the tangents of the cluster
     std::vector<float> pose_mean;                  // [P]

@@ -30,7 +30,7 @@ struct PoseFile {
     std::vector<float> rotations;          // [M,3J] joint rotation vectors (rig_file.h), radians
     std::vector<std::string> node_names;   // [N] of all nodes of the rig; empty without mixed poses
     std::vector<float> mixed;              // [X,N,kMixedNumbers]
-    // Of a rig with morph targets that has sampled or mixed poses: their names [W], and the weights of these poses.
+    // For a rig with morph targets and sampled or mixed poses: the targets' names [W], and the weights of these poses.
     std::vector<std::string> weight_names;
     std::vector<float> sampled_weights, mixed_weights;  // [M,W], [X,W]
     Provenance provenance;
