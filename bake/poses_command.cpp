@@ -23,7 +23,7 @@ constexpr Word<ChoiceMethod> kMethodWords[] = {{"farthest", ChoiceMethod::kFarth
                                                {"representative", ChoiceMethod::kRepresentative},
                                                {"random", ChoiceMethod::kRandom}};
 
-constexpr const char* kAllWord = "all";  // of --choose
+constexpr const char* kAllWord = "all";  // value of --choose that keeps all candidates
 
 struct PosesCommand {
     std::vector<std::filesystem::path> rigs;

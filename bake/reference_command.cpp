@@ -51,9 +51,9 @@ BrdfSource slotSource(const SlotChoice& choice) {
 
 struct ReferenceCommand {
     std::filesystem::path input, scene, output, tangents, materials_of;
-    std::optional<double> time;  // of a scene, seconds
+    std::optional<double> time;  // seconds, for a scene
     std::string light;           // a file or analytic lights
-    PictureOptions reading;      // of that file
+    PictureOptions reading;      // how to read a light from a file
     BrdfSource brdf{.analytic_option = "brdf"};
     std::vector<std::string> slots;
     std::vector<std::filesystem::path> occluders;
@@ -63,10 +63,10 @@ struct ReferenceCommand {
     int light_order = 0;  // 0: the picture itself
     std::optional<int> bounces;
     bool self_bounces = true;
-    ColorChoice albedo;  // of --bounces
+    ColorChoice albedo;  // colours for --bounces
     std::string camera;
     std::optional<float> exposure;       // unset: automaticExposure()
-    std::optional<Vec3> png_background;  // of a shaded PNG; options.background is then unset
+    std::optional<Vec3> png_background;  // background of a shaded PNG; options.background is then unset
     bool strict = false;
 
     std::vector<std::filesystem::path> inputs() const {

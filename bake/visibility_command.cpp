@@ -42,7 +42,7 @@ struct VisibilityCommand {
     LocalMoments local_moments;
     bool of_transfer = false;
     TransferOptions transfer;
-    std::vector<const CLI::Option*> transfer_options;  // those that go with --quantity transfer
+    std::vector<const CLI::Option*> transfer_options;  // only allowed with --quantity transfer
     bool resume = false;
 
     // The files that were read. Before that is known, those that the command names, without patterns and folders of

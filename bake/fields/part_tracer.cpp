@@ -85,7 +85,8 @@ PartTracer::Seen PartTracer::see(Vec3 point, const ConeDirections& directions,
     const Vec3d to_center = center_ - toDouble(point);
     const double distance = length(to_center);
     const double cosine =
-        distance > radius_ ? std::sqrt(1 - radius_ * radius_ / (distance * distance)) : -1;  // of the cone's angle
+        // cosine of half the cone's angle; -1 inside the sphere
+        distance > radius_ ? std::sqrt(1 - radius_ * radius_ / (distance * distance)) : -1;
     const Vec3d z = distance > 0 ? to_center / distance : Vec3d{0, 0, 1};
     const auto [x, y] = frameAround(z);
     thread_local std::vector<DirectionPacket> packets;
@@ -114,7 +115,7 @@ PartTracer::Seen PartTracer::see(Vec3 point, const ConeDirections& directions,
         evalBasis(kFieldOrder, Vec3{packets[p].x[k], packets[p].y[k], packets[p].z[k]}, basis);
         for (std::size_t b = 0; b < kFieldNumbers; ++b) seen.blocked[b] -= double(basis[b]);
     }
-    const double share = (1 - cosine) / (2.0 * directions.count);  // of the sphere that one ray stands for
+    const double share = (1 - cosine) / (2.0 * directions.count);  // share of the sphere for which one ray stands
     for (double& b : seen.blocked) b *= 4 * std::numbers::pi * share;
     seen.escaped = 1 - hits * share;
     seen.backs = backs * share;

@@ -19,7 +19,7 @@ struct ConeDirections {
 // Seed 1 is the plain set. Any other seed turns it around the axis.
 ConeDirections makeConeDirections(int count, std::uint64_t seed);
 
-// What a part blocks at a point. A point inside the part holds what the nearest surface point sees.
+// The visibility that a part blocks at a point. A point inside the part holds what the nearest surface point sees.
 struct PointOfField {
     std::array<float, kFieldNumbers> blocked{};  // V - 1
     // From the surface, < 0 inside, in the unit of the mesh; only where it is asked for. `depth` is > 0 inside, and by
@@ -58,7 +58,7 @@ private:
 
     const ConeDirections& directions_;
     SceneScale scale_;
-    Vec3d center_;  // of the bounding sphere, scaled
+    Vec3d center_;  // centre of the bounding sphere, scaled
     double radius_ = 0;
     OcclusionScene scene_;
     std::vector<std::uint8_t> sheets_;  // [T] 1: a sheet

@@ -1,4 +1,4 @@
-// What fits learned of the pose: models of visibility, of transfer, and zonal lobes.
+// Describes the files of fits that predict something from the pose: models of visibility or transfer, and zonal lobes.
 #include "bake/info/info_files.h"
 #include "formats/stage/lobe_file.h"
 #include "formats/stage/model_file.h"

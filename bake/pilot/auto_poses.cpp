@@ -12,7 +12,8 @@ namespace penumbra {
 
 namespace {
 
-constexpr double kShares[] = {1, 0.5, 0.25, 0.125};  // of the most poses, for the minutes
+constexpr double kShares[] = {1, 0.5, 0.25, 0.125};  // shares of the largest list that are tried until one fits into
+                                                     // the minutes
 constexpr double kMaxPoses = 2010000;                // more than a list can have
 
 // Returns the minutes that a pose of the later bake takes, from a probe of frames of the clips.

@@ -29,7 +29,7 @@ std::vector<PoseNumbers> candidateKinds(const PoseNumbers& most);
 
 // The errors that trial fits leave with one combination.
 struct PoseTrial {
-    PoseNumbers numbers;         // of the list that would be made
+    PoseNumbers numbers;         // numbers of poses in the list that would be made
     std::vector<double> errors;  // [folds] rms error of V over the frames of the fold's own clips, > 0
 };
 

@@ -30,9 +30,9 @@ constexpr const char* kFitProgram = "penumbra-fit";
 constexpr std::size_t kFewestFrames = 8;
 constexpr std::uint64_t kFitBytes = std::uint64_t(64) << 30;
 constexpr double kFitSeconds = 3600;
-constexpr double kMinError = 1e-6;     // so that a character that hides nothing has ratios, too
-constexpr int kFieldRays = 128;        // of the fields
-constexpr double kFieldMegabytes = 1;  // of the fields
+constexpr double kMinError = 1e-6;     // keeps ratios finite for a character that hides nothing
+constexpr int kFieldRays = 128;        // rays of the pilot's fields
+constexpr double kFieldMegabytes = 1;  // size of the pilot's fields
 constexpr const char* kSampledLabel = "sampled poses";
 constexpr const char* kMixedLabel = "mixed poses";
 

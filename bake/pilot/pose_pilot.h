@@ -21,9 +21,9 @@ struct PilotOptions {
     // A trial of many frames takes long: the units of a fit are chosen in time that grows with frames and clusters.
     std::size_t frames = 160;         // at most so many candidate frames, evenly spread
     std::size_t folds = 4;            // at most so many
-    int points = 500;                 // of the surface
+    int points = 500;                 // points on the surface that are baked
     int rays = 128;                   // above the horizon
-    int clusters = 12;                // of the fits
+    int clusters = 12;                // clusters of the pilot's fits
     PoseNumbers made = {60, 90, 90};  // poses of each kind; 0: it is not tried
 };
 

@@ -11,7 +11,7 @@
 
 namespace penumbra {
 
-constexpr double kMaxShear = 1e-3;  // of the largest entry of the linear part
+constexpr double kMaxShear = 1e-3;  // relative to the largest entry of the linear part
 constexpr double kMaxMixedBytes = double(std::size_t(2) << 30);
 
 std::vector<LimbChoice> chooseLimbs(const MixSource& source, std::uint64_t seed, std::size_t index) {

@@ -16,7 +16,7 @@
 
 namespace penumbra {
 
-// What poses are mixed from. At least one frame.
+// The frames and the skeleton from which poses are mixed. There is at least one frame.
 struct MixSource {
     const Rig& rig;
     const Limbs& limbs;

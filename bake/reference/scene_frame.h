@@ -30,7 +30,7 @@ struct SceneFrame {
     std::vector<std::uint32_t> member_of_vertex;  // [V], from 1 on; the ground is a member
     std::vector<std::uint32_t> twins;       // [T], as twinTriangles() says; of two the ray tracer meets the first alone
     std::vector<std::uint8_t> front_alone;  // [T] as ReferenceFrame has it
-    std::vector<std::shared_ptr<const PictureSurface>> surfaces;  // that `pictures` point to
+    std::vector<std::shared_ptr<const PictureSurface>> surfaces;  // owners of the surfaces to which `pictures` points
     std::vector<PicturePart> pictures;                            // on the members that have some
     std::vector<std::uint32_t> back_of_vertex;  // [V], what shades the other side; triangles have fronts alone
     Camera camera;

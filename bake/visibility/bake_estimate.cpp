@@ -44,7 +44,7 @@ double processorSeconds() {
 struct ProbeSums {
     double frames = 0, pose_seconds = 0, trace_seconds = 0;  // tracing scaled up to all vertices
     double store_seconds = 0, stored_bytes = 0, stored_frames = 0;
-    double row_bytes = 0, rows = 0;  // of the bounce matrices, which are kept for one frame at a time
+    double row_bytes = 0, rows = 0;  // bounce matrices; they are kept for one frame at a time
 };
 
 // Chooses the vertices of the probe: kTasks blocks, spread evenly over all.
@@ -58,7 +58,8 @@ std::vector<std::size_t> probedTasks(std::size_t tasks) {
 // Holds consecutive frames of the same vertices, one block of vertices after the other, as the writer's chunks have
 // them.
 struct RunOfFrames {
-    std::vector<std::vector<float>> coefficients, local, indirect, positions, normals;  // of each probed block
+    // one vector for each probed block
+    std::vector<std::vector<float>> coefficients, local, indirect, positions, normals;
     std::size_t frames = 0;
 };
 

@@ -112,7 +112,7 @@ void BakeJournal::open(Journal use) {
             file_ = -1;
             throw IoError(path_.string() + ": not a regular file");
         }
-        ::close(file_);  // its owner removed it between the two calls
+        ::close(file_);  // the owner removed the file between the two calls
         file_ = -1;
     }
     throw IoError(path_.string() + ": cannot write");

@@ -14,7 +14,7 @@ namespace penumbra {
 
 namespace {
 
-constexpr std::size_t kVerticesOfBounce = 64;  // of one task
+constexpr std::size_t kVerticesOfBounce = 64;  // vertices per task
 
 // Calls `run(begin, end)` for blocks of vertices, in many threads.
 template <class Run>

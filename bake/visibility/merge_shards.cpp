@@ -36,12 +36,12 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kBakeTool = "penumbra-bake visibility";
-constexpr std::size_t kMaxListed = 12;  // of each kind of problem in a message; the report lists them all
+constexpr std::size_t kMaxListed = 12;  // a message lists so many problems of each kind; the report lists all
 
 // Holds what has to be known of a shard while the others are read.
 struct Shard {
     std::string name;
-    std::vector<std::string> told_clips;       // as --clips told this shard
+    std::vector<std::string> told_clips;       // --clips of this shard
     std::vector<std::string> clip_names;       // clips of its frames
     std::vector<std::uint16_t> clip;           // [F] index into clip_names
     std::vector<std::uint32_t> frame_in_clip;  // [F]
@@ -264,7 +264,7 @@ void addShard(const fs::path& path, std::vector<Shard>& shards, MergePlan& plan)
         plan.problems.different.push_back(path.string() + ": coefficients of another precision");
     plan.shards.push_back(path);
     plan.frames_of_shard.push_back(std::uint32_t(header.frames.frameCount()));
-    if (!sameChoice(*header.shard, *plan.header.shard)) return;  // its frames have no place in the whole
+    if (!sameChoice(*header.shard, *plan.header.shard)) return;  // the whole has no place for its frames
     plan.is_virtual = plan.is_virtual || reader.isVirtual();
     shards.push_back({path.string(), told_clips, header.frames.clip_names, header.frames.clip,
                       header.shard->frame_in_clip, header.frames.time, header.provenance.inputs});
