@@ -62,7 +62,7 @@ struct AssetCommand {
         all.insert(all.end(), lights.begin(), lights.end());
         all.push_back(blockers);
         all.push_back(materials_of);
-        std::error_code error;  // what is no file may be a node, which needs --rig: drawLod() says so
+        std::error_code error;  // a name that is no file may be a node, which needs --rig: drawLod() says so
         if (!rig.empty() || fs::exists(lod, error)) all.push_back(lodFile());
         return namedFiles(all);
     }

@@ -16,9 +16,9 @@ namespace {
 
 // More frames than these tell little more about how the scores of two clusters go together.
 constexpr std::size_t kMaxFrames = 240;
-constexpr double kRidge = 1e-4;  // of the mean energy of a score
+constexpr double kRidge = 1e-4;  // relative to the mean energy of a score
 
-// What the fitted model does in some training frames.
+// The scores of the fitted model in some training frames.
 struct SeenFrames {
     std::vector<std::size_t> frames;
     std::array<std::vector<Eigen::MatrixXd>, kClusterLists> scores;  // [list][cluster] [F, K]

@@ -164,7 +164,7 @@ void reportPatterns(const PrincipalWeights& patterns, const CommonOptions& commo
                     patterns.count, all, patterns.rms, patterns.max, patterns.rms_of_count[0]);
 }
 
-// What all kinds have in common.
+// Inputs that all kinds of export share.
 struct ExportJob {
     const ExportCommand& command;
     const FrameReader& frames;
@@ -199,7 +199,7 @@ void exportIntoGlb(const ExportJob& job, const Rig& rig) {
     const fs::path& path = job.command.rig;
     const GltfNumbers numbers(path);
     ExportedGlb out{rig, job.rows, numbers, openGrowingGlb(path), {}};
-    std::vector<fs::path> others;  // than the reader of the rig has told
+    std::vector<fs::path> others;  // files that the reader of the rig has not reported yet
     for (const fs::path& file : out.glb.files_read)
         if (std::find(rig.files_read.begin(), rig.files_read.end(), file) == rig.files_read.end())
             others.push_back(file);

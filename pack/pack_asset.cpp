@@ -124,11 +124,11 @@ Offset<fbs::Indirect> writeIndirect(FlatBufferBuilder& builder, const Model& mod
                                float(held_out), float(packing_error));
 }
 
-// What of a model its section has beside the numbers of the model file.
+// Fields of the model's section that are not numbers of the model file.
 struct ModelExtras {
     double quantization_error;
     const PackedIndirect& indirect;
-    VertexParts vertices;  // of the mesh section
+    VertexParts vertices;  // parts of the vertices of the mesh section
 };
 
 Offset<fbs::Model> writeModelSection(FlatBufferBuilder& builder, const Model& model, Precisions precisions,
@@ -184,7 +184,7 @@ AnimationSection animationOf(const Model& model, FramesOf frames) {
         animation.inputs.insert(animation.inputs.end(), model.pose.begin() + std::ptrdiff_t((f + 1) * pose - inputs),
                                 model.pose.begin() + std::ptrdiff_t((f + 1) * pose));
     if (frames == FramesOf::kAttempt || (!model.deforming && frames == FramesOf::kPlayback)) return animation;
-    animation.bones.clear();  // of a deforming mesh they follow from the positions
+    animation.bones.clear();  // in a deforming mesh the bones follow from the positions
     animation.pose.clear();
     if (!model.deforming) {
         animation.clips.clear();
@@ -195,7 +195,7 @@ AnimationSection animationOf(const Model& model, FramesOf frames) {
     return animation;
 }
 
-// What an asset holds beside the model.
+// Further contents of an asset besides the model.
 struct Additions {
     std::span<const BrdfFile> materials;
     std::span<const LightFile> lights;

@@ -31,7 +31,7 @@ namespace {
 // 0.1% to a relative error of 0.5.
 constexpr double kNegligibleEnergy = 1e-3;
 
-// What the training frames say of each cluster, and then of each cluster of a residual.
+// The scores of the training frames for each cluster, and then for each cluster of a residual.
 struct Training {
     std::vector<std::vector<float>> scores;  // [F, K]
     // How much of the energy of its numbers reaches the final ones: 1, or of the local part of a composed model the

@@ -24,7 +24,7 @@ std::uint32_t clusterOf(const Model& fitted, const PointTable& points, std::size
         ->first;
 }
 
-// What every vertex takes, and from whom.
+// Where each vertex takes its numbers from.
 struct Sources {
     const Model& fitted;
     const DrawnMesh& drawn;

@@ -62,7 +62,7 @@ private:
     FrameFinder predictions_, second_bake_;
     FrameBuffers buffers_;
     std::vector<double> frame_error_;  // [cluster], squared, of the frame that was added last; then of followers
-    std::vector<std::uint32_t> rows_;  // of the truth for each vertex that it has, bakedRows()
+    std::vector<std::uint32_t> rows_;  // for each vertex, its row in the truth: bakedRows()
     std::optional<FarCheck> far_;
 
     void compareVertex(std::size_t vertex, const BakedFrames& baked, CheckSums& sums);
@@ -119,7 +119,7 @@ Checker::Checker(const AssetView& asset, const VisibilityReader& truth, const Ch
         clips_.push_back(std::move(clip));
     }
     if (!trueLocal() || !truth.header().skin) return;
-    std::array<std::vector<std::size_t>, 2> frames;  // of training, held out
+    std::array<std::vector<std::size_t>, 2> frames;  // training frames, held-out frames
     for (std::size_t f = 0; f < truth.header().frames.frameCount(); ++f)
         frames[clips_[truth.header().frames.clip[f]].held_out].push_back(f);
     far_.emplace(asset, truth.header(), first, frames);

@@ -41,9 +41,9 @@ float signedDistance(FieldTable& field, float range, Vec3 point) {
     return (outside - depth) * range;
 }
 
-// What the far parts of one vertex say, by the plain form (sh/far/far_visibility.h).
+// The visibility past the far parts of one vertex, by the plain form (sh/far/far_visibility.h).
 struct FarLook {
-    double light = 1;                        // what being inside of parts leaves
+    double light = 1;                        // factor for being inside of parts
     std::array<float, kFarNumbers> numbers;  // without that
     std::size_t deepest = 0, largest = 0;    // parts
     double distance = std::numeric_limits<double>::infinity(), inside = 0, hidden = 0;
@@ -67,7 +67,7 @@ private:
     std::vector<std::uint32_t> rows_;
     std::vector<std::vector<std::uint32_t>> neighbours_;
     FarFields lit_;              // nothing goes dark in these
-    std::vector<float> ranges_;  // of their signed distances
+    std::vector<float> ranges_;  // ranges of their signed distances
     double diagonal_;
     std::size_t frame_ = 0, stride_, size_;
     VisibilityFrame baked_;
@@ -198,7 +198,7 @@ void PlaceDescriber::setFrame(std::size_t frame, int threads) {
     evaluator_.follow(first, all, {normals_, tangents_}, numbers_);
 }
 
-// What the near parts of a vertex leave visible, [kFarNumbers]; all of it where the model has none.
+// Returns the visibility past the near parts of a vertex, [kFarNumbers]; free sight if the model has none.
 std::vector<float> PlaceDescriber::nearFactor(std::uint32_t v) const {
     std::vector<float> factor = freeSight({BelowHorizon::kMirrored, kFieldOrder});
     const CompositionView& composition = *asset_.model.composition;

@@ -11,7 +11,7 @@ namespace penumbra {
 double PackingSums::relative() const { return signal > 0 ? std::sqrt(difference / signal) : 0; }
 
 std::vector<std::size_t> packingFrames(const AssetView& asset) {
-    constexpr std::size_t kMax = 100;  // of a composed model
+    constexpr std::size_t kMax = 100;  // frames for a composed model
     std::vector<std::size_t> frames;
     for (const ClipView& clip : asset.animation.clips)
         for (std::size_t f = clip.first_frame; f < clip.first_frame + std::size_t(clip.frame_count); ++f)

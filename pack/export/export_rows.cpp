@@ -21,7 +21,8 @@ namespace penumbra {
 namespace {
 
 constexpr double kSamePlace = 1e-4;                           // diagonals of the source at rest
-constexpr double kFarthestLevel = 0.02, kMaxFarLevel = 0.01;  // as of levels of detail in assets (lod_mesh.h)
+constexpr double kFarthestLevel = 0.02, kMaxFarLevel = 0.01;  // same limits as for levels of detail in assets
+                                                              // (lod_mesh.h)
 
 void takePoint(ExportRows& rows, std::size_t row, std::uint32_t point) {
     rows.points.corners[row] = {point, point, point};

@@ -70,7 +70,7 @@ std::size_t channelsOf(TableValue value) {
     return value == TableValue::kOcclusion ? 1 : value == TableValue::kBounced ? 3 : 4;
 }
 
-// What a byte of the picture means: directions have signs.
+// Returns a byte of the picture. Directions have signs, so they are mapped to 0..1 first.
 std::uint8_t toByte(float number, std::size_t channel, TableValue value) {
     const float shown = value == TableValue::kBent && channel < 3 ? 0.5f + 0.5f * number : number;
     return std::uint8_t(std::lround(std::clamp(shown, 0.0f, 1.0f) * 255));

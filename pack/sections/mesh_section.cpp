@@ -69,7 +69,7 @@ MeshSection denseSection(const Model& model) {
     if (model.deforming) throw Unsupported("a mesh without a skeleton has no chosen points");
     const DrawnMesh& drawn = *model.drawn;
     const std::size_t dense = drawn.mesh.vertexCount(), count = model.mesh.vertexCount();
-    std::vector<std::uint32_t> order, place(count);  // of the points in the section
+    std::vector<std::uint32_t> order, place(count);  // order of the points in the section
     std::vector<bool> taken(dense);
     for (const std::uint32_t point : clusterOrder(model)) {
         place[point] = std::uint32_t(order.size());
