@@ -47,7 +47,7 @@ MAY_INCLUDE = {
     "fit/visibility": SH | {"fit/numerics", "fit/clusters", "fit/models"} | FORMATS,
     "fit/page": SH | FORMATS,
     "fit/camera": SH | {"fit/numerics"} | FORMATS,
-    "fit/report": SH | FIT | FORMATS,  # what several commands do alike
+    "fit/report": SH | FIT | FORMATS,  # code that several commands share
     **{f"fit/papers/{room}": SH | FIT | FORMATS for room in ("capture", "transfer", "lobes", "operators")},
     "fit/papers/align": SH | {"fit/camera"} | FORMATS,
     "fit/papers/compare": SH | FIT | PAPERS | {"fit/page"} | FORMATS,

@@ -13,7 +13,7 @@ import re
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-TESTS = ROOT / "tests"  # whose headers the others do not see
+TESTS = ROOT / "tests"  # other folders do not see headers of tests
 FOLDERS = ("sh", "formats", "runtime", "bake", "fit", "pack", "player", "tests")
 QUIET = re.compile(r'//[^\n]*|/\*.*?\*/|R"(\w*)\(.*?\)\1"|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])+\'', re.S)
 INCLUDE = re.compile(r'^#include "([^"]+)"', re.M)

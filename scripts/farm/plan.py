@@ -22,7 +22,7 @@ class Job:
     command: list        # words
     inputs: list         # outputs of other jobs
     sources: list        # files from outside, absolute
-    names: dict          # what the wildcards of PATTERNS stand for
+    names: dict          # values of the wildcards of PATTERNS
     temporary: bool = False  # not kept once it was read
     merged: str = ""         # by what a temporary one is read
     depfile: str = ""    # where the command lists further files that it read

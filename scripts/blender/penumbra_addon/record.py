@@ -26,7 +26,7 @@ class Span:
 @dataclass
 class Record:
     spans: list
-    names: list  # of the meshes
+    names: list  # names of the meshes
     counts: np.ndarray  # vertices of each mesh
     faces: np.ndarray  # int32 [T,3]
     points: np.ndarray  # f32 [F,V,3], y up, as glTF has it
@@ -167,7 +167,7 @@ def record_frames(context, who, things, spans):
                 done += 1
                 yield done / total, f"frame {number}"
     finally:
-        with contextlib.suppress(ReferenceError):  # what was deleted meanwhile needs nothing back
+        with contextlib.suppress(ReferenceError):  # an object that was deleted meanwhile needs nothing back
             before.restore(lambda: scene.frame_set(frame))
     return recorder.record(spans)
 
@@ -209,7 +209,7 @@ class Binding:
             return
         data = self.armature.animation_data or self.armature.animation_data_create()
         self.changed, data.use_nla, data.action = True, False, action
-        self.pose()  # what the action before moved and this one does not
+        self.pose()  # resets bones that the last action moved and this one does not
 
     def pose(self):
         """Puts all bones and shape keys where they were."""
