@@ -58,7 +58,7 @@ bool forEachPair(const A& a, const B& b, const F& f) {
 // Sums over all pairs of numbers.
 struct Differences {
     Largest largest;                   // |x - y|
-    double squares = 0, expected = 0;  // of x - y, and of y
+    double squares = 0, expected = 0;  // sums over x - y, and over y
     std::size_t count = 0;
 };
 template <class A, class B>

@@ -10,7 +10,7 @@ namespace penumbra::synthetic {
 
 struct CompositionOptions {
     int local_steps = 1;
-    float radius = 0.22f;    // of the balls
+    float radius = 0.22f;    // radius of the balls
     std::int32_t cells = 4;  // points along each axis of a box
     float fade = 0.04f;
     bool residual = true;

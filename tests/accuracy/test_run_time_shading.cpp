@@ -64,7 +64,7 @@ double runTimeError(const ShadingTest& test, const BrdfFile& brdf, const std::ve
                     const Convention& convention) {
     const std::size_t lights = test.scenes.lights.size(), occluders = test.scenes.occluders.size(),
                       views = test.scenes.views.size();
-    std::vector<float> slices;  // of the first channel: the materials are grey
+    std::vector<float> slices;  // first channel only: the materials are grey
     for (std::size_t i = 0; i < brdf.slices.size(); i += 3) slices.push_back(float(brdf.slices[i]));
     const MaterialView material{"m", brdf.slice_order, brdf.view_order, 1, {1, 1, 1}, slices};
     std::mt19937 random(11);

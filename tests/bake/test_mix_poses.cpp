@@ -210,7 +210,7 @@ TEST(MixPoses, SameForAnyThreadCountAndAPrefixOfMore) {
     EXPECT_THROW(mixPoses(man.source(), std::size_t(1) << 40, 1, 2), UsageError);
 }
 
-// As a clip the poses have the bones that the transforms say.
+// A clip of the poses has the bones that the transforms give.
 TEST(MixPoses, TheirClipHasTheirBones) {
     Man man;
     const std::vector<float> numbers = mixPoses(man.source(), 5, 1, 2);

@@ -98,7 +98,7 @@ protected:
         FieldPlan plan;
         plan.file.fields.fade = 0.0075f;
         plan.meshes = {foot()};
-        plan.file.fields.parts = placeFields(plan.meshes, 8, 1 << 30);  // as the feet of a man have
+        plan.file.fields.parts = placeFields(plan.meshes, 8, 1 << 30);  // a man's feet have fields as well
         const FieldFile file = bakeFields(plan, {}, 2, ProgressStyle::kNone);
         fields_.tables = {makeFieldTable(file.fields.parts[0], file.fields.bytesOf(0), file.fields.fade)};
         fields_.joints = {0};

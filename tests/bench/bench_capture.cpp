@@ -106,7 +106,7 @@ int run(int argc, char** argv) {
     for (std::size_t k = 0; k < all; ++k)
         row(c, ("one exposure " + std::to_string(c.exposures[k])).c_str(),
             [&] { return captured(c, merged(c, k, 1), Ground::kLevel); });
-    for (std::size_t missing : {2, 4})  // of a list that falls
+    for (std::size_t missing : {2, 4})  // the shortest exposures stand last
         row(c, (std::to_string(missing) + " shortest missing").c_str(),
             [&] { return captured(c, merged(c, 0, all - missing), Ground::kLevel); });
     row(c, "far-ball formula", [&] { return projectCrop(shot, c.ball, CropFormula::kFarBall, 6); });

@@ -24,7 +24,7 @@ namespace {
 
 using namespace penumbra;
 
-constexpr int kMaxRounds = 6;       // of 8 starts
+constexpr int kMaxRounds = 6;       // rounds of 8 starts
 constexpr double kSame = 1 + 1e-5;  // objectives within this factor count as the same
 
 double seconds(const std::function<void()>& run) {

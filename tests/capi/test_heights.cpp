@@ -93,7 +93,7 @@ TEST(CApiHeights, GiveWhatTheClassesGive) {
     EXPECT_NEAR(heights[1], 2 + (plain.heights()[31 * 50 + 20] + plain.heights()[30 * 50 + 21]) / 2, 1e-5);
 }
 
-// As "on_ground" of a scene has it.
+// Places a pose in the same way as "on_ground" in a scene file.
 TEST(CApiHeights, TellTheGroundUnderAPose) {
     const Heights field = make(dunes());
     const HeightField plain({40, 50, 0.2f, 0.1f}, dunes());

@@ -17,7 +17,7 @@ constexpr std::size_t kFrames = 60;  // in three clips
 // A hinged sheet with backs, and two inputs: a ball that moves and a wind.
 struct Sheet {
     VisibilityHeader header;
-    std::vector<VisibilityFrame> frames;  // their coefficients are zero
+    std::vector<VisibilityFrame> frames;  // frames with coefficients 0
 };
 
 Sheet makeSheet() {

@@ -22,7 +22,7 @@ struct Scene {
     std::vector<PosedPart> posed;
     std::vector<std::size_t> train;
     std::vector<std::uint32_t> vertices;  // all of them
-    std::vector<int> joints;              // of the clusters
+    std::vector<int> joints;              // joints of the clusters
 
     Scene() : vertices(model.mesh.vertexCount()) {
         std::iota(vertices.begin(), vertices.end(), 0u);

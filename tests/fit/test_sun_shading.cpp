@@ -20,7 +20,7 @@ struct Errors {
     double all = 0, factored = 0, truth = 0;
 };
 
-// What the occluders leave open, and their numbers of order 5 on a grid that integrates products exactly.
+// The visibility past the occluders, and its coefficients of order 5 on a grid that integrates products exactly.
 struct SunScenes {
     ShadingScenes scenes = referenceScenes();
     std::vector<WeightedDirection> half = gaussHemisphere(48, 192), whole = gaussSphere(12, 24);

@@ -120,7 +120,7 @@ synthetic::Options smallCharacter() {
 TEST(VisibilityLobes, AreComparedWithSh) {
     const synthetic::TemporaryFile file("lobes.vis.h5");
     synthetic::Options character = smallCharacter();
-    character.convention = synthetic::Options().convention;  // of few bands, which two lobes follow
+    character.convention = synthetic::Options().convention;  // has few bands, which two lobes can follow
     synthetic::writeCharacter(file.path, character);
     const VisibilityReader reader(file.path);
     const PoseTable poses = readPoses(reader, {.threads = 2});
@@ -162,7 +162,7 @@ FrameSpread spreadOfFile(const VisibilityReader& truth, const VisibilityReader& 
     return spreadOver(squares, frames);
 }
 
-// What `visibility --model zh-lobes` writes and `predict` reads back has the errors that `compare` shows.
+// The file that `visibility --model zh-lobes` writes and `predict` reads back has the errors that `compare` shows.
 TEST(VisibilityLobes, AFileHasTheErrorsOfTheComparison) {
     const synthetic::TemporaryFile file("lobes.vis.h5"), model_file("lobes.lobes.h5"), predicted_file("lobes.pred.h5");
     synthetic::writeCharacter(file.path, smallCharacter());

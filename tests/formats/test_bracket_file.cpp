@@ -50,7 +50,7 @@ TEST(BracketFile, ShotsHaveAPoseEach) {
     const std::string shot = R"({"file": "/p/a.jpg", "exposure": 1, )" + kPose + "}";
     const BracketFile read =
         parseShots("{" + kCamera + R"(, "pictures": [)" + shot + ", " + shot + "]}", "shots/b.json");
-    ASSERT_EQ(read.pictures.size(), 2u);  // of one exposure, which a walk around may have
+    ASSERT_EQ(read.pictures.size(), 2u);  // pictures of a walk around may have the same exposure
     EXPECT_EQ(read.pictures[1].file, "/p/a.jpg");
     ASSERT_TRUE(read.pictures[1].pose);
     EXPECT_EQ(read.pictures[1].pose->translation.z, 2);

@@ -195,7 +195,7 @@ TEST(CheckAsset, BakeNoiseIsTheDifferenceOfTwoBakes) {
 // around.
 TEST(CheckAsset, ErrorThatGrowsWithTheDistanceHasRankCorrelationOne) {
     SyntheticBake bake(0.1f);
-    for (ClusterModel& cluster : bake.model.clusters)  // what the frames of "twist" reach beyond
+    for (ClusterModel& cluster : bake.model.clusters)  // moves the frames of "twist" out of the clusters' range
         for (std::size_t i = 0; i < cluster.group_min.size(); ++i) {
             const float middle = (cluster.group_min[i] + cluster.group_max[i]) / 2;
             cluster.group_min[i] = cluster.group_max[i] = middle;

@@ -175,7 +175,7 @@ TEST(PackWithin, MeetsTheBytesAskedForAndUsesThem) {
         EXPECT_GE(packed.quantization_error, error);
         error = packed.quantization_error;
         EXPECT_FLOAT_EQ(openAsset(packed.bytes).model.quantization_error, float(error));
-        // What was predicted for dropping is nearly all of the error, and rounding adds the rest.
+        // The error predicted for dropping is nearly all of the error, and rounding adds the rest.
         EXPECT_LE(packed.dropped_error, packed.quantization_error * 1.01);
         if (share < 0.8) {
             EXPECT_GT(packed.dropped_error, 0.9 * packed.quantization_error);

@@ -69,7 +69,7 @@ TEST(TransferAsset, HoldsTheModel) {
         EXPECT_EQ(asset.transfer->inputs(), model.inputs());
         EXPECT_EQ(asset.transfer->outputs(), model.outputs());
         EXPECT_EQ(asset.model.stride, 12);
-        // What the paper counts, the mean and the bias. The angles and their numbers are ours.
+        // The paper counts the mean and the bias. The angles and their numbers are ours.
         std::size_t listed = 0;
         for (const SizeOf& size : sectionSizes(asset, bytes.size()))
             if (size.section == "transfer") listed = size.bytes;

@@ -191,7 +191,7 @@ def test_names_of_files(folder):
     check(json.loads((folder / "r.json").read_text())["exit_code"] == 1, "names: report of a usage error")
     os.mkfifo(folder / "pipe")
     (folder / "link").symlink_to("pipe")
-    # What a file names is treated as what the command line names.
+    # A file that another file names is treated in the same way as one on the command line.
     (folder / "named.gltf").write_text('{"asset": {"version": "2.0"}, "buffers": [{"uri": "pipe", "byteLength": 4}]}')
     expect_error(run([BIN / "penumbra-bake", "visibility", "named.gltf", "-o", "out.vis.h5"], folder), 2, "a buffer that is a pipe",
                  "pipe: not a regular file")

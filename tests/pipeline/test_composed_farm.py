@@ -78,7 +78,7 @@ def check_others():
     assert ran_by("make", "-C", "out", "-j2") == set()
     array = os.path.join(SCRIPTS, "slurm", "farm_array")
     assert "nothing to do" in run(array, "farm.yaml")
-    replace("farm.yaml", "bake: {rays: 16}", "bake: {local: true, rays: 16}")  # which composed implies
+    replace("farm.yaml", "bake: {rays: 16}", "bake: {local: true, rays: 16}")  # composed models imply this
     assert outputs_made(snakemake(".", "-n")) == {"index.html"}, "the page follows the file"
     replace("farm.yaml", "cells: 5", "cells: 6")
     text = snakemake(".", "-n")

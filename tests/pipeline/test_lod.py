@@ -60,7 +60,7 @@ with tempfile.TemporaryDirectory() as folder:
         chosen = points["drawn/vertex_of_point"][:]
         assert len(chosen) == vertices // 2 and np.array_equal(points["drawn/triangles"][:], triangles)
         assert points["visibility/coefficients"].shape == (frames, vertices // 2, 25)
-        # What is baked at a point is what is baked at that vertex.
+        # A bake of chosen points equals the bake of these vertices.
         assert np.array_equal(points["visibility/coefficients"][:], whole["visibility/coefficients"][:][:, chosen])
     must(FIT, "visibility", "points.vis.h5", "-o", "points.model.h5", "--clusters", 6, "-q")
     must(PACK, "asset", "points.model.h5", "-o", "points.pnb", "-q")

@@ -231,7 +231,7 @@ def check_sheet(lengths):
     # Tiles are shrunk by averaging, and one panel stands alone.
     measure(*TRUTH, *chosen, *background, "--sheet", "half.png", "--columns", 1, "--shrink", 2, "--panels", "truth")
     assert Image.open("half.png").width == 60 + 16
-    # What fails is red.
+    # Cases that fail are red in the sheet.
     rest = ["--sheet", "red.png", *TRUTH, *chosen]
     result = run("player", "measure", "x.pnb", *rest, "--fail-above", 0, "--report", "r.json", "--csv", "f.csv")
     assert result.returncode == 4, result.stderr

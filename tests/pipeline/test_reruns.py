@@ -156,7 +156,7 @@ def check_array_files(folder):
     submit()
     after = content()
     assert before.items() <= after.items() and len([name for name in after if name.startswith("brdf.")]) == 2, after.keys()
-    # What waits or runs is not submitted again; with other options it is named.
+    # Jobs that wait or run are not submitted again; if their options differ, they are named.
     write(os.path.join(fake, "squeue"), "#!/bin/sh\nfor i in 0 1 2 3 4 5 6 7; do echo 7_$i; done\n")
     os.chmod(os.path.join(fake, "squeue"), 0o755)
     result = subprocess.run([os.path.join(SCRIPTS, "slurm", "farm_array"), "farm.yaml"], cwd=folder, env=environment, capture_output=True,

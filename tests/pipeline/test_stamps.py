@@ -121,7 +121,7 @@ def check_depfile():
     words = [STAMP, "dep.txt", "--depfile", "dep.d", "--", "sh", "rule.sh"]
     count = lambda: len(open("log2").readlines())
     run(*words)
-    os.remove("dep.d")  # as ninja does
+    os.remove("dep.d")  # ninja removes the file, too
     run(*words)
     assert count() == 1 and open("dep.d").read() == "dep.txt: a\\ b$$.txt\n", open("dep.d").read()
     write("a b$.txt", "two")

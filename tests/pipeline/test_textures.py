@@ -193,7 +193,7 @@ def check_lost_pictures(folder, material):
     assert whole == "", whole
     seen = shot(folder, folder / "whole.pnb")
     (folder / "lost0.png").write_bytes(COLORS[:60])  # the colours are cut short
-    (folder / "lost3.png").unlink()  # that of glow and occlusion is gone
+    (folder / "lost3.png").unlink()  # the picture of glow and occlusion is gone
     for storage in ("embed", "link"):
         packed = pack(folder, "lost", folder / "less.pnb", *words, storage)
         told = packed.stderr
@@ -252,7 +252,7 @@ def check(folder):
     check_scene(folder, base)
     check_parts(folder, base)
     check_lost_pictures(folder, every)
-    # What is wrong is named, and nothing is written.
+    # Faults are named, and nothing is written.
     save_sheet(folder / "other.glb", [COLORS], base, n=8)
     refused = pack(folder, "flat", folder / "x.pnb", "--materials-of", folder / "other.glb", "--textures", "embed", code=3)
     assert "mesh" in refused.stderr and not (folder / "x.pnb").exists(), refused.stderr

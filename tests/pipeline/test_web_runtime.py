@@ -24,7 +24,7 @@ BAKE, FIT, PACK, PLAYER = (os.path.join(BIN, "penumbra-" + name) for name in ("b
 LIBRARY = os.path.join(BIN, "..", "runtime", "libpenumbra.so")
 MAN = os.path.join(BIN, "..", "samples", "capsule_man.glb")
 MODULES = os.path.join(os.environ.get("XDG_DATA_HOME", os.path.expanduser("~/.local/share")), "penumbra/web/node_modules")
-POINTS, SPACING = 16, 0.125  # those of web/runtime.mjs
+POINTS, SPACING = 16, 0.125  # the same values as in web/runtime.mjs
 
 
 def skip(reason):
@@ -277,7 +277,7 @@ def check_demo(package, folder, cases):
     found = json.loads(must("node", driver, demo, MODULES, shutil.which("chromium")))
     print("demo", json.dumps(found))
     assert not found["errors"] and found["stats"]
-    # What was traced is nearer than no shadows at all, and than those of a white sky.
+    # The traced light is nearer to the truth than no shadows at all, and than shadows of a white sky.
     assert 0 < found["truth"] < 0.5 * found["off"] and found["occlusion"] > 0.01 and found["sun"] > found["off"]
     assert found["fromDisk"] == 0 and found["comparesOnlyWalk"]
     assert found["divider"] == "5"  # the least there is

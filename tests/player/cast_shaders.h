@@ -29,7 +29,7 @@ struct CastShaders {
 // One of the two buffers.
 struct CasterBuffer {
     const char* name;
-    GLenum format;  // of the texture buffer
+    GLenum format;  // format of the texture buffer
     std::span<const std::byte> bytes;
 };
 template <class T>
@@ -40,9 +40,9 @@ std::span<const std::byte> bytesOf(const std::vector<T>& values) {
 struct CastInputs {
     std::vector<Vec3> positions, normals, tangents;
     std::vector<float> numbers = {0, 0, 0, 0};
-    std::size_t stride = 0;  // of the numbers
+    std::size_t stride = 0;  // stride of the numbers
     int left_out[2] = {0, 0};
-    std::string texts;  // of the library
+    std::string texts;  // shader text of the library
 
     std::size_t count() const { return positions.size(); }
     std::vector<float> receivers() const {

@@ -58,8 +58,8 @@ struct LitSheet {
     }
 };
 
-// What comes from where the sky is hidden is E_ind / pi (a - t_u) / (1 - E). A white Lambertian surface shows E_ind /
-// pi, and a white sky shows a and t_u.
+// The light from directions in which the sky is hidden contributes E_ind / pi (a - t_u) / (1 - E). A white Lambertian
+// surface shows E_ind / pi, and a white sky shows a and t_u.
 TEST(BouncedLooks, LiveLobesReflectWhatComesFromWhereTheSkyIsHidden) {
     const LitSheet sheet;
     ShadingSet set(sheet.asset);

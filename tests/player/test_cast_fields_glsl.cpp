@@ -78,7 +78,7 @@ struct FieldPair {
     Character characters[2];
     Scene scene;
     FieldInputs inputs;
-    int first_of_second = 0;  // of the parts
+    int first_of_second = 0;  // first part of the second character
 
     explicit FieldPair(const char* convention) : bytes{composedBytes(convention, 5), composedBytes(convention, 4)} {
         penumbra_scene* made = nullptr;

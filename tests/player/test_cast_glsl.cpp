@@ -160,7 +160,7 @@ struct CastPair {
                                              {1, 0, 0, -0.3f, 0, 1, 0, 0, 0, 0, 1, 0}};
     Scene scene;
     Character characters[2];
-    std::vector<CasterSphere> spheres;  // of the first, then of the second
+    std::vector<CasterSphere> spheres;  // spheres of the first character, then of the second
 
     explicit CastPair(const Asset& asset) {
         penumbra_scene* made = nullptr;

@@ -51,7 +51,7 @@ uniform samplerBuffer weights, bones, rotations, scores;
 uniform usamplerBuffer joints, words, clusters;      // clusters: of each vertex; material, then what Cluster below has
 uniform vec3 eye;
 uniform int influences;
-ivec4 range, start;  // of this vertex' cluster: first vertex, vertices, components, first score; mean, basis, material
+ivec4 range, start;  // for this vertex' cluster: first vertex, vertices, components, first score; mean, basis, material
 #define PENUMBRA_MATERIAL(i) texelFetch(materials, i)
 #define PENUMBRA_LIGHT(i) texelFetch(light, i)
 #define PENUMBRA_SCORE(k) texelFetch(scores, range.w + k).x
@@ -319,7 +319,7 @@ struct EnginePictures {
     }
 };
 
-// What fragments join: the slot's factors and its textures.
+// Sets what fragments need to join the terms: the slot's factors and its textures.
 EnginePictures setLook(const GlObject& program, const AssetView& view, const penumbra_slot_surface& slot) {
     const auto uniform = [&](const char* name) { return gl::GetUniformLocation(program.id(), name); };
     gl::Uniform1i(uniform("parts[0]"), GLint(slot.diffuse));

@@ -134,8 +134,8 @@ TEST_F(SceneFieldTest, CastsAsASolidInTheMapsOfSuns) {
     }
 }
 
-// What looks down sees nothing but the ground, what looks up sees the sky, and what stands far from hills but for those
-// on one side is darker on that side.
+// Normals that point down see only the ground, normals that point up see the sky, and a place with hills on one side
+// alone is darker on that side.
 TEST_F(SceneFieldTest, ShadowsCharactersByItsHorizonAtTheirVertices) {
     std::ofstream(folder_ / "wall.hdr") << "NROWS 65\nNCOLS 65\n";
     std::ofstream wall(folder_ / "wall.raw", std::ios::binary);
@@ -268,7 +268,7 @@ TEST_F(SceneFieldTest, AfterAStrokeOnlyWhatSeesItIsComputed) {
     }
 }
 
-// What a character hides from a field is interpolated in smooth blocks. Measured against each point for itself: 0.0008
+// The shadow of a character on a field is interpolated in smooth blocks. Measured against each point for itself: 0.0008
 // of E at most on waves. On a rough field, where normals turn from point to point, no block is smooth. The bound is
 // that of the level ground.
 TEST_F(SceneFieldTest, CastsByBlocksAreThoseOfEachPoint) {
@@ -365,7 +365,7 @@ TEST_F(SceneFieldTest, SubSamplingOfSteepGroundIsNearFullResolution) {
         };
         std::printf("sun %d degrees high: FLIP %.4f, without more receivers %.4f\n", sun, flip(refined), flip(coarse));
         EXPECT_LT(flip(refined), 0.02);
-        EXPECT_GT(flip(coarse), 0.02);  // that is what the ground asks for
+        EXPECT_GT(flip(coarse), 0.02);  // the ground needs so many receivers
     }
 }
 

@@ -132,7 +132,7 @@ TEST_F(SceneReceivers, TheGroundShowsLightOfMembers) {
     const std::vector<float> e = groundAmbient(ground);
     Largest apart, most;
     for (std::size_t v = 0; v < e.size(); ++v) {
-        const float hidden = 1 - e[v] > 1e-3f ? 1 - e[v] : 0;  // what is less is not counted
+        const float hidden = 1 - e[v] > 1e-3f ? 1 - e[v] : 0;  // smaller values are not counted
         apart.add(std::abs(radiance[v].x - 0.5f * 0.8f * hidden));
         most.add(radiance[v].x);
         EXPECT_EQ(radiance[v].y, 0);
@@ -225,8 +225,8 @@ TEST_F(SceneReceivers, AnchorsOfTheGroundGiveWhatEachPointSees) {
     EXPECT_LT(largest, 0.015);
 }
 
-// What is drawn has fewer triangles. They cover the ground once, face up, and meet along whole edges, so that nothing
-// cracks. At their corners stands what all triangles have there.
+// The ground is drawn with fewer triangles than it has. They cover the ground once, face up, and meet along whole
+// edges, so that nothing cracks. At their corners stands what all triangles have there.
 TEST_F(SceneReceivers, TheGroundIsDrawnWithoutCracks) {
     const PosedScene stands =
         scene(R"({"asset": "tube.pnb"})", R"(, "ground": {"height": 0.05, "size": 6, "resolution": 123})");

@@ -124,7 +124,8 @@ struct LightApart {
     Largest members, ground, between, between_ground;
 };
 
-// What characters and the ground send to one another is in the window as render has it. Both switches leave it out.
+// The light that characters and the ground reflect to one another is the same in the window as in render. Both switches
+// leave it out.
 TEST_F(ViewCast, LightBetweenThingsIsThatOfRender) {
     for (const auto& [ground, bounces] :
          {std::pair(R"({"height": -0.6, "size": 3, "resolution": 40})", Bounces::kBoth),
@@ -234,7 +235,7 @@ TEST_F(ViewCast, ShadowsOfOthersJoinInOtherWays) {
     EXPECT_EQ(state.show.cast_mode, CastMode::kFolded);
 }
 
-// Who casts nothing still receives: where it is moved, others cast on it anew.
+// A character that casts nothing still receives: if it is moved, others cast on it anew.
 TEST_F(ViewCast, ReceiversThatCastNothingMoveToo) {
     Scene scene = open(R"({"asset": "tube.pnb", "casts": "nothing"}, {"asset": "tube.pnb", "position": [0.6, 0, 0]})");
     ViewState state = stateOf(scene);

@@ -1,4 +1,4 @@
-// What characters hide from points that are not their own.
+// Tests the shadows of characters at points of others.
 #include <gtest/gtest.h>
 
 #include "pack/pack_asset.h"
@@ -248,7 +248,7 @@ Model tubeBesideBall() {
     return model;
 }
 
-// What was baked beside a character goes where the character goes. Sums in another place round differently; measured:
+// Parts that were baked beside a character move with the character. Sums in another place round differently; measured:
 // 5e-5.
 TEST(CastShadow, StillPartsStandWithTheirCharacter) {
     const Affine moved = movedTo({4, 0.5f, -3}, 1.1f);
@@ -374,7 +374,7 @@ TEST_P(CastShadowOf, AnchorsComeNearEveryVertex) {
     }
 }
 
-// What is nearer to anchors than 4 of their spacings is multiplied in one by one, as it is without anchors.
+// Parts nearer to anchors than 4 of their spacings are multiplied in one by one, in the same way as without anchors.
 TEST_P(CastShadowOf, AnchorsLeaveOutWhatIsNear) {
     Skinned receiver;
     const Crowd caster(std::vector{movedTo({0.3f, 0, 0})}, GetParam());
@@ -386,7 +386,7 @@ TEST_P(CastShadowOf, AnchorsLeaveOutWhatIsNear) {
     EXPECT_NEAR(e[darkest], expected[darkest], 0.02);
 }
 
-// As a caster walks past in millimetres, E of a vertex moves by hardly more than it does without anchors.
+// While a caster walks past in steps of millimetres, E of a vertex moves by hardly more than it does without anchors.
 TEST_P(CastShadowOf, NothingPopsAtAnchors) {
     Skinned receiver;
     Crowd caster(std::vector{movedTo({})}, GetParam());

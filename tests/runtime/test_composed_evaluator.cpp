@@ -222,7 +222,7 @@ bool blocks(const SeenBall& ball, Vec3 direction) {
     return along > 0 && ball.distance2 - along * along <= ball.radius2;
 }
 
-// What the far balls leave visible at all vertices of a pose, counted over directions above each horizon.
+// Returns the visibility past the far balls at all vertices of a pose, counted over directions above each horizon.
 std::vector<float> countedFar(const AssetView& asset, std::span<const Affine> bones) {
     const CompositionView& composition = *asset.model.composition;
     const Skinned skinned(asset, bones);
@@ -233,7 +233,7 @@ std::vector<float> countedFar(const AssetView& asset, std::span<const Affine> bo
     const std::vector<int> even = evenIndices(kFieldOrder);
     std::vector<float> far(count * kFarNumbers);
     std::vector<double> y(kFieldNumbers);
-    std::vector<std::array<float, kFarNumbers>> rows;  // what an open direction adds
+    std::vector<std::array<float, kFarNumbers>> rows;  // numbers that an open direction adds
     for (const WeightedDirection& d : directions) {
         evalBasis(kFieldOrder, d.direction, y);
         std::array<float, kFarNumbers>& row = rows.emplace_back();

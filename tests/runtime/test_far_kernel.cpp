@@ -141,7 +141,7 @@ KernelError nearError(const EvaluatorPath& path, const std::vector<std::uint16_t
     return error;
 }
 
-// As with two far parts, the product is exact but for the weights of corners.
+// The product is exact but for the weights of corners, in the same way as for two far parts.
 TEST(FarKernel, MatchesThePlainFormForNearPartsOnEveryPath) {
     for (const EvaluatorPath& path : evaluatorPaths())
         for (const auto& [parts, near_parts] :
@@ -155,7 +155,7 @@ TEST(FarKernel, MatchesThePlainFormForNearPartsOnEveryPath) {
         }
 }
 
-// As with many far parts, the plain form cuts each product off at order 6, and the directions do not.
+// The plain form cuts each product off at order 6, and the directions do not, in the same way as for many far parts.
 TEST(FarKernel, IsCloseToThePlainFormForManyNearParts) {
     for (const EvaluatorPath& path : evaluatorPaths()) {
         const KernelError error = nearError(path, {0, 2}, {1, 3, 4, 5});

@@ -1,4 +1,4 @@
-// What a level ground hides from points above it, against sums over directions.
+// Tests the shadow of a level ground on points above it, against sums over directions.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -84,8 +84,8 @@ TEST(HeightRefinement, OfALevelFieldAndOfSmoothWavesHasNoFinerReceivers) {
     }
 }
 
-// Of spectra from rough to smooth. Measured at the tolerance of 0.025: 0.0000 to 0.0225, where step 4 has 0.035 to
-// 0.21.
+// The spectra range from rough to smooth. Measured at the tolerance of 0.025: 0.0000 to 0.0225, where step 4 has 0.035
+// to 0.21.
 TEST(HeightRefinement, ErrorStaysBelowTheToleranceOnEverySpectrum) {
     for (const auto& [beta, deviation] : {std::pair{1.6, 10.0}, {1.8, 5.0}, {2.2, 20.0}, {2.0, 5.0}}) {
         const HeightField field({96, 128, 1, 1}, fractalHeights(96, 128, beta, deviation, 7));
@@ -104,7 +104,7 @@ TEST(HeightRefinement, ErrorStaysBelowTheToleranceOnEverySpectrum) {
     }
 }
 
-// What moves a little sees a little else: a tenth of a step in time changes no number by more than a fifth of what the
+// The result follows a motion smoothly: a tenth of a step in time changes no number by more than a fifth of what the
 // whole step does. A threshold without a fade jumps by as much in any step. Measured: 0.10 to 0.11.
 TEST(HeightRefinement, FadesInAnAnimationWithoutPopping) {
     const HeightGrid grid{64, 96, 0.1f, 0.1f};

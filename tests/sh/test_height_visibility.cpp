@@ -143,7 +143,7 @@ TEST(HeightVisibility, OfALevelFieldIsExactlyAHemisphereAndItsNumbersAreFreeSigh
 }
 
 struct Quality {
-    double rms, bias;  // of V over the sphere; of its mean
+    double rms, bias;  // V over the sphere: rms, and bias of its mean
 };
 
 // Against traced horizons at 128 azimuths.
@@ -177,7 +177,7 @@ TEST(HeightVisibility, IsNearTracedHorizonsOnRoughAndOnSmoothGround) {
     }
 }
 
-// What the numbers of a point say, made step by step from V.
+// Compares the numbers of a point with the same made step by step from V.
 TEST(HeightVisibility, NumbersAreVInTheFrameOfThePointMirroredAtItsHorizon) {
     const HeightField field({24, 24, 0.5f, 0.5f}, fractalHeights(24, 24, 2, 1));
     std::vector<float> rows, columns, heights;
