@@ -3,7 +3,7 @@
 import * as pc from 'playcanvas';
 import { Character } from 'penumbra-player';
 
-// What a file's mesh has, in a mesh with room for colours: those of a container have what the file has.
+// Copies a mesh of the container into a mesh with room for colours.
 function withColors(mesh, device) {
     const own = new pc.Mesh(device);
     const count = mesh.vertexBuffer.numVertices;
@@ -38,7 +38,7 @@ export function attach(asset, entity) {
             before.material.update();
             meshes.push(withColors(before.mesh, before.mesh.vertexBuffer.device));
             const after = new pc.MeshInstance(meshes.at(-1), before.material, before.node);
-            after.skinInstance = new pc.SkinInstance(before.mesh.skin); // that of `before` ends with it
+            after.skinInstance = new pc.SkinInstance(before.mesh.skin); // `before` destroys its own skin instance
             after.skinInstance.bones = before.skinInstance.bones;
             return after;
         });
