@@ -88,7 +88,7 @@ std::string numbersOf(const PinholeCamera& camera) {
 
 // The tracks must be of one camera: the joined one has A's numbers. Throws InvalidInput (without a name).
 void compareCameras(const PinholeCamera& a, const PinholeCamera& b) {
-    constexpr double kDoubtful = 0.005, kOther = 0.05;  // of the diagonal
+    constexpr double kDoubtful = 0.005, kOther = 0.05;  // in diagonals
     if (a.width != b.width || a.height != b.height)
         throw InvalidInput("have cameras of different sizes, " + std::to_string(a.width) + "x" +
                            std::to_string(a.height) + " and " + std::to_string(b.width) + "x" +

@@ -19,7 +19,7 @@ namespace {
 // Below these a calibration is doubtful.
 constexpr std::size_t kFewShots = 6, kMinCorners = 8;
 constexpr double kLittleTilt = 20, kLittleCoverage = 0.5;
-constexpr double kMuchResidualPixels = 0.5, kWideDeviation = 0.003;  // of f
+constexpr double kMuchResidualPixels = 0.5, kWideDeviation = 0.003;  // pixels; share of f
 
 struct CameraCommand {
     std::vector<std::filesystem::path> shots;

@@ -28,7 +28,7 @@ struct LightCommand {
     PictureOptions reading;
     std::filesystem::path output;
     std::string name;                // empty: the name of the file or of the analytic lights
-    std::vector<std::string> words;  // of --analytic
+    std::vector<std::string> words;  // arguments of --analytic
     std::vector<AnalyticLight> analytic;
     std::string window_text = "auto";
     WindowChoice window;

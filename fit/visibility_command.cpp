@@ -19,7 +19,7 @@ namespace penumbra {
 
 namespace {
 
-// Of --model: composed where there are fields, else additive.
+// Default of --model: composed if --fields are given, otherwise additive.
 constexpr const char* kAuto = "auto";
 // The word for a model whose local part has one of kModelKinds, and whose far part are fields.
 constexpr const char* kComposed = "composed";

@@ -31,7 +31,7 @@ namespace penumbra {
 namespace {
 
 constexpr int kAlignRounds = 6;
-constexpr double kMinNoise = 1e-9;  // as a part of the distance, and radians: for tracks without noise
+constexpr double kMinNoise = 1e-9;  // relative to the distance, and radians: for tracks without noise
 constexpr double kHuberNoises = 2;  // residuals beyond so many times their noise count less
 constexpr double kMinSpread = 0.1;  // degrees
 

@@ -31,7 +31,7 @@ constexpr double kLooseError = 1;  // pixels
 constexpr double kMinTilt = 5;     // degrees; below it f and distance cannot be told apart
 constexpr std::size_t kStartShots = 8;
 
-// What Ceres moves.
+// The parameters that Ceres changes.
 struct Unknowns {
     std::array<double, 3> pinhole{};           // f, cx, cy
     std::array<double, 2> lens{};              // k1, k2

@@ -376,7 +376,7 @@ void run(const CompareCommand& command, const CommonOptions& common, Report& rep
     writeWholeFile(files.json, compareJson(comparison, figures, source));
     writeWholeFile(files.csv, compareCsv(comparison));
     writeWholeFile(files.html, comparePage(comparison, figures, source));
-    const Table table = summaryTable(comparison);  // of every model at the reference
+    const Table table = summaryTable(comparison);  // rows for every model at the reference
     report.figures["fits"] = comparison.fits.size();
     for (const auto& row : table.rows)
         for (std::size_t c = 1; c < row.size(); ++c) report.figures["reference"][row[0]][table.columns[c]] = row[c];

@@ -26,7 +26,7 @@ struct Comparison {
     const PartRays& rays;
     const VertexSet& set;
     const MatrixF &local, &whole;  // [F, vertices n]
-    std::span<const double> mean;  // of the truth over training frames
+    std::span<const double> mean;  // mean of the truth over training frames
 };
 
 // The sums that one frame adds.

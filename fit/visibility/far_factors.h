@@ -10,13 +10,14 @@
 
 namespace penumbra {
 
-// What a composed model needs beside the pose. `composition` must fit the model: fields, parts of vertices and steps.
+// Makes the tables that a composed model needs besides the pose. `composition` must fit the model: fields, parts of
+// vertices and steps.
 FarTables makeFarTables(const Composition& composition, const Convention& convention);
 
 // Some vertices of a model, as a mesh of their own that can be skinned.
 struct VertexSet {
     Mesh mesh;                             // without triangles
-    std::vector<InputJoint> input_joints;  // of the model, whose last inputs are the weights of morph targets
+    std::vector<InputJoint> input_joints;  // the model's; its last inputs are the weights of morph targets
     std::size_t inputs = 0;                // how many the model has
     Skin skin;
     std::vector<Vec3> rest_normals, rest_tangents;

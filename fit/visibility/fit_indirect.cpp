@@ -76,7 +76,7 @@ PoseTable posesOf(const Model& model, std::span<const std::size_t> frames) {
 // Energies of one frame, over vertices, channels and coefficients.
 struct FrameEnergy {
     double direct = 0, indirect = 0;
-    double left = 0;  // of the indirect transfer, what its numbers leave out
+    double left = 0;  // part of the indirect transfer that its numbers leave out
 };
 
 // Returns the principal axes of the colours of the indirect transfer over some frames, the largest first.

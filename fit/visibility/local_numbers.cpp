@@ -35,7 +35,7 @@ struct Part {
     Mesh mesh;
     Skin skin;
     std::vector<Vec3> rest_normals;
-    std::size_t inputs = 0;  // of a pose
+    std::size_t inputs = 0;  // inputs of a pose
 };
 
 Part makePart(const VisibilityHeader& header, std::span<const Wanted> wanted) {

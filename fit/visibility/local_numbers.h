@@ -21,7 +21,7 @@ struct NumberForm {
                     std::span<float> numbers);
     // Returns the weights that give E from the numbers. They are empty where no weights do.
     std::vector<float> (*ambient_weights)(const Convention& convention);
-    int more_bands = 0;  // that the moments need beside those of the convention
+    int more_bands = 0;  // bands that the moments need beyond those of the convention
     bool clamp = true;   // predictions are moved to where E lies in [0, 1], as Predictor and the run time do
 };
 extern const NumberForm kVisibilityForm;

@@ -185,7 +185,7 @@ void divideByNear(const Products& products, NearVertex& vertex) {
     }
 }
 
-// What each near part alone leaves visible at some vertices, with gains of 1.
+// The visibility past each near part alone at some vertices, with gains of 1.
 struct NearFactors {
     std::size_t frames = 0, columns = 0, vertices = 0;
     std::vector<float> values;  // [F, Composition::near_count, vertices, kFarNumbers]
@@ -195,7 +195,7 @@ NearFactors factorsOf(const NearProblem& problem, const VertexSet& vertices) {
     const std::size_t parts = problem.far->partCount(), stride = vertices.part.size() * kFarNumbers;
     NearFactors near{problem.poses->frameCount(), problem.far->nearParts().count, vertices.part.size(), {}};
     near.values.resize(near.frames * near.columns * stride);
-    std::vector<std::vector<std::uint16_t>> near_part(near.columns);  // of each part
+    std::vector<std::vector<std::uint16_t>> near_part(near.columns);  // indexed by part
     for (std::size_t k = 0; k < near.columns; ++k)
         for (std::size_t p = 0; p < parts; ++p) near_part[k].push_back(problem.far->nearParts().of(p)[k]);
     for (std::size_t f = 0; f < near.frames; ++f) {
@@ -207,7 +207,7 @@ NearFactors factorsOf(const NearProblem& problem, const VertexSet& vertices) {
     return near;
 }
 
-// What the near parts hide from vertex v of the factors.
+// Returns the visibility that the near parts hide from vertex v of the factors.
 std::vector<Columns> hiddenFrom(const NearFactors& near, std::size_t v, const Products& products) {
     std::vector<Columns> hidden;
     Columns factor(Eigen::Index(kFarNumbers), Eigen::Index(near.frames));

@@ -15,7 +15,7 @@ struct NearProblem {
     const Model* model = nullptr;
     const PoseTable* poses = nullptr;
     std::span<const PosedPart> posed;       // [F, P]
-    std::span<const int> joint_of_cluster;  // as LocalFrames
+    std::span<const int> joint_of_cluster;  // see LocalFrames
     std::span<const std::size_t> train;     // training frames, ascending
 };
 

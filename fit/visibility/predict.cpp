@@ -94,7 +94,7 @@ Prediction Predictor::predict(std::span<const Affine> bones, std::span<const flo
         compose(model_.deforming ? deformed(vertices_, positions, normals) : skinned(vertices_, bones), bones,
                 rotations, pose, prediction.numbers);
     }
-    // What the clusters predict is moved to where E lies in [0, 1], local numbers of a composed model only as a whole.
+    // Predictions are clamped so that E lies in [0, 1]. Local numbers of a composed model are clamped only as a whole.
     const std::size_t n = ambient_.size();
     const float norm2 = std::inner_product(ambient_.begin(), ambient_.end(), ambient_.begin(), 0.0f);
     for (std::size_t at = 0; at < prediction.numbers.size(); at += n)

@@ -12,7 +12,7 @@ namespace penumbra {
 
 namespace {
 
-constexpr std::size_t kStackedComponents = 200;  // of the rows that Nowrouzezahrai 2007 stacks
+constexpr std::size_t kStackedComponents = 200;  // components of the rows that Nowrouzezahrai 2007 stacks
 
 // Returns each value's share of their sum.
 std::vector<double> sharesOfSum(const std::vector<double>& values) {

@@ -31,7 +31,7 @@ namespace {
 constexpr std::size_t kMaxCubicInputs = 21;  // 1,771 products of three
 constexpr std::size_t kPriors = 2;
 
-// What all fits of one kind of features share.
+// Inputs that all fits of one kind of features share.
 struct VectorJob {
     const CompareInput& input;
     const CompareCharacter& character;

@@ -15,7 +15,7 @@ namespace penumbra {
 namespace {
 
 constexpr std::size_t kSampledVertices = 96, kSampledFrames = 8, kViews = 4;
-constexpr double kExponent = 10;   // of the Phong lobe
+constexpr double kExponent = 10;   // exponent of the Phong lobe
 constexpr int kOperatorTerms = 8;  // the papers' factorisation
 
 // Returns unit directions that are evenly spread over the sphere (Fibonacci).

@@ -21,7 +21,7 @@ namespace penumbra {
 
 namespace {
 
-constexpr std::size_t kLobeBlockBytes = std::size_t(32) << 20;  // of numbers in memory at a time
+constexpr std::size_t kLobeBlockBytes = std::size_t(32) << 20;  // size of the coefficients in memory at a time
 
 // Adds the errors of some vertices' predictions in all frames.
 void addErrors(const MatrixF& truth, const Matrix& predicted, std::span<const std::size_t> train,
@@ -60,7 +60,7 @@ LobeModel startModel(const VisibilityHeader& header, const PoseTable& poses, con
     return model;
 }
 
-// What the errors of all vertices add up to.
+// Sums of the errors of all vertices.
 struct LobeSums {
     FrameErrors errors;
     FrameSquares squares;

@@ -12,7 +12,8 @@
 
 namespace penumbra {
 
-constexpr double kLobeInputVariance = 0.9;  // of the joint angles, as Nowrouzezahrai 2009 and 2007 keep
+constexpr double kLobeInputVariance = 0.9;  // share of the joint angles' variance that Nowrouzezahrai 2009 and 2007
+                                            // keep
 
 struct LobeSource {
     const VisibilityReader& reader;

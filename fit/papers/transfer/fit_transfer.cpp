@@ -113,12 +113,12 @@ OutputMoments outputMoments(const TransferSource& source, int threads) {
     return moments;
 }
 
-// What the choice of alpha needs beside the options.
+// Inputs for the choice of alpha besides the options.
 struct RidgeProblem {
     const Matrix& angles;
-    const Matrix& gram;  // of the centered outputs
+    const Matrix& gram;  // Gram matrix of the centered outputs
     std::vector<int> folds;
-    std::size_t components;  // of the angles
+    std::size_t components;  // components of the angles
 };
 
 // Chooses alpha, and reports the cross-validated errors of the choice.
