@@ -158,10 +158,10 @@ struct penumbra_character {
 };
 
 struct penumbra_scene {
-    std::vector<std::shared_ptr<const penumbra::AssetData>> assets;  // of the casters
-    std::vector<penumbra::Evaluator> evaluators;                     // of each caster; only their tables are used
+    std::vector<std::shared_ptr<const penumbra::AssetData>> assets;  // assets of the casters
+    std::vector<penumbra::Evaluator> evaluators;                     // one for each caster; only their tables are used
     std::optional<penumbra::CastShadow> cast;
-    std::vector<penumbra_caster> casters;  // what the caller may ask for
+    std::vector<penumbra_caster> casters;  // casters as the caller gave them
     penumbra::VisibilityTransfer transfer{{penumbra::BelowHorizon::kMirrored, penumbra::kFieldOrder}};
 };
 
@@ -176,10 +176,10 @@ struct penumbra_shading {
 struct penumbra_heights {
     penumbra::HeightField field;
     penumbra::HeightVisibility visibility;
-    penumbra::HeightTables above;  // of points above the field
+    penumbra::HeightTables above;  // tables for points above the field
     penumbra::Vec3 corner;
     penumbra::CastProduct product;
-    std::shared_ptr<const penumbra::AssetData> asset;  // of the look
+    std::shared_ptr<const penumbra::AssetData> asset;  // asset of the look
     std::optional<penumbra::VertexShader> look;
 };
 

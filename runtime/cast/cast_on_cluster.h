@@ -1,5 +1,5 @@
 #pragma once
-// What casters hide from the vertices of a character, cluster by cluster.
+// Computes the visibility past casters at the vertices of a character, cluster by cluster.
 #include <algorithm>
 #include <array>
 

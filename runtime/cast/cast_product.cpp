@@ -36,7 +36,7 @@ void CastProduct::operator()(std::span<float> numbers, std::size_t stride, std::
     }
 }
 
-// What is 0 below the horizon stays 0 there, whatever it is multiplied by.
+// Multiplies V above the horizon only: V that is 0 below the horizon stays 0 there.
 void CastProduct::multiplyAbove(std::span<float> numbers, std::span<const float> mirrored) const {
     std::array<double, coefficientCount(kMaxOrder)> above, product;
     std::array<double, coefficientCount(kFieldOrder)> others{};

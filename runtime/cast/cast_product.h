@@ -19,10 +19,10 @@ public:
 
 private:
     Convention convention_;
-    const FarConstants* in_mirror_ = nullptr;  // of D
+    const FarConstants* in_mirror_ = nullptr;  // for convention D
     std::size_t size_;
     std::vector<float> weights_;
-    std::vector<double> below_;  // what stands below the horizon of A
+    std::vector<double> below_;  // the part of A that lies below the horizon
     float norm2_ = 0;
     std::vector<int> even_;  // SH index of each mirrored number
 

@@ -28,7 +28,7 @@ namespace {
 
 constexpr std::size_t kHarmonics = kFieldOrder;  // k = 0 .. order - 1
 
-// Of one mirrored number: m with its sign, and a_lm0, then (-1)^(k+1) a_lmk / k.
+// Series for one mirrored number: m with its sign, and a_lm0, then (-1)^(k+1) a_lmk / k.
 struct WedgeRow {
     int m = 0;
     std::array<float, kHarmonics> terms{};

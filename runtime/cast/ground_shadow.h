@@ -1,5 +1,5 @@
 #pragma once
-// What a level ground without end hides from what stands on it, and the light that it sends back.
+// Computes the shadow of a level, infinite ground on points above it, and the light that the ground reflects.
 //
 // The ground hides every direction that goes down, wherever a point stands above it. So what it leaves visible depends
 // on the normal alone, and so does what it hides of a point's hemisphere: (1 - n.y) / 2 of a white sky. What a point

@@ -14,9 +14,9 @@ namespace penumbra {
 
 struct BodyPose {
     PoseFeatures features;
-    MorphedRest rest;                                // as the weights of morph targets shape it
+    MorphedRest rest;                                // rest shape after the weights of morph targets
     std::shared_ptr<const Deformation> deformation;  // null unless the model is deforming; copies share it
-    DeformedPose deformed;                           // of a deforming model
+    DeformedPose deformed;                           // set for a deforming model
 
     // `asset` must outlive the pose. The vertices of a deforming mesh are at rest.
     explicit BodyPose(const AssetView& asset);

@@ -94,7 +94,7 @@ public:
     void evaluateFar(std::size_t cluster, std::span<float> far) const;
     void evaluateLocal(std::size_t cluster, std::span<float> coefficients) const;
     void composeCluster(std::size_t cluster, std::span<const float> far, std::span<float> coefficients) const;
-    // Of the far parts of a composed asset; others have one quality.
+    // Sets the quality of the far parts of a composed asset. Other assets have one quality.
     void setQuality(FarQuality quality);
     void setNearFactors(NearFactors factors);  // kWith at first
     const FarTables& farTables() const { return composed_->far.tables(); }
@@ -108,9 +108,9 @@ public:
     TransferEvaluator* transfer() { return transfer_ ? &*transfer_ : nullptr; }
 
 private:
-    // What followers and casters need, which copies of the evaluator share.
+    // Tables for followers and casters, which copies of the evaluator share.
     struct Shared {
-        TurnTable turns;  // of the convention, with followers
+        TurnTable turns;  // for the convention; only with followers
         mutable std::once_flag cast_once;
         mutable FarLayout cast;
         explicit Shared(const AssetView& asset);

@@ -1,5 +1,5 @@
 #pragma once
-// What the far parts of a composed asset, and its near ones, leave visible at its vertices as they are skinned now
+// Computes the visibility past the far and near parts of a composed asset at its vertices in the current pose
 // (docs/formulas.md, section 7).
 #include <array>
 #include <memory>

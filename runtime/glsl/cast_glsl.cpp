@@ -82,7 +82,7 @@ std::string sightGlsl() {
 
 // Writes out = a b of two functions over the whole sphere.
 std::string castProductGlsl() {
-    std::map<std::pair<int, int>, std::string> sums;  // what the pair (j, k), j <= k, adds
+    std::map<std::pair<int, int>, std::string> sums;  // terms of the pair (j, k), j <= k
     for (const TripleProductEntry& e : tripleProduct(kCastOrder, kCastOrder, kCastOrder))
         if (e.j <= e.k) sums[{e.j, e.k}] += " " + castElement("c", e.i) + " += " + glslFloat(e.value) + " * p;";
     std::string text =

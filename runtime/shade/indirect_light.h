@@ -10,8 +10,7 @@
 
 namespace penumbra {
 
-// What a picture shows of the light that reaches a character: from the environment, from the character itself by
-// reflection, or both.
+// Which light a picture shows on a character: from the environment, reflected by the character itself, or both.
 enum class Bounces { kBoth, kDirect, kIndirect };
 
 // Makes what the shading kernel reads of a light, bands 0..2 in the model frame.

@@ -41,7 +41,7 @@ JointTables::JointTables(const AssetView& asset, std::span<const int> orders) {
         const int m = azimuthOf(index), middle = index - m;
         numbers_.push_back({std::uint16_t(index), position(middle + std::abs(m)), position(middle - std::abs(m)), m});
     }
-    int slice_order = convention.order;  // of the slopes
+    int slice_order = convention.order;  // order of the slopes
     for (std::size_t s = 0; s < asset.surface->slots.size(); ++s) slots_.push_back(slotOf(asset, s, terms));
     for (const Slot& slot : slots_)
         for (const Term& term : slot.terms) slice_order = std::max(slice_order, bandOfIndex(term.views.back().k) + 1);

@@ -1,6 +1,6 @@
 #pragma once
-// What the shading kernel reads where all terms of a surface are shaded at once (shade_terms_lanes.h). It is made once,
-// when an asset is opened.
+// Tables of the shading kernel for all terms of a surface at once (shade_terms_lanes.h). It is made once, when an asset
+// is opened.
 #include <vector>
 
 #include "formats/asset/asset_file.h"

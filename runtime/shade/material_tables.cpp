@@ -14,7 +14,7 @@
 
 namespace penumbra {
 
-constexpr float kRounding = 1e-7f;  // as a share of the largest entry
+constexpr float kRounding = 1e-7f;  // relative to the largest entry
 
 bool hasReflectance(const MaterialView& material, Reflectance reflectance) {
     return material.isLive() || reflectance == Reflectance::kSlices || material.operators.count > 0;

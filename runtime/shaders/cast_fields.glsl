@@ -1,8 +1,8 @@
-// What the parts of characters hide from any point, as CastShadow (runtime/cast/cast_shadow.h) has it. Before this
-// stands field.glsl.
+// Computes the visibility past the parts of characters at any point, like CastShadow (runtime/cast/cast_shadow.h).
+// Before this stands field.glsl.
 
-float penumbra_product[64];  // what the parts so far leave visible, at the directions
-float penumbra_light;        // what being inside of them leaves
+float penumbra_product[64];  // visibility past the parts so far, at the directions
+float penumbra_light;        // factor for being inside of parts
 
 void penumbra_cast_begin() {
     penumbra_light = 1.0;
