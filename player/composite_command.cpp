@@ -20,7 +20,7 @@ namespace penumbra {
 
 namespace {
 
-// What becomes of photographs without a pose.
+// How photographs without a pose are treated.
 enum class WithoutPose { kRefuse, kKeep };
 constexpr Word<WithoutPose> kWithoutPoseWords[] = {{"refuse", WithoutPose::kRefuse}, {"keep", WithoutPose::kKeep}};
 

@@ -199,7 +199,7 @@ void GroundRatio::compute(const SceneView& view, double ground_height, const Gro
         else
             addSun(points, light.real_sun_maps[s], full, threads, without);
     }
-    constexpr float kDark = 1e-6f;  // of the whole irradiance, below which nothing can be told
+    constexpr float kDark = 1e-6f;  // share of the whole irradiance below which a ratio means nothing
     Vec3 least;
     for (int c = 0; c < 3; ++c) least[c] = kDark * std::max(whole[c], 0.0f);
     parallelFor(std::size_t(camera_.height), threads, [&](std::size_t y) {

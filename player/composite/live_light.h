@@ -29,7 +29,7 @@ public:
     // gone by since the last one.
     const LightView* update(const TexturePicture& picture, const PinholeCamera& camera, const CameraPose& pose,
                             int threads);
-    double milliseconds() const { return milliseconds_; }  // that the last one took
+    double milliseconds() const { return milliseconds_; }  // time of the last update
 
 private:
     LiveBall ball_;

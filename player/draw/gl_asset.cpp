@@ -174,7 +174,7 @@ void GlAsset::uploadArrays(const Evaluator* evaluator, const ShadingSet* shading
     recipe_.basis = sharedPrecision(clusters, &ClusterView::basis);
     const std::vector<std::uint32_t> cluster_of_vertex = clusterOfVertex(*asset_);
     std::vector<std::uint32_t> table = clusterTable(clusters, arrays);
-    std::vector<std::vector<float>> means;  // of light that bounces, until they are uploaded
+    std::vector<std::vector<float>> means;  // means of light that bounces, until they are uploaded
     if (model.indirect) {
         recipe_.first_indirect = clusters.size();
         recipe_.bounced_ambient = bouncedAmbientWeights(model.indirect->axes);

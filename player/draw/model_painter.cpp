@@ -10,7 +10,7 @@ namespace penumbra {
 
 constexpr GLuint kPosesBinding = 1, kEvaluatedBinding = 2, kNumbersBinding = 3, kAmbientBinding = 4,
                  kVerticesBinding = 5, kAnchorsBinding = 6, kReceiversBinding = 7, kCastsBinding = 7;
-constexpr std::size_t kMaxGroups = 65535;  // of a dispatch, in each direction; every OpenGL has as many
+constexpr std::size_t kMaxGroups = 65535;  // largest dispatch in each direction that every OpenGL allows
 
 ModelPainter::ModelPainter(std::shared_ptr<GlAsset> asset, std::size_t capacity)
     : asset_(std::move(asset)), capacity_(capacity), poses_(4 * capacity * asset_->pose().size) {

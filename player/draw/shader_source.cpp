@@ -136,7 +136,7 @@ std::string heightsPreamble(const HeightsRecipe& recipe) {
                 : "");
 }
 
-// What points and finer receivers have in common.
+// Functions that points and finer receivers share.
 std::string heightsSeen(const HeightsRecipe& recipe) { return recipe.heights + kShaderHeightsSeenGlsl; }
 
 }  // namespace

@@ -16,7 +16,7 @@ public:
     void pose(std::size_t frame, std::optional<std::size_t> truth_frame);
 
     int threads() const { return threads_; }
-    const Shot& shot() const { return shot_; }  // of this frame
+    const Shot& shot() const { return shot_; }  // the shot of this frame
     bool hasTruth() const { return has_truth_; }
     const Evaluator& evaluator() const { return evaluator_; }
     const std::vector<Vec3>& positions() const { return vertices_.positions; }
@@ -37,7 +37,7 @@ private:
     bool has_truth_ = false;
     Evaluator evaluator_;
     FrameVertices vertices_;
-    VisibilitySource within_ = VisibilitySource::kModel;  // whose numbers `vertices_` has
+    VisibilitySource within_ = VisibilitySource::kModel;  // source of the numbers in `vertices_`
     struct Source {
         std::vector<float> numbers;  // empty while they are in `vertices_`
         std::vector<float> ambient;

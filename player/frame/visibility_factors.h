@@ -10,15 +10,15 @@
 namespace penumbra {
 
 enum class FactorKind {
-    kWhole,     // what is drawn
-    kLocal,     // what the vertex sees past the parts near it in the skeleton
-    kFar,       // what all far parts leave visible
-    kPart,      // what one far part leaves visible
-    kResidual,  // what is added to local x far
+    kWhole,     // the visibility that is drawn
+    kLocal,     // visibility past the parts near the vertex in the skeleton
+    kFar,       // visibility past all far parts
+    kPart,      // visibility past one far part
+    kResidual,  // the sum added to local x far
 };
 struct FactorChoice {
     FactorKind kind = FactorKind::kWhole;
-    std::size_t part = 0;  // of the asset, only for kPart
+    std::size_t part = 0;  // index in the asset, only for kPart
     bool operator==(const FactorChoice&) const = default;
 };
 

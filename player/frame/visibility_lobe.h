@@ -7,7 +7,7 @@
 
 namespace penumbra {
 
-constexpr double kLobeRadius = 0.14;       // of visibility 1, in radii of what the picture frames
+constexpr double kLobeRadius = 0.14;       // radius of visibility 1, in radii of the framed sphere
 constexpr float kResidualEnlargement = 4;  // residuals are small: their lobes are drawn as many times as large
 
 // Makes the function that a vertex' numbers stand for visible, over the directions above its horizon: a sphere about

@@ -38,7 +38,7 @@ public:
 
 private:
     CastMode mode_;
-    Convention convention_;  // of the asset
+    Convention convention_;  // convention of the asset
     int stride_;
     AssetView view_;
     std::vector<float> light_;  // [n^2, 3], in the scene
@@ -51,8 +51,8 @@ private:
 // The SH of a light [n^2, 3], turned.
 std::vector<float> turnedLight(const LightView& light, const Mat3d& rotation);
 
-// What an open, level ground makes of V_c, which is linear: radiance_c = sum_k weights[k]_c V_k for a Lambertian albedo
-// of 1. `light` is turned into the scene. `light` empty: E, in x.
+// Returns the weights with which an open, level ground shows V_c, which is linear: radiance_c = sum_k weights[k]_c V_k
+// for a Lambertian albedo of 1. `light` is turned into the scene. `light` empty: E, in x.
 std::vector<Vec3> groundWeights(CastMode mode, std::span<const float> light, int light_order);
 // Returns the radiance of such a ground under a light that is turned, from V_c of its vertices. Without a light: E, in
 // x.

@@ -136,7 +136,7 @@ void SceneFrames::evaluateGround() {
 
 namespace {
 
-// Of the longer side.
+// Returns the length of the ground's longer side, in metres.
 double groundSize(const PosedScene& scene) {
     if (!scene.field()) return scene.file().ground ? scene.file().ground->size : 0;
     const HeightGrid& grid = scene.field()->heights().field().grid();

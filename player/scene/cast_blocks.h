@@ -26,7 +26,7 @@ inline const float kOpenSight = 2 * float(std::sqrt(std::numbers::pi));
 struct CastBlock {
     std::uint32_t low[2], high[2];
     bool wanted = true;
-    // What castOnBlocks() finds: whether the vertices between are interpolated, and whether anybody is seen.
+    // Results of castOnBlocks(): whether the vertices between are interpolated, and whether any caster is seen.
     bool smooth = false, seen = false;
 
     std::uint32_t middle(int axis) const { return (low[axis] + high[axis]) / 2; }

@@ -35,7 +35,7 @@ void halve(std::span<const Vec3> fine, std::uint32_t side, std::vector<Vec3>& co
 }  // namespace
 
 void GroundGlow::cast(const CastShadow& cast, double ground_height, std::span<const Vec3> standing, int threads) {
-    constexpr float kReach = 0.5f;  // of the height of the highest: how far around everyone shadows are looked for
+    constexpr float kReach = 0.5f;  // in heights of the highest member: radius around each in which shadows are sought
     const BoundingBox box = boundsOf(standing);
     height_ = float(ground_height);
     const float reach = kReach * std::max(box.high.y - height_, 0.0f);

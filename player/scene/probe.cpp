@@ -81,7 +81,7 @@ public:
 
 private:
     std::vector<WeightedDirection> directions_;
-    std::vector<std::array<double, kFarNumbers>> rows_;  // of each direction: the mirrored functions
+    std::vector<std::array<double, kFarNumbers>> rows_;  // the mirrored functions in each direction
     const LightView* light_ = nullptr;
     std::span<const float> light_sh_;  // without suns that have maps
     Mat3d to_light_;

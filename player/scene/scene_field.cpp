@@ -15,7 +15,7 @@ namespace penumbra {
 namespace {
 
 constexpr std::size_t kFieldPiece = 512;  // points that a thread takes at once
-constexpr int kBandRows = 16;             // as well, where others cast by blocks
+constexpr int kBandRows = 16;             // the same if others cast by blocks
 
 std::size_t fieldPieces(std::size_t count) { return (count + kFieldPiece - 1) / kFieldPiece; }
 
@@ -84,7 +84,7 @@ bool SceneField::isStale(int row, int column) const {
     return stale_[std::size_t(row / unit * unitsIn(heights_.field().grid().columns, unit) + column / unit)] != 0;
 }
 
-// Of the units of one row of them.
+// Marks the stale units in one row of units.
 void SceneField::findStale(FieldPoints old, int first_row) {
     const HeightGrid& grid = heights_.field().grid();
     const int step = visibility_.step(), unit = unitOf(step), across = unitsIn(grid.columns, unit);
@@ -210,7 +210,7 @@ void SceneField::castOnBand(const CastShadow& cast, int first_row, FrameVertices
     };
     for (CastBlock& block : blocks) block.wanted = isWanted(block);
     castOnBlocks(cast, grid, blocks, 1);
-    thread_local std::vector<std::uint8_t> seen;  // of a point: it is stale and sees somebody
+    thread_local std::vector<std::uint8_t> seen;  // for each point: it is stale and sees a caster
     seen.assign(rows * columns, 0);
     for (const CastBlock& block : blocks) {
         if (!block.wanted || !block.seen) continue;

@@ -1,4 +1,4 @@
-// What the ground sees, by blocks of squares (cast_blocks.h), and the triangles that show it.
+// Computes the visibility on the ground, by blocks of squares (cast_blocks.h), and the triangles that show it.
 #include "player/scene/scene_ground.h"
 
 #include <algorithm>
@@ -37,7 +37,7 @@ private:
     const CastGrid& grid_;
     std::span<const CastBlock> blocks_;  // row by row
     std::size_t blocks_a_side_ = 0;
-    std::vector<bool> coarse_;  // of a block: a fan shows it
+    std::vector<bool> coarse_;  // one for each block: a fan shows it
 
     std::uint32_t vertex(std::uint32_t i, std::uint32_t j) const { return i * ground_.side + j; }
 

@@ -1,5 +1,5 @@
 #pragma once
-// What the ground of a scene sees past its casters.
+// Computes the visibility past the casters on the ground of a scene.
 #include <array>
 
 #include "player/scene/posed_scene.h"

@@ -1,5 +1,5 @@
 #pragma once
-// What the vertices of a scene see past its casters.
+// Computes the visibility past the casters at the vertices of a scene.
 #include "player/frame/frame_values.h"
 #include "player/scene/posed_scene.h"
 #include "player/scene/received_light.h"
@@ -20,11 +20,11 @@ void skinMember(const SceneMember& member, int threads, FrameVertices& vertices)
 // own numbers alone.
 void ownVertices(const SceneMember& member, int threads, FrameVertices& vertices);
 
-// Who takes light from a character.
+// The things that take light from a character.
 struct OthersAround {
     const CastShadow& cast;
     CasterChoice choice;        // all but the character itself
-    const SceneField* heights;  // of the ground; null where it is level or missing
+    const SceneField* heights;  // heights of the ground; null if it is level or missing
     bool level_ground;          // there is one that casts
 };
 // Numbers of the vertices of a character, in the convention of its model, and light that bounces to them (or empty).

@@ -18,7 +18,7 @@ uniform uint vertex_count, anchor_count;
 #ifdef CAST_ANCHORS
 layout(std430, binding = 6) writeonly buffer CastAnchors { uint cast_anchors[]; };
 
-// What stands near for anchors so far apart: 1 near, 0 far.
+// Returns how near a caster is for anchors at this spacing: 1 near, 0 far.
 float castNearness(vec4 sphere, vec3 position, float spacing) {
     float distance = length(sphere.xyz - position) - sphere.w;
     return clamp((FAR_SPACINGS - distance / spacing) / (FAR_SPACINGS - NEAR_SPACINGS), 0.0, 1.0);
@@ -71,7 +71,7 @@ struct CastWalk {
     bool by_anchors;  // else everything, with a share of 1
     uvec4 from;       // where the words of the anchors begin
     vec4 weight;
-    uvec4 at, end;  // what is left of their lists
+    uvec4 at, end;  // rest of the anchors' lists
     int next;
 };
 

@@ -6,7 +6,7 @@ layout(local_size_x = WORK_GROUP) in;  // x: vertices, y: characters
 layout(std430, binding = 0) readonly buffer Asset { uint asset[]; };
 layout(std430, binding = 1) readonly buffer Pose { vec4 pose[]; };
 layout(std430, binding = 1) readonly buffer PoseNumbers { float pose_numbers[]; };
-layout(std430, binding = 2) writeonly buffer Evaluated { vec4 evaluated[]; };  // as evaluated.vert reads it
+layout(std430, binding = 2) writeonly buffer Evaluated { vec4 evaluated[]; };  // read by evaluated.vert
 #if CHANNEL == CHANNEL_SHADED
 uniform samplerBuffer materials;
 #endif
@@ -27,7 +27,7 @@ layout(std430, binding = 5) readonly buffer GivenVertices { float given_vertices
 #endif
 
 #ifdef RECEIVERS
-layout(std430, binding = 7) writeonly buffer Receivers { vec4 receivers[]; };  // as cast.comp reads them
+layout(std430, binding = 7) writeonly buffer Receivers { vec4 receivers[]; };  // read by cast.comp
 #endif
 #ifdef CAST
 layout(std430, binding = 7) readonly buffer Casts { vec4 casts[]; };  // CAST_SETS a vertex, as cast.comp writes them
@@ -36,10 +36,10 @@ layout(std430, binding = 7) readonly buffer Casts { vec4 casts[]; };  // CAST_SE
 uniform vec3 eye;  // in the scene
 uniform uint vertex_count;
 
-uint vertex, cluster;  // of this invocation
-uint table_row;        // of the cluster table: of the model's cluster, or of the residual's
-uint pose_begin;       // of its character
-float cast_share = 1.0;  // of a white sky that others leave visible: light that bounces has as much
+uint vertex, cluster;  // indices of this invocation
+uint table_row;        // row in the cluster table: the model's cluster, or the residual's
+uint pose_begin;       // begin of its character's pose
+float cast_share = 1.0;  // share of a white sky that casters leave visible; light that bounces is scaled by it
 
 uint clusterWord(uint i) { return asset[CLUSTERS + table_row * CLUSTER_WORDS + i]; }
 
@@ -185,7 +185,7 @@ void numbersOf(PenumbraSurface s, uint character, out vec4 numbers[PENUMBRA_STRI
     ownNumbers(s, character, numbers);
 #ifdef CAST
     cast_share = 1.0;
-    for (uint of = 0u; of < CAST_SETS; ++of) {  // what casters leave visible, then what a height field does
+    for (uint of = 0u; of < CAST_SETS; ++of) {  // casts of characters first, then of a height field
         uint first = CAST_QUADS * (CAST_SETS * (character * vertex_count + vertex) + of);
         if (casts[first + 5u].y == 0.0) continue;
         float mirrored[21];
@@ -243,7 +243,7 @@ vec3 shadeOtherSide(uint character, int material) {
 // Shades the terms of a vertex that shows pictures (shaders/surface.glsl), which follow the first; its slot's rows of
 // the pose have 1 where it shows them, then the material of each pass: slopes along two axes, and A and B at each
 // roughness. Returns whether it does. The passes take turns in one loop, whose body is long to compile.
-uint evaluated_row;  // of the vertex
+uint evaluated_row;  // row of the vertex
 float shows_pictures = 0.0;
 
 vec3 shadeTerms(PenumbraSurface s, vec4 numbers[PENUMBRA_STRIDE4], vec3 to_eye, mat3 local_from_model, int material) {

@@ -51,7 +51,7 @@ float nearGain(uint n) {
 }
 #endif
 
-// What a vertex takes from its anchors.
+// The values that a vertex takes from its anchors.
 struct FarOwed {
     bool has_anchors;
     uvec4 from;  // where their values begin

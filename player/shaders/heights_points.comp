@@ -1,16 +1,14 @@
-// What the points of a height field show. heights_seen.glsl and a preamble with WORK_GROUP, CHANNEL, PENUMBRA_STRIDE4,
-// NUMBERS and EVALUATED_QUADS stand before this text; RECEIVERS where it writes the points that casters cast on instead,
-// CAST where they have cast on them.
+// Computes the radiance of the points of a height field.
 layout(local_size_x = WORK_GROUP) in;
 
 #ifdef RECEIVERS
-layout(std430, binding = 3) writeonly buffer Receivers { vec4 receivers[]; };  // as cast.comp reads them
+layout(std430, binding = 3) writeonly buffer Receivers { vec4 receivers[]; };  // read by cast.comp
 #else
 layout(std430, binding = 3) readonly buffer Light { vec4 light[]; };
-layout(std430, binding = 4) writeonly buffer Evaluated { vec4 evaluated[]; };  // as evaluated.vert reads it
+layout(std430, binding = 4) writeonly buffer Evaluated { vec4 evaluated[]; };  // read by evaluated.vert
 #endif
 #ifdef CAST
-layout(std430, binding = 5) readonly buffer Casts { vec4 casts[]; };  // as cast.comp writes them
+layout(std430, binding = 5) readonly buffer Casts { vec4 casts[]; };  // written by cast.comp
 #endif
 #if CHANNEL == CHANNEL_SHADED
 uniform samplerBuffer materials;
@@ -21,7 +19,7 @@ uniform samplerBuffer materials;
 
 uniform vec3 eye;  // in the scene
 #ifdef SUNLIT
-uniform vec3 lobes;  // of all points: the first, and their number; 1: the first is a mirror
+uniform vec3 lobes;  // for all points: the first lobe, and the number of lobes; 1: the first is a mirror
 #endif
 
 GENERATED_BY_SHADING_GLSL

@@ -41,7 +41,7 @@ private:
         std::vector<float> sh, window;  // [order^2, 3], [order]
         std::vector<Sun> suns;
         std::vector<Vec3> sky;   // [kSkyHeight, 2 kSkyHeight]
-        std::vector<Sun> discs;  // that it lacks
+        std::vector<Sun> discs;  // suns that the sky lacks
     };
     LightFade fade_;
     SunSmoothing filter_;

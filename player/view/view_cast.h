@@ -1,5 +1,5 @@
 #pragma once
-// Who casts on whom in the window.
+// Chooses who casts on whom in the window.
 #include "player/scene/scene_receivers.h"
 #include "player/view/view_scene.h"
 

@@ -256,7 +256,7 @@ void ScenePainter::drawPane(const ViewState& state, const Pane& pane, double rad
 
 namespace {
 
-// Of what the planes of the camera must leave room for.
+// Returns the radius that must fit between the planes of the camera.
 double shownRadius(const Scene& scene, const ViewState& state) {
     const double radius = boundsOf(scene).radius();
     return showsGround(scene, state) ? std::max(radius, scene.ground_file->size / 4) : radius;

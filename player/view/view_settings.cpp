@@ -85,7 +85,7 @@ ViewSettings parseSettings(const Json& json, std::string& problem) {
     if (const Json* window = read.object(json, "window")) {
         read.number(*window, "width", kMinWidth, kMaxWidth, settings.window.width);
         read.number(*window, "height", kMinHeight, kMaxHeight, settings.window.height);
-        read.number(*window, "x", -32768, 32767, settings.window.x);  // what X11 has
+        read.number(*window, "x", -32768, 32767, settings.window.x);  // range of X11
         read.number(*window, "y", -32768, 32767, settings.window.y);
     }
     std::optional<float> exposure;

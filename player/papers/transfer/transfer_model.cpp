@@ -10,7 +10,7 @@ namespace penumbra {
 
 namespace {
 
-constexpr int kErrorOrder = 6;          // of E_transfer for models of visibility, as Nowrouzezahrai 2007 has it
+constexpr int kErrorOrder = 6;          // order of E_transfer for models of visibility (Nowrouzezahrai 2007)
 constexpr std::size_t kLitPiece = 512;  // vertices of a task
 
 std::string whatItHas(const AssetView& asset) { return asset.name + " has linear transfer"; }
