@@ -270,8 +270,8 @@ void appendPoint(const SourceVertices& vertices, std::size_t vertex, std::size_t
     }
 }
 
-// The result of welding for the vertices of a SplitVertices. `joint` numbers the places over which the surface is
-// smooth, `point` splits these by slot. Surfaces are smooth over what is of one joint; it has a point for each slot.
+// The result of welding for the vertices of a SplitVertices. The surface is smooth over vertices with the same `joint`.
+// These vertices share one `point` for each slot.
 struct PointNumbers {
     std::vector<std::uint32_t> joint, point;  // [N]
     std::vector<bool> used;                   // [N] by a triangle; without triangles all are

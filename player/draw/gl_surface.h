@@ -11,7 +11,8 @@
 
 namespace penumbra {
 
-// Properties of a mesh with pictures that its shaders depend on. No terms: of other meshes.
+// Properties of a mesh with pictures that its shaders depend on. Without terms, the shaders are for meshes without
+// pictures.
 struct SurfaceShader {
     bool on = false;
     bool colors = false, turns = false, blends = false;       // properties that vertices of some slot have

@@ -1,4 +1,5 @@
-// Computes the radiance of the ground as weighted sums of the visibility from cast.comp.
+// Computes the radiance of the ground as weighted sums of the visibility from cast.comp. player/draw/shader_source.cpp
+// puts a preamble before this text, with WORK_GROUP and CAST_QUADS.
 layout(local_size_x = WORK_GROUP) in;
 
 layout(std430, binding = 3) readonly buffer Receivers { vec4 receivers[]; };  // layout of cast.comp

@@ -1,4 +1,6 @@
-// Computes the radiance of the points of a height field.
+// Computes the radiance of the points of a height field. heights_seen.glsl and a preamble with WORK_GROUP, CHANNEL,
+// PENUMBRA_STRIDE4, NUMBERS and EVALUATED_QUADS stand before this text. With RECEIVERS it writes the points on which
+// casters cast instead, and with CAST it reads the casts.
 layout(local_size_x = WORK_GROUP) in;
 
 #ifdef RECEIVERS

@@ -1,5 +1,6 @@
 // Computes the visibility at the receivers of a height field, and with REFINED at finer ones: the twin of
-// sh/height/height_refinement.h.
+// sh/height/height_refinement.h. heights.glsl and a preamble with LINES, SPACING, NORMALS_MATTER and ROW_QUADS stand
+// before this text; with REFINED the preamble also has SHARES and TOLERANCE.
 const ivec2 lines = LINES;  // rows and columns of receivers, SPACING points apart
 
 layout(std430, binding = 2) readonly buffer Rows { vec4 rows[]; };  // written by heights_horizons.comp

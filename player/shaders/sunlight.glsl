@@ -67,7 +67,8 @@ vec3 mirrored(vec3 direction, vec3 face) {
 }
 
 #ifdef SUN_MEMBRANES
-// Returns the light of suns that falls on the other side of a membrane and comes through.
+// Returns the light of suns that falls on the other side of a membrane and comes through. kLetsThrough of
+// player/frame/lobe_table.h marks a membrane, and an entry behind its lobes has tau.
 vec3 sunlightThrough() {
     vec3 normal = -normalize(surface_normal), face = sunFacing(surface_position, normal), sum = vec3(0.0);
     if (surface_lobes >> 31 == 0u) return sum;

@@ -41,7 +41,7 @@ struct CasterChoice {
     bool has(std::size_t caster) const { return caster != except && (only == kNobody || caster == only); }
 };
 
-// Casters around each anchor, as CastShadow::sumAnchors() found them. It keeps its room.
+// Casters around each anchor, as CastShadow::sumAnchors() found them. The vectors keep their memory.
 struct CastAnchors {
     struct Values {
         std::vector<float> all, values;  // [anchors, anchorStride(]of all that is found, and of what is near[)]

@@ -1,6 +1,6 @@
 #pragma once
-// Tables of the shading kernel for all terms of a surface at once (shade_terms_lanes.h). It is made once, when an asset
-// is opened.
+// Tables of the shading kernel for all terms of a surface at once (shade_terms_lanes.h). They are made once, when an
+// asset is opened.
 #include <vector>
 
 #include "formats/asset/asset_file.h"

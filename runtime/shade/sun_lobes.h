@@ -1,6 +1,7 @@
 #pragma once
-// Evaluates the lobes of a material for a sun. The other models go through evalLobes(). The formulas are those of
-// brdf_glsl.h.
+// Evaluates the lobes of a material for a sun. Lambert, GGX and the parts of glTF's material are evaluated in single
+// precision and without a local frame, because most materials consist of them. The other models go through evalLobes().
+// The formulas are those of brdf_glsl.h.
 #include <algorithm>
 #include <cmath>
 #include <numbers>

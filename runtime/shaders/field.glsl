@@ -1,7 +1,8 @@
 // Computes the visibility past a part of a character by its field, like sh/far/far_lookup.h. The player's far.glsl uses
-// these functions, and so does cast_fields.glsl. Before this stand the text of fieldGlsl() (runtime/glsl/far_glsl.h)
-// and two macros: #define PENUMBRA_FIELD(word): the uint at `word` (a uint) of the buffer with the tables and bytes of
-// fields #define PENUMBRA_PART(part, row): the vec4 `row` (0 to 6) of a posed part, writePosedPart() (far_glsl.h)
+// these functions, and so does cast_fields.glsl. The text of fieldGlsl() (runtime/glsl/far_glsl.h) and two macros stand
+// before this:
+//   #define PENUMBRA_FIELD(word): the uint at `word` (a uint) of the buffer with the tables and bytes of fields
+//   #define PENUMBRA_PART(part, row): the vec4 `row` (0 to 6) of a posed part, writePosedPart() (far_glsl.h)
 
 float penumbra_field_float(uint table, uint i) { return uintBitsToFloat(PENUMBRA_FIELD(table + i)); }
 vec3 penumbra_field_vector(uint at) {

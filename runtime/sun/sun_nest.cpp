@@ -275,7 +275,7 @@ float NestedSunMap::weight(Vec3 point) const {
     if (border == 0) return 1;
     const Vec3 at = frame.place(point);
     const float widest = std::max(2 * at.z * frame.tan_radius, 1.0f);
-    const float reach = widest / 2 + std::ceil(widest / float(kSunSearchCells));  // size of the cells of a search
+    const float reach = widest / 2 + std::ceil(widest / float(kSunSearchCells));  // adds a cell of the search
     const float size = float(frame.size);
     const float inside = std::min({at.x, at.y, size - at.x, size - at.y}) - reach;
     if (!(inside > 0)) return 0;

@@ -95,7 +95,7 @@ struct FarScene {
     std::size_t part_count;
     float spacing = 0;  // distance between anchors: parts nearer than kNearSpacings of it stay out of them; 0: only the
                         // part's size decides
-    // Near parts that receivers multiply in with gains of their own (sh/far/near_parts.h). Anchors know nothing of it.
+    // Near parts that receivers multiply in with gains of their own (sh/far/near_parts.h). Anchors leave them out.
     const std::uint16_t* near_parts = nullptr;  // [near_count], kNoPart: none
     std::size_t near_count = 0;
 };

@@ -1,5 +1,8 @@
-// Measures the time that triangles with opacity cost, and the error of the light below them. The error is that of E in
-// the middle below a card with hair painted on it, against a quadrature of its alpha.
+// Measures the time that triangles with opacity cost, and the error of the light below them.
+//   bench_alpha [--rays N] [--runs N] [--rings N]
+// Times are CPU seconds of one thread for the rays of all vertices of a bumpy sphere, the least of some runs, as ratios
+// to the same scene without opacity in the same run. The error is that of E in the middle below a card with hair
+// painted on it, against a quadrature of its alpha.
 #include <unistd.h>
 
 #include <algorithm>

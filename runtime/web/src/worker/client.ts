@@ -39,8 +39,8 @@ export class PenumbraWorker {
         if (this.ended) return Promise.reject(this.ended);
         return new Promise<T>((resolve, reject) => {
             const id = ++this.last;
-            this.worker.postMessage({ ...request, id }, moved); // throws here if it cannot be sent, so nobody waits for
-                                                                // it
+            // This throws if the request cannot be sent, so nobody waits for it.
+            this.worker.postMessage({ ...request, id }, moved);
             this.waiting.set(id, { resolve, reject });
         });
     }
