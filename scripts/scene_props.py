@@ -1,4 +1,4 @@
-"""What stands beside characters in pictures of scenes, made by formulas: a bench, a ball, a cloth that falls over the
+"""Makes the things beside characters in pictures of scenes, by formulas: a bench, a ball, a cloth that falls over the
 ball, and a man of capsules who sits down. y up, metres."""
 import numpy as np
 

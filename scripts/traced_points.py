@@ -1,4 +1,4 @@
-"""What counted rays say of points anywhere: each is a triangle that is too small to hide anything."""
+"""Computes values at points anywhere by counted rays: each is a triangle that is too small to hide anything."""
 import h5py
 import numpy as np
 

@@ -20,7 +20,7 @@ def codes(path):
 
 
 def ground_points(truth):
-    """Of every pixel, in metres of the character."""
+    """Returns for every pixel a position in metres of the character."""
     camera = truth["camera"]
     rotation, translation, (width, height) = np.array(camera["R"]), np.array(camera["t"]), camera["size"]
     x, y = np.meshgrid(np.arange(width), np.arange(height))

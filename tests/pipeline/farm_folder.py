@@ -73,7 +73,7 @@ def imported_snakemake():
 
 
 def run_forked(command, folder, env):
-    """As run_program(), in a fork of this process, which has imported Snakemake already."""
+    """Same as run_program(), in a fork of this process, which has imported Snakemake already."""
     sys.stdout.flush()
     sys.stderr.flush()
     read, write_end = os.pipe()

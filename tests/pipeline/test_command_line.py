@@ -168,7 +168,7 @@ def test_report_of_a_failure(folder):
 
 
 def test_names_of_files(folder):
-    """What a run writes has a name of its own each, which is no input's. What it reads are regular files."""
+    """Each output of a run has a name of its own, which is no input's. Inputs are regular files."""
     source, old = folder / "in.glb", b"rubbish that stays"
     source.write_bytes(old)
     (folder / "linked").symlink_to(".")

@@ -73,7 +73,7 @@ def check_ninja():
 
 
 def check_others():
-    """What ninja made is current for make, job arrays and Snakemake; other options of the fields are not."""
+    """Results that ninja made are current for make, job arrays and Snakemake; other options of the fields are not."""
     run(os.path.join(SCRIPTS, "farm_ninja"), "farm.yaml", "--make")
     assert ran_by("make", "-C", "out", "-j2") == set()
     array = os.path.join(SCRIPTS, "slurm", "farm_array")

@@ -303,7 +303,7 @@ def check_compressed(folder):
 
 
 def check_color_morphs(folder):
-    """What morph targets of the file add to its colours is darkened: exactly by a mean, and with the error that is told
+    """Colours that morph targets of the file add are darkened: exactly by a mean, and with the error that is told
     where the occlusion follows the clips."""
     rig, out = os.path.join(folder, "colored.glb"), os.path.join(folder, "colored.ao.glb")
     colored_face(rig)

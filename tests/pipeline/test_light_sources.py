@@ -155,7 +155,7 @@ def check_sun(folder):
 
 
 def check_warnings(folder):
-    """What shows in pictures is said on stderr, also with -q. What does not show is not said."""
+    """Faults that show in pictures are reported on stderr, also with -q. Others are not."""
     spot = np.full((64, 128, 3), 1.0)
     spot[20:23, 37:40] = 1e4  # too large for the window of a hot pixel
     write_exr(folder / "spot.exr", spot)

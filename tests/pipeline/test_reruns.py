@@ -336,7 +336,7 @@ def check_config_errors(folder):
 
 
 def check_same_words(folder):
-    """What the farm itself says of cameras and conventions is what the programs say."""
+    """The farm reports the same about cameras and conventions as the programs."""
     run = lambda program, *words: subprocess.run([os.path.join(BIN, f"penumbra-{program}"), *words], cwd=folder, capture_output=True,
                                                  text=True)
     for text in ("yow=3", "yaw", "yaw=", "=3", "yaw=1,,", "yaw=1,yaw=2", "yaw=400", "yaw=+4", "yaw= 4", "yaw=nan", "pitch=89.5", "fov=0",

@@ -1,4 +1,4 @@
-"""What the programs write for one small rig has the hashes of tests/golden/output_hashes.json.
+"""The outputs of the programs for one small rig have the hashes of tests/golden/output_hashes.json.
 
 A change that is meant to change results makes that file again, and says so:
     scripts/output_hashes build/release/bin build/release/samples/capsule_man.glb -o tests/golden/output_hashes.json

@@ -161,7 +161,7 @@ def check_wide_ground():
 
 
 def check_walk():
-    """Who stands on the ground stands there in both programs, and in a probe of what it casts."""
+    """A character on the ground stands there in both programs, and in a probe of what it casts."""
     name = scene("walk.json", camera="yaw=30,pitch=25,distance=6,target=0/0.9/0",
                  ground={"heights": {"analytic": "waves:height=0.5,length=2", "rows": 65, "columns": 65, "cell": 0.0625}},
                  characters=[{"asset": "man.pnb", "clip": CLIP, "on_ground": True}])
@@ -364,7 +364,7 @@ def check_bench_of_suns(words):
 
 
 def check_bench():
-    """What a scene costs: the scene itself, then copies of its first character on a ground that grows with them."""
+    """Measures the cost of a scene: the scene itself, then copies of its first character on a ground that grows with them."""
     name = scene("bench.json", characters=[{"asset": "man.pnb", "clip": CLIP}], props=[{"asset": "additive.pnb"}],
                  ground={"size": 2, "resolution": 33})
     words = ("--scene", name, "--runs", 2, "--size", "64x64", "--gl", "osmesa", "--threads", 2)

@@ -73,7 +73,7 @@ def check_killed():
 
 
 def check_failed_report():
-    """What a failed command wrote to its output (the report of a check) is deleted. The output of an earlier run
+    """The output of a failed command (the report of a check) is deleted. The output of an earlier run
     stays."""
     fail = ("sh", "-c", "echo failed >out.txt; exit 3")
     copy(command=fail, code=3)
@@ -115,7 +115,7 @@ def check_order():
 
 
 def check_depfile():
-    """What only the command knows that it read counts from the second run on. Blanks and $ in names are kept."""
+    """A file that only the command knows to have read counts from the second run on. Blanks and $ in names are kept."""
     write("a b$.txt", "one")
     write("rule.sh", 'cp "a b\\$.txt" dep.txt; printf "dep.txt: a\\\\ b\\$\\$.txt\\n" >dep.d; echo ran >>log2')
     words = [STAMP, "dep.txt", "--depfile", "dep.d", "--", "sh", "rule.sh"]

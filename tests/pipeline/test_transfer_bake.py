@@ -205,7 +205,7 @@ def check_refusals(place):
 
 
 def check_consumers(place):
-    """Who reads visibility alone refuses transfer in one line, and so does the comparison of models of a higher order."""
+    """A program that reads visibility alone refuses transfer in one line, and so does the comparison of models of a higher order."""
     file = bake(place("t.vis.h5"), *BOUNCES)
     fit, pack = os.path.join(BIN, "penumbra-fit"), os.path.join(BIN, "penumbra-pack")
     refuse(["visibility", file, "-o", place("t.model.h5")], "quantity", 3, fit)

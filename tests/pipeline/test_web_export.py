@@ -77,7 +77,7 @@ def ambient_of(vis):
 
 
 def write_case(folder, export, vis, more):
-    """What the pages compare with: the truth of some frames, by mesh and primitive of the exported file. Of a static
+    """Returns the reference of the pages: the truth of some frames, by mesh and primitive of the exported file. Of a static
     export that is the mean in every frame."""
     ambient, clips, times = ambient_of(vis)
     if Glb(export).json["asset"]["extras"]["penumbra_export"]["as"] == "static":

@@ -123,7 +123,7 @@ def make_cases(folder):
 
 
 def check_sizes(package, folder):
-    """What goes over the wire, and what is left of an import that nobody uses."""
+    """Measures the bytes that go over the wire, and the rest of an import that nobody uses."""
     size = lambda name: len(gzip.compress(open(os.path.join(package, "dist", name), "rb").read(), 9))
     print(f"penumbra.wasm {size('penumbra.wasm') / 1000:.0f} KB gzip, packed.js {size('packed.js') / 1000:.0f} KB")
     assert size("penumbra.wasm") <= 520e3 and size("packed.js") <= 540e3
@@ -147,7 +147,7 @@ def can_browse():
 
 
 def look_at(page, package, files, *flags):
-    """What a page of tests/pipeline/web found."""
+    """Returns the results of a page of tests/pipeline/web."""
     driver = os.path.join(ROOT, "tests/pipeline/web/chromium.mjs")
     found = json.loads(must("node", driver, package, MODULES, files, shutil.which("chromium"), page, *flags))
     print(page, json.dumps(found))
@@ -176,7 +176,7 @@ def check_three(package, files):
 
 
 def check_worker(package, files):
-    """What a module worker computes, and many characters that it updates."""
+    """Tests the results of a module worker, and many characters that it updates."""
     found = look_at("worker.html", package, files)
     assert found["different"] == 0 and found["compared"] > 10000
     assert found["refused"] == ["INVALID_ASSET", "DISPOSED", "DISPOSED", "DISPOSED"] and found["oneUnderWay"]

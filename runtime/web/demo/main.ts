@@ -25,7 +25,7 @@ function addChoices(id: string, name: string, values: string[]): void {
         .join('');
 }
 
-/** What the panel says. It is kept in the address, so that a link shows the same. */
+/** Reads the panel. Its state is kept in the address, so that a link shows the same. */
 function readPanel() {
     const form = new FormData(panel);
     return {

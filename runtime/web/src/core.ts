@@ -12,7 +12,7 @@ export type Quality = 'full' | 'fast';
 /** Rows [R | t] of a rotation and a translation, 12 numbers. */
 export type Place = ArrayLike<number>;
 
-/** What has a handle of the C library, and gives it back once. */
+/** An object with a handle of the C library, which it gives back once. */
 abstract class Handle {
     protected constructor(
         readonly runtime: Runtime,

@@ -92,7 +92,7 @@ def in_properties(window, event):
 
 
 class Job(OfCharacter):
-    """What all jobs share. A class below says in `steps` which generator it runs."""
+    """Base class of all jobs. A class below says in `steps` which generator it runs."""
 
     bl_options = {"UNDO"}
     TICK = 0.1  # seconds between redraws

@@ -126,7 +126,7 @@ def reader(stream, take):
 
 
 def progress_of(line, share, status):
-    """What a line of `--progress openjd` (docs/farm.md) says; any other line changes nothing."""
+    """Reads a line of `--progress openjd` (docs/farm.md); any other line changes nothing."""
     key, _, value = line.partition(": ")
     if key == "openjd_progress":
         try:

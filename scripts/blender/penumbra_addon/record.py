@@ -1,4 +1,4 @@
-"""What Blender shows of a character in every frame: its vertices after all modifiers, its bones and its shape keys."""
+"""Records a character as Blender shows it in every frame: its vertices after all modifiers, its bones and its shape keys."""
 import contextlib
 from dataclasses import dataclass, field
 
@@ -176,7 +176,8 @@ CHANNELS = ("location", "rotation_quaternion", "rotation_euler", "rotation_axis_
 
 
 def values_of(holder):
-    """What an action may write of an object or a posed bone: its place, and its own numbers (switches of rigs)."""
+    """The properties of an object or a posed bone that an action may write: its place, and its own numbers (switches of
+    rigs)."""
     own = {key: value for key, value in holder.items() if isinstance(value, (int, float))}
     return {name: tuple(getattr(holder, name)) for name in CHANNELS}, own
 

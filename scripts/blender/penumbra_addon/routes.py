@@ -34,7 +34,7 @@ def part(steps, first, end):
 
 
 def bake_words(settings):
-    """What the settings say to `penumbra-bake visibility`. Heights are z in Blender and y in the files."""
+    """Returns the options of `penumbra-bake visibility` for the settings. Heights are z in Blender and y in the files."""
     words = ["--rays", ray_count(settings), *TELL]
     if settings.ground:
         words += ["--ground", f"{settings.ground_height:.9g}"]
@@ -130,7 +130,7 @@ def clip_rows(record):
 
 
 def keep(settings, clips, table):
-    """What the .blend remembers of a result: its clips, and the numbers of frames and of vertices in the files."""
+    """The part of a result that the .blend keeps: its clips, and the numbers of frames and of vertices in the files."""
     settings.frame_count, settings.vertex_count = table.shape
     settings.played.clear()
     for name, first_row, rows, first_frame, step in clips:

@@ -160,7 +160,7 @@ export class PenumbraCharacter {
         }
     }
 
-    /** What a Crowd updates in its worker: `distance` tells how far the character is from who looks. */
+    /** Returns the member that a Crowd updates in its worker: `distance` tells how far the character is from the viewer. */
     member(distance: () => number): CrowdMember {
         const character = this.worker;
         if (!character) throw new PenumbraError('INVALID_ARGUMENT', "a member of a crowd needs the option 'worker'");
