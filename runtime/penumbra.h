@@ -120,8 +120,7 @@ typedef struct penumbra_asset_info {
     size_t rotation_count; /* numbers of a pose in rotation vectors, 3J (of a rig with inputs 3 for each joint of its
                               own, then the inputs); 0 where the model reads matrices only */
 
-    const char*
-        convention; /* convention of the visibility, "D5", "A4", ... (docs/formulas.md section 2); "T6": transfer */
+    const char* convention;   /* "D5", "A4", ... (docs/formulas.md section 2); "T6": transfer */
     size_t coefficient_count; /* coefficients a vertex */
     size_t stride;            /* floats a vertex in their arrays: coefficient_count padded to a multiple of 4 */
     size_t cluster_count;     /* C */

@@ -5,7 +5,8 @@
   scripts/change_density.py RIG.glb OUT.glb --vertices N      edges collapse until N vertices are left
 
 All meshes of the first skin become one primitive without texture coordinates. Weights are subdivided as positions are,
-and the four largest stay. Collapses are those of Garland and Heckbert 1997 onto one of the two vertices. RIG.glb must have one buffer, and neither sparse nor compressed accessors. Needs numpy."""
+and the four largest stay. Collapses are those of Garland and Heckbert 1997 onto one of the two vertices. RIG.glb must
+have one buffer, and neither sparse nor compressed accessors. Needs numpy."""
 import heapq
 import json
 import struct

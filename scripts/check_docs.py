@@ -1,16 +1,22 @@
 #!/usr/bin/python3
-"""Checks every Markdown file: the paths that it names exist, its links lead somewhere, its prose fits into 120 columns.
+"""Checks every Markdown file and the comments of every source: paths that they name exist, links lead somewhere, prose
+fits into 120 columns, and comments are no fragments.
 
-check_docs.py [FILE.md]...     without arguments all files that git tracks
+check_docs.py [FILE]...     without arguments all files that git tracks
 
-A path is a word in code, inline or in a block, that begins with a folder of the repository or of the document's own
-folder; it may be a pattern (`fit/models/train_*.cpp`). The name of a source file without a folder must be that of some
-file. Tables, code blocks and lines with a URL may be longer than 120 columns."""
+In a document a path is a word in code, inline or in a block, that begins with a folder of the repository or of the
+document's own folder; it may be a pattern (`fit/models/train_*.cpp`). The name of a source file without a folder must
+be that of some file. In a comment every word that begins with a folder of the repository is a path. Tables, code blocks
+and lines with a URL may be longer than 120 columns. A comment is a fragment if it goes on with the name before it, as
+in "samples;  // of the sun", or if it is a clause without a verb of its own, as in "What a sun hides". FRAGMENT has
+the words with which these begin."""
 import fnmatch
 import pathlib
 import re
 import subprocess
 import sys
+
+from source_comments import comments_in
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 COLUMNS = 120
@@ -18,6 +24,8 @@ MADE = {ROOT / name for name in ("build", "samples", "demo-out")}  # may be empt
 SOURCES = {".h", ".cpp", ".py", ".fbs", ".comp", ".vert", ".frag", ".glsl", ".md"}
 PATH = re.compile(r"(?<![\w/.$-])\.?[\w-]+(?:/[\w.*-]+)+/?|(?<![\w/.$*-])[\w*-]+\.\w+(?![\w/])")
 LINK = re.compile(r"\]\(([^)\s]+)\)")
+FRAGMENT = re.compile(r"(of|what|who|whom|whose|as|and|but|nor|than|that|those)\b", re.I)
+DIRECTIVE = re.compile(r"(fmt|clang-format|NOLINT|noqa)\b")  # for a tool, where the tool wants it
 
 
 def tracked():
@@ -67,12 +75,27 @@ def errors_of(document, names):
             yield number, f"{len(line)} columns, more than {COLUMNS}"
 
 
+def errors_of_comments(source):
+    """(line, message) of everything that is wrong with the comments of a source."""
+    for comment in comments_in(source):
+        if match := FRAGMENT.match(comment.text):
+            yield comment.line, f"the comment begins with '{match[1]}': write a sentence"
+        if comment.columns > COLUMNS and "://" not in comment.text and not DIRECTIVE.match(comment.text):
+            yield comment.line, f"a comment with {comment.columns} columns, more than {COLUMNS}"
+        for word in PATH.findall(comment.text):
+            path = word.rstrip("./")
+            if "/" in path and is_missing(path, ROOT / "any", ()):
+                yield comment.line, f"{path}: no such file"
+
+
 def main():
     files = tracked()
     names = {pathlib.PurePath(file).name for file in files}
-    chosen = sys.argv[1:] or [file for file in files if file.endswith(".md")]
-    wrong = [f"{file}:{number}: {message}" for file in chosen
-             for number, message in errors_of((ROOT / file).resolve(), names)]
+    wrong = []
+    for file in sys.argv[1:] or filter(None, files):
+        path = (ROOT / file).resolve()
+        errors = errors_of(path, names) if file.endswith(".md") else errors_of_comments(path)
+        wrong += [f"{file}:{number}: {message}" for number, message in errors]
     print("\n".join(wrong), end="\n" if wrong else "")
     return 1 if wrong else 0
 

@@ -1,5 +1,6 @@
 #!/usr/bin/python3
-"""Includes go one way: sh <- formats <- each of bake, fit, pack, player; sh <- formats/asset <- runtime <- pack, player.
+"""Includes go one way: sh <- formats <- each of bake, fit, pack, player; sh <- formats/asset <- runtime <- pack,
+player.
 
 Those four never include one another; a file on disk is their only contract. Another rule holds for third-party
 libraries: a library stays behind the one file (or few files) that names it, so that it can be replaced there. Exits 1
@@ -52,7 +53,8 @@ MAY_INCLUDE = {
     "fit/papers/align": SH | {"fit/camera"} | FORMATS,
     "fit/papers/compare": SH | FIT | PAPERS | {"fit/page"} | FORMATS,
     "fit/papers": SH | FIT | PAPERS | {"fit/report", "fit/page"} | FORMATS,
-    "fit": SH | FIT | {"fit/camera", "fit/report", "fit/page", "fit/papers"} | FORMATS,  # no other room includes fit/papers
+    # no other room includes fit/papers
+    "fit": SH | FIT | {"fit/camera", "fit/report", "fit/page", "fit/papers"} | FORMATS,
     "pack/compress": SH | RUNTIME | FORMATS,
     **{f"pack/{room}": SH | RUNTIME | {"pack/compress"} | FORMATS for room in ("sections", "check")},
     "pack/export": SH | RUNTIME | {"pack/compress"} | FORMATS,
@@ -107,7 +109,8 @@ EDGES = {
     r"Eigen/": ["fit/", "pack/", "formats/brdf/fit_slices.cpp", "formats/camera/tag_pose.cpp", "tests/"],
     r"apriltag/": ["formats/camera/tag_family"],
     r"linux/videodev2\.h": ["formats/camera/video_device.cpp", "tests/formats/test_video_device.cpp"],
-    r"ceres/|glog/": ["fit/numerics/quasi_newton.cpp", "fit/camera/align_tracks.cpp", "fit/camera/solve_camera.cpp"],  # GPL parts: never in the player or in pack
+    # GPL parts: never in the player or in pack
+    r"ceres/|glog/": ["fit/numerics/quasi_newton.cpp", "fit/camera/align_tracks.cpp", "fit/camera/solve_camera.cpp"],
     r"flatbuffers/|asset_generated\.h": ["formats/asset/", "pack/", "tests/"],
 }
 

@@ -2,9 +2,9 @@
 """No type has two definitions in one program: the linker would silently take the functions of either.
 
 The compiler sees two functions of one name (-Wmissing-declarations), but no type that two files define. So a .cpp file
-defines types in unnamed namespaces alone, and no two headers that can meet in a program define a type of one name. Reads
-what clang-format leaves: what stands at namespace level begins its line. Sources of tests are compiled several at once, so
-tests/X/test_Y.cpp stands in namespace penumbra::test_Y. Exits 1 and lists every place."""
+defines types in unnamed namespaces alone, and no two headers that can meet in a program define a type of one name.
+Reads what clang-format leaves: what stands at namespace level begins its line. Sources of tests are compiled several at
+once, so a test in test_NAME.cpp stands in namespace penumbra::test_NAME. Exits 1 and lists every place."""
 import collections
 import pathlib
 import re

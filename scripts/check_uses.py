@@ -4,8 +4,8 @@
 A build in batches cannot tell, because a source sees what those before it included. This check reads text alone: what a
 header declares at namespace level (types, constants, functions, aliases) and what a file names outside of comments and
 strings. Some header that declares the name must be among those that the file includes, directly or through others. It
-takes seconds and sees nearly all (a name that two headers declare is taken for either, and names of others are not looked
-for); scripts/check_syntax lets the compiler look, in minutes. Exits 1 and lists each name."""
+takes seconds and sees nearly all (a name that two headers declare is taken for either, and names of others are not
+looked for); scripts/check_syntax lets the compiler look, in minutes. Exits 1 and lists each name."""
 import collections
 import functools
 import pathlib

@@ -122,8 +122,9 @@ def root(square):
 def print_split(pictures, share):
     """Prints the parts of the error at vertices, as relative errors that add up as squares.
 
-    `pictures` has the linear pictures "found", "true", "quarter" (true with a quarter of the samples) and, with a second
-    bake, "second". The square of the noise of N samples falls at least as c / N, so that the errors of two N bound it."""
+    `pictures` has the linear pictures "found", "true", "quarter" (true with a quarter of the samples) and, with a
+    second bake, "second". The square of the noise of N samples falls at least as c / N, so that the errors of two N
+    bound it."""
     found, true = pictures["found"], pictures["true"]
     for least in (0, 0.9, 0.95, 0.98):
         mask = pictures["both"] & (share > least)

@@ -1,9 +1,9 @@
 #!/usr/bin/python3
 """Prints the table of fit/light/fixed_lobe_directions.cpp as C++.
 
-The table has 2n-1 directions for every order n with which each band's matrix of unit columns y_l(s) sqrt(4pi/(2l+1)) has
-full rank and a small condition number. A random search from a fixed seed finds them in a minute or two. Order 4 is not
-searched: tests/golden/zh_light_fit.json gives its seven."""
+The table has 2n-1 directions for every order n with which each band's matrix of unit columns y_l(s) sqrt(4pi/(2l+1))
+has full rank and a small condition number. A random search from a fixed seed finds them in a minute or two. Order 4 is
+not searched: tests/golden/zh_light_fit.json gives its seven."""
 import json
 import math
 import pathlib

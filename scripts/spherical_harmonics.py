@@ -1,4 +1,5 @@
-"""Real spherical harmonics, orthonormal and with the Condon-Shortley sign, as sh/sh_basis.h has them, and grids to sum by."""
+"""Real spherical harmonics, orthonormal and with the Condon-Shortley sign, as sh/sh_basis.h has them, and grids to sum
+by."""
 from math import factorial
 
 import numpy as np

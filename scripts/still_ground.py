@@ -39,8 +39,8 @@ def grid_faces(side):
 
 
 def true_ambient(arguments, bake, side, grounds, positions, triangles):
-    """E [F, points] of a ground a frame by counted rays, with the posed character as occluder. `bake` is made if it is not
-    there."""
+    """E [F, points] of a ground a frame by counted rays, with the posed character as occluder. `bake` is made if it is
+    not there."""
     if not bake.exists():
         mesh, occluder = arguments.work / "ground.npz", arguments.work / "occluder.npz"
         np.savez(mesh, fps=np.float32(30), verts=np.float32(grounds), faces=grid_faces(side))

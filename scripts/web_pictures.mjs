@@ -1,7 +1,8 @@
 // Pictures of the demo page in Chromium with software GL: on a desktop and on a phone.
 //
 // usage: node scripts/web_pictures.mjs PAGE NODE_MODULES OUT [--file]
-// PAGE is the folder of the site, which is served on loopback; with --file it is one HTML file that is opened from disk.
+// PAGE is the folder of the site, which is served on loopback; with --file it is one HTML file that is opened from
+// disk.
 import path from 'node:path';
 import { pathToFileURL } from 'node:url';
 import { launch, serve } from '../tests/pipeline/web/browser.mjs';

@@ -47,7 +47,7 @@ struct PoseList {
     ChosenPoses choice;                      // chosen among the candidates; empty if none are to be chosen
     JointLimits limits;                      // empty when nothing is sampled
     Limbs limbs;                             // without joints when nothing is mixed
-    double open_before = 0, open_after = 0;  // as in CoveringPoses
+    double open_before = 0, open_after = 0;  // see CoveringPoses
 };
 // Chooses, samples and mixes the poses. The result is the same for any number of threads.
 PoseList makePoses(const PosePlan& plan, const PoseOptions& options, int threads);

@@ -1,6 +1,6 @@
 // Casts on the vertices of characters at anchors, as runtime/cast/cast_anchors.cpp has them. An anchor (main() with
-// CAST_ANCHORS) sums what is far and hides little, and lists what is near. A vertex takes the sum from its four anchors,
-// and multiplies in one by one what is in any of their lists.
+// CAST_ANCHORS) sums what is far and hides little, and lists what is near. A vertex takes the sum from its four
+// anchors, and multiplies in one by one what is in any of their lists.
 //
 // Words of an anchor: the sum over parts [36], that over spheres [25], how many are near, and each of these: its index
 // in the lower 17 bits, spheres after parts, and its weight in the upper ones. The lists are in the order of the

@@ -1,7 +1,8 @@
 // The GLSL path draws what evaluate.comp wrote for every vertex of every character.
-// EVALUATED_QUADS texels a vertex: position in the scene; value, and the sight of mirrors. Where suns shine, these, too:
-// normal, and the first of the lobes; tangent, and their number. Where pictures are drawn, the fourth number of the
-// position is 1 if they are seen, and the terms beside the first stand at TERM_QUAD; with SLOPES the normal is there.
+// EVALUATED_QUADS texels a vertex: position in the scene; value, and the sight of mirrors. Where suns shine, these,
+// too: normal, and the first of the lobes; tangent, and their number. Where pictures are drawn, the fourth number of
+// the position is 1 if they are seen, and the terms beside the first stand at TERM_QUAD; with SLOPES the normal is
+// there.
 uniform samplerBuffer evaluated;
 uniform int vertex_count;      // vertices of one character
 uniform mat4 clip_from_model;  // for points in the scene

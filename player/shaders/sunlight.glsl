@@ -14,8 +14,8 @@ uniform float sun_cosine[SUN_MAX_SUNS];  // cosine of the radius; 1: a point, wh
 uniform mat3 light_from_scene;                     // for sky.glsl
 
 // Where the maps are asked: at the centroid, because at an edge the middle of the pixel may lie beyond the triangle and
-// below the next one. Software GL takes 1 / w of the pixel's middle there, which leaves the plane of the triangle by some
-// centimetres; `face`, the unit normal of the triangle, leads back to it.
+// below the next one. Software GL takes 1 / w of the pixel's middle there, which leaves the plane of the triangle by
+// some centimetres; `face`, the unit normal of the triangle, leads back to it.
 vec3 sunPoint(vec3 face) {
     vec3 aside = interpolateAtCentroid(surface_position) - surface_position;
     return surface_position + aside - face * dot(aside, face);

@@ -1,6 +1,6 @@
 #pragma once
 // Lobes of a material: analytic BRDFs that add up to it, for light from a single direction. An analytic material is one
-// lobe, exactly. The lobes of a measured one are fitted (fit/reflectance/fit_lobes.h). They are small enough to go to a
+// lobe, exactly. The lobes of a measured one are fitted (formats/brdf/fit_lobes.h). They are small enough to go to a
 // shader as uniforms; runtime/glsl/brdf_glsl.h is the twin of this file.
 #include <array>
 #include <span>

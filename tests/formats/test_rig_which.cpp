@@ -128,7 +128,7 @@ TEST(RigWhich, NodesBringTheirSubtreesAndPatternsMustMatch) {
     EXPECT_THAT(slots({.nodes = {"body", "floor"}, .without = {"body/default"}}),
                 ElementsAre("sword_01/default", "floor/default"));
     EXPECT_THAT(messageOf<BadOption>(path, {.nodes = {"flor"}}), HasSubstr("near it are 'floor'"));
-    file.node("sword_[0]1", mesh, body);  // as a pattern this name would match sword_01
+    file.node("sword_[0]1", mesh, body);  // a pattern of this name would match sword_01
     EXPECT_THAT(readRig({file.save("select_brackets")}, {.without = {"sword_[0]1", "floor"}}).mesh.slots,
                 ElementsAre("body/default", "sword_01/default"));
     EXPECT_THAT(messageOf<BadOption>(path, {.without = {"camera*"}}), HasSubstr("without a mesh at or below it"));

@@ -1,5 +1,5 @@
-"""Every verb of the four programs on the smallest inputs, and damaged files of every kind of input: the exit codes are as
-documented, and no sanitizer complains. scripts/test runs it with the programs of the sanitizer build.
+"""Every verb of the four programs on the smallest inputs, and damaged files of every kind of input: the exit codes are
+as documented, and no sanitizer complains. scripts/test runs it with the programs of the sanitizer build.
 
 usage: smoke.py BIN
 """

@@ -1,5 +1,5 @@
-"""The scripts of Slurm's job arrays without Slurm: a task and its signals, long lines, an sbatch that refuses; and what the farm's
-YAML file says of occluders in folders with a colon.
+"""The scripts of Slurm's job arrays without Slurm: a task and its signals, long lines, an sbatch that refuses; and what
+the farm's YAML file says of occluders in folders with a colon.
 
 usage: test_arrays.py BIN
 """

@@ -1,5 +1,5 @@
-"""Light that bounces from bake to picture: fit indirect, pack asset, check --bounces and render --bounces, on a skeleton
-and on cloth, on both paths, and one clear line for what does not fit.
+"""Light that bounces from bake to picture: fit indirect, pack asset, check --bounces and render --bounces, on a
+skeleton and on cloth, on both paths, and one clear line for what does not fit.
 
 usage: test_bounces.py BIN
 """

@@ -1,4 +1,5 @@
-# The command line that all programs share: --help, --version, exit codes, one line for an error, and nothing left behind.
+# The command line that all programs share: --help, --version, exit codes, one line for an error, and nothing left
+# behind.
 # Usage: test_command_line.py BIN_FOLDER
 import hashlib
 import json

@@ -1,5 +1,5 @@
-"""A farm of composed models: fields are a job of their own whatever runs the farm, and run again when they must; what does not go
-with a composed model is refused before any job.
+"""A farm of composed models: fields are a job of their own whatever runs the farm, and run again when they must; what
+does not go with a composed model is refused before any job.
 
 usage: test_composed_farm.py BIN
 """

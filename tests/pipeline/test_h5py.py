@@ -1,5 +1,5 @@
-# Other people's tools: h5py reads what a bake writes, under the published names; and what h5py writes (its own older file
-# version, text of variable length, gzip) our programs read.
+# Other people's tools: h5py reads what a bake writes, under the published names; and what h5py writes (its own older
+# file version, text of variable length, gzip) our programs read.
 # Usage: test_h5py.py BIN_FOLDER
 import json
 import subprocess

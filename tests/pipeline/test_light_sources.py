@@ -1,5 +1,6 @@
-"""penumbra-fit light on every kind of light, good and bad, as a user runs it: layouts, analytic lights, lobes, windows, exit
-codes; penumbra-bake info shows what is in the file. PENUMBRA_DATA adds the light probe of data/lights in two layouts."""
+"""penumbra-fit light on every kind of light, good and bad, as a user runs it: layouts, analytic lights, lobes, windows,
+exit codes; penumbra-bake info shows what is in the file. PENUMBRA_DATA adds the light probe of data/lights in two
+layouts."""
 import json
 import math
 import os

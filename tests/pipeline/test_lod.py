@@ -71,8 +71,8 @@ with tempfile.TemporaryDirectory() as folder:
     # The GPU interpolates what the CPU does.
     cpu, glsl = (picture("points.pnb", path) for path in ("cpu", "glsl"))
     assert np.abs(cpu - glsl).max() <= 2 and cpu.std() > 20, np.abs(cpu - glsl).max()
-    # .0201 and .0654 were measured. The capsules cut into one another, and between the rings that are left nothing tells
-    # where: far worse than skin, which has folds in few places.
+    # .0201 and .0654 were measured. The capsules cut into one another, and between the rings that are left nothing
+    # tells where: far worse than skin, which has folds in few places.
     assert half < 0.09
     refused(1, "--points", BAKE, "visibility", MAN, "--two-sided", "--points", 50, "-o", "no.vis.h5")
     refused(1, "--points", BAKE, "visibility", os.path.join(SAMPLES, "sheet.npz"), "--points", 50, "-o", "no.vis.h5")

@@ -1,6 +1,6 @@
-"""Membranes with the light behind them, from files to pictures beside brute force: a bat of DirectX under soft light and under a
-sun, and leaves of a point cache. What comes through has the shadows of the rest, and an open back, which has none, is far off.
-The bat and the plant are synthetic: no found ones were at hand.
+"""Membranes with the light behind them, from files to pictures beside brute force: a bat of DirectX under soft light
+and under a sun, and leaves of a point cache. What comes through has the shadows of the rest, and an open back, which
+has none, is far off. The bat and the plant are synthetic: no found ones were at hand.
 
 usage: test_membranes.py BIN [FOLDER]    FOLDER keeps the pictures, with leaves.png beside one another
 """

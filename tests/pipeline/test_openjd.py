@@ -1,5 +1,5 @@
-"""The OpenJD template: keys, names and references as the 2023-09 schema has them, and its tasks, run here one after the other, make
-the bytes of the unsplit bake. (openjd check is the full validator; it is not packaged for Debian.)
+"""The OpenJD template: keys, names and references as the 2023-09 schema has them, and its tasks, run here one after the
+other, make the bytes of the unsplit bake. (openjd check is the full validator; it is not packaged for Debian.)
 
 usage: test_openjd.py BIN
 """

@@ -165,7 +165,8 @@ def check_figures(lengths):
     for key in ("ambient_error_mean", "ambient_error_max"):
         assert np.isclose(ours["all"][key], (np.mean if "mean" in key else np.max)([float(r[key]) for r in table]), rtol=1e-8)
     for a, b in zip(rows("e.csv"), ours["frames"]):
-        assert 0 < float(a["ambient_error_mean"]) < float(a["ambient_error_max"]) <= 1.01, a  # bake noise: E can be above 1
+        # bake noise: E can be above 1
+        assert 0 < float(a["ambient_error_mean"]) < float(a["ambient_error_max"]) <= 1.01, a
         assert np.isclose(float(a["relative_error"]), b["relative_error"], rtol=1e-8)
 
 
@@ -227,7 +228,8 @@ def check_sheet(lengths):
         tile = np.asarray(Image.open("p.%d.png" % n).convert("RGB"), int)
         found = [y for y in range(sheet.shape[0] - 119) if (sheet[y:y + 120, 8:128] == tile).all()]
         row = (sheet.shape[0] - 60) / squat
-        assert any(abs(y - 52 - n * row) < 12 for y in found), (n, found)  # clip and its mirror image in time look alike
+        # clip and its mirror image in time look alike
+        assert any(abs(y - 52 - n * row) < 12 for y in found), (n, found)
     # Tiles are shrunk by averaging, and one panel stands alone.
     measure(*TRUTH, *chosen, *background, "--sheet", "half.png", "--columns", 1, "--shrink", 2, "--panels", "truth")
     assert Image.open("half.png").width == 60 + 16

@@ -42,7 +42,8 @@ def touch_everything(folder):
 
 
 def check_first_run(folder):
-    """All files are there and named on the page. A second run does nothing, and hardly takes longer than Snakemake needs to start."""
+    """All files are there and named on the page. A second run does nothing, and hardly takes longer than Snakemake
+    needs to start."""
     made = kept(snakemake(folder))
     out = os.path.join(folder, "out")
     assert OF_GOLD | OF_MAN <= made and all(os.path.getsize(os.path.join(out, name)) for name in made), made
@@ -84,8 +85,8 @@ def check_touch(folder):
 
 
 def check_elsewhere(folder):
-    """Programs, scripts or all in other folders, as of another checkout, install path or user: the same jobs, also for what
-    Snakemake remembers of command lines."""
+    """Programs, scripts or all in other folders, as of another checkout, install path or user: the same jobs, also for
+    what Snakemake remembers of command lines."""
     links = folder + " links"
     os.mkdir(links)
     os.symlink(BIN, os.path.join(links, "bin"))

@@ -171,7 +171,8 @@ def check_normals(folder):
 
 
 def check_parts(folder, material):
-    """A command that reads the rig again for its pictures takes the parts that the bake took. A glow without a picture counts once.
+    """A command that reads the rig again for its pictures takes the parts that the bake took. A glow without a picture
+    counts once.
 
     The sheet has two triangles; split_triangles makes more of them.
     """

@@ -1,5 +1,6 @@
-"""Linear models of transfer from the fit to the picture: the run time against the fit's own errors and predictions, E_transfer
-as a channel and as a column, what an asset of transfer refuses, and the comparison with models of visibility.
+"""Linear models of transfer from the fit to the picture: the run time against the fit's own errors and predictions,
+E_transfer as a channel and as a column, what an asset of transfer refuses, and the comparison with models of
+visibility.
 
 usage: test_transfer_asset.py BIN
 """

@@ -156,8 +156,8 @@ def check_picture(place):
 
 
 def check_picture_through(place):
-    """Paths go through the sheets of a bake with transmission: more light, with any material, the same for any number of
-    threads. --albedo may not make the sheet give back more than it gets."""
+    """Paths go through the sheets of a bake with transmission: more light, with any material, the same for any number
+    of threads. --albedo may not make the sheet give back more than it gets."""
     picture = ["--frame", 3, "--size", "24x24", "--samples", 64, "--bounces", 2, "-q"]
     sheet = ["--fps", "4", "--rays", "64", "--two-sided"]
     opaque = bake(place("o.vis.h5"), *BOUNCES, rig=SHEET, small=sheet)
@@ -205,7 +205,8 @@ def check_refusals(place):
 
 
 def check_consumers(place):
-    """A program that reads visibility alone refuses transfer in one line, and so does the comparison of models of a higher order."""
+    """A program that reads visibility alone refuses transfer in one line, and so does the comparison of models of a
+    higher order."""
     file = bake(place("t.vis.h5"), *BOUNCES)
     fit, pack = os.path.join(BIN, "penumbra-fit"), os.path.join(BIN, "penumbra-pack")
     refuse(["visibility", file, "-o", place("t.model.h5")], "quantity", 3, fit)

@@ -1,5 +1,5 @@
-"""Load, 1,000 frames, unload under valgrind: no invalid or uninitialised read, nothing leaked, and nothing allocated per frame
-(as many allocations as for 2 frames). Both code paths.
+"""Load, 1,000 frames, unload under valgrind: no invalid or uninitialised read, nothing leaked, and nothing allocated
+per frame (as many allocations as for 2 frames). Both code paths.
 
 usage: test_valgrind.py BIN
 """

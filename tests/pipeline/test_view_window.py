@@ -1,5 +1,5 @@
-"""The window of penumbra-player view under Xvfb: errors, size, idle, dropped files, settings, several assets, displays of
-high density, a window manager.
+"""The window of penumbra-player view under Xvfb: errors, size, idle, dropped files, settings, several assets, displays
+of high density, a window manager.
 
 usage: test_view_window.py BIN
 """

@@ -71,7 +71,7 @@ std::vector<double> flat(const nlohmann::json& rows) {
     return out;
 }
 
-// The reference of formulas-scene 8, whose ratio is clamped to 1; ours is not, as light from characters may pass it.
+// The reference, whose ratio is clamped to 1; ours is not, as light from characters may pass it.
 TEST(Composite, FormulaIsTheGoldenOne) {
     const nlohmann::json golden = readGolden("shadow_catcher.json");
     for (const nlohmann::json& one : golden["cases"]) {

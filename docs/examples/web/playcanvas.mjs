@@ -22,8 +22,10 @@ function withColors(mesh, device) {
     return own;
 }
 
-/** `entity` is what container.resource.instantiateRenderEntity() gave for the file of the bake, in the scene, `asset` what
- * runtime.open() gave for its .pnb. Answers what to call in each frame: app.on('update', attach(asset, entity)). */
+/**
+ * `entity` is what container.resource.instantiateRenderEntity() gave for the file of the bake, in the scene, `asset`
+ * what runtime.open() gave for its .pnb. Answers what to call in each frame: app.on('update', attach(asset, entity)).
+ */
 export function attach(asset, entity) {
     const character = new Character(asset);
     const joints = asset.jointNames.map((name) => entity.findByName(name));

@@ -193,7 +193,9 @@ export class Asset extends Handle {
         return { name: memory.text(name), order, sh: memory.floats(sh, 3 * order * order).slice(), sunCount };
     }
 
-    /** @internal Whether the numbers are a mean and components alone, without fields of parts, followers or transfer. */
+    /**
+     * @internal Whether the numbers are a mean and components alone, without fields of parts, followers or transfer.
+     */
     get isAdditive(): boolean {
         const parts = this.runtime.memory.call('penumbra_asset_part_count', this.handle);
         return this.hasModel && parts === 0 && this.followerCount === 0 && !this.convention.startsWith('T');

@@ -1,4 +1,5 @@
-"""Runs Penumbra's programs: where they are, how their progress is read, how they are stopped. Nothing here imports bpy."""
+"""Runs Penumbra's programs: where they are, how their progress is read, how they are stopped. Nothing here imports
+bpy."""
 import os
 import pathlib
 import queue

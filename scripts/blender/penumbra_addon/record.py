@@ -1,4 +1,5 @@
-"""Records a character as Blender shows it in every frame: its vertices after all modifiers, its bones and its shape keys."""
+"""Records a character as Blender shows it in every frame: its vertices after all modifiers, its bones and its shape
+keys."""
 import contextlib
 from dataclasses import dataclass, field
 
@@ -224,7 +225,8 @@ class Binding:
                     block.value = value
 
     def restore(self, go_back):
-        """Puts everything back; `go_back` sets the frame, which poses what is keyed, and a pose without keys follows."""
+        """Puts everything back; `go_back` sets the frame, which poses what is keyed, and a pose without keys
+        follows."""
         if self.changed:
             data = self.armature.animation_data
             data.action = self.action

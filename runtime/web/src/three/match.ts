@@ -10,7 +10,9 @@ export interface Match {
 }
 export interface Poser {
     bones: Bone[];
-    /** Poses the asset as the bones are now: its positions and normals in the model frame, which the next call changes. */
+    /**
+     * Poses the asset as the bones are now: its positions and normals in the model frame, which the next call changes.
+     */
     pose: () => { positions: Float32Array; normals: Float32Array };
 }
 
