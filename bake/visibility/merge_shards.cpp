@@ -1,18 +1,9 @@
-// Merges the shards of a bake.
-//
-// Problem: a farm bakes one animation as many files, each with some of the frames. Put them together to the very file
-// that one bake would have made, byte by byte, and refuse anything that cannot be right: a shard with other options,
-// a missing or a doubled frame, damaged data.
-//
-// Naive: append the files in the order of the command line. That order is the shell's, not the animation's, and with
-// --frames a:b:step or --clips consecutive frames stand in different shards. Nothing would notice a shard that is
-// missing.
-//
-// Here: every shard tells the clips that it was chosen from, their lengths, and the number of each of its frames in
-// its clip (/shard in formats/README.md). From that and the options we list the frames of the whole, look up each
-// shard's frames in that list, and see at once which are missing, doubled or beyond it. Only then frames are copied,
-// in the whole's order, by readers that check the checksums. docs/formulas.md has no section on this, as nothing is
-// computed.
+// Merges the shards of a bake into the very file that one bake would have made, byte by byte. The order of the command
+// line says nothing, because with --frames a:b:step or --clips consecutive frames stand in different shards. So every
+// shard states the clips that it was chosen from, their lengths, and the number of each of its frames in its clip
+// (/shard in formats/README.md). The merge lists the frames of the whole from that, looks up each shard's frames in the
+// list, and refuses shards with other options and frames that are missing, doubled or beyond the list. Only then it
+// copies the frames, by readers that check the checksums.
 #include "bake/visibility/merge_shards.h"
 
 #include <algorithm>

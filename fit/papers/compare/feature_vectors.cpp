@@ -1,12 +1,7 @@
-// Problem: the paper says that feature vectors of higher order overfit, and that a model which only has to reproduce
-// its training frames should have no prior. Both are questions about one family: ridge regressions on polynomials of
-// the reduced inputs.
-//
-// Naive: a kind of model for each, through fit, file and run time. Nobody would use them.
-//
-// Here: the same PCA of features and of numbers as in fit/visibility/fit_cluster.cpp, one SVD of the polynomials for
-// both priors, and errors from the scores alone: the basis is orthonormal, so |t - B^T p|^2 = |t|^2 - 2 (B t).p +
-// |p|^2.
+// Measures how feature vectors of higher order overfit, and how models without a prior do, which only have to reproduce
+// their training frames. All of them are ridge regressions on polynomials of the reduced inputs, with the PCA of
+// features and of numbers of fit/visibility/fit_cluster.cpp. One SVD of the polynomials serves both priors. The errors
+// follow from the scores alone: the basis is orthonormal, so |t - B^T p|^2 = |t|^2 - 2 (B t).p + |p|^2.
 #include "fit/papers/compare/feature_vectors.h"
 
 #include <algorithm>
