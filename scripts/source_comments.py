@@ -18,7 +18,7 @@ HASHED = {".py", ".cmake"}
 class Comment(NamedTuple):
     line: int
     text: str  # without marks and line breaks
-    columns: int  # of its longest line, with the code before it
+    columns: int  # the longest line, with the code before it
 
 
 def comments_in(path):
