@@ -67,7 +67,7 @@ void checkOptions(const PosesCommand& command) {
         return;
     }
     for (const char* option : {"--minutes", "--rays"})
-        if (command.app->count(option) > 0) throw UsageError(std::string(option) + " goes with --auto");
+        if (command.app->count(option) > 0) throw UsageError(std::string(option) + " needs --auto");
     if (options.choose != kAllCandidates && options.choose + options.sample + options.mix + options.cover == 0)
         throw UsageError("--choose, --sample, --mix or --cover is needed: how many poses?");
     if (!options.limits.empty() && options.sample == 0) throw UsageError("--limits needs --sample");
@@ -272,9 +272,9 @@ void definePoses(CLI::App& app, PosesCommand& command) {
                  "all candidate frames, and kinds and numbers of --sample, --mix and --cover by trial fits; these then "
                  "say how many poses of a kind there may be (default: 200, 300 and 300)");
     app.add_option("--minutes", command.automatic_options.minutes,
-                   "of --auto: how long the bake of the list may take on this machine (default: any time)")
+                   "with --auto: minutes that the bake of the list may take on this machine (default: any number)")
         ->check(aboveZero());
-    app.add_option("--rays", command.automatic_options.rays, "of --auto: of that bake, for its minutes")
+    app.add_option("--rays", command.automatic_options.rays, "with --auto: rays of that bake, to estimate its minutes")
         ->check(within(16, 1 << 16, "directions above the horizon"));
     addChoice(app, "--method", options.method, kMethodWords,
               "farthest: the most different frames; representative: least mean gap; random: to compare with");
@@ -286,7 +286,8 @@ void definePoses(CLI::App& app, PosesCommand& command) {
                    "how many poses of which each limb follows a random listed frame; without --choose all candidates "
                    "are listed")
         ->check(within(0, 1000000, "poses"));
-    app.add_option("--cover", options.cover, "how many such poses that show most of what is not shown yet")
+    app.add_option("--cover", options.cover,
+                   "how many more such poses, those that show most of what the others do not show")
         ->check(within(0, 10000, "poses"));
     addNameListOption(app, "--clips", options.clips, "names of the clips to choose from (default: all)");
     addNameListOption(app, "--holdout", options.holdout,
@@ -295,7 +296,7 @@ void definePoses(CLI::App& app, PosesCommand& command) {
         ->check(within(0.0, 1000.0, "samples a second"));
     addFrames(app, options.frames, "A:B[:S], half-open, of the sampled frames of all these clips");
     addRigFlags(app, options.rig);
-    addSeed(app, options.seed, "of --method random, --sample (0: plain Halton points), --mix and --cover");
+    addSeed(app, options.seed, "seed of --method random, --sample (0: plain Halton points), --mix and --cover");
 }
 
 }  // namespace

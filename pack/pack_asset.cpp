@@ -265,7 +265,7 @@ void checkModel(const Model& model) {
     const auto checkSame = [&](const std::vector<ClusterModel>& clusters, const std::string& what) {
         const auto same = [](const ClusterModel& a, const ClusterModel& b) { return a.vertices == b.vertices; };
         if (!std::equal(clusters.begin(), clusters.end(), model.clusters.begin(), model.clusters.end(), same))
-            throw InvalidInput(what + ": has not the clusters of the model");
+            throw InvalidInput(what + ": does not have the clusters of the model");
     };
     if (model.composition && !model.composition->residual.empty())
         checkSame(model.composition->residual, "model.composition.residual");

@@ -117,10 +117,11 @@ void definePlates(CLI::App& app, ViewCommand& command) {
         ->needs(plate)
         ->group(kGroup);
     app.add_option("--response", live.response,
-                   "of the camera: srgb, linear, rec709, or a file of penumbra-fit response")
+                   "response of the camera: srgb, linear, rec709, or a file of penumbra-fit response")
         ->needs(plate)
         ->group(kGroup);
-    app.add_option("--exposure", live.exposure, "of the photographs: light of 1 times it has the highest code")
+    app.add_option("--exposure", live.exposure,
+                   "exposure of the photographs: light of 1 times this has the highest code")
         ->check(aboveZero())
         ->needs(plate)
         ->group(kGroup);

@@ -145,7 +145,7 @@ std::string BakeJournal::adopt(const std::string& key) {
     struct stat status {};
     if (::fstat(file_, &status) != 0 || std::memcmp(head.data(), kMagic.data(), kMagic.size()) != 0 ||
         key_bytes > kMaxKeyBytes || key_bytes > std::uint64_t(status.st_size))
-        return "is no journal of a bake";
+        return "is not the journal of a bake";
     std::vector<std::byte> found(key_bytes + 8);
     if (!readAll(file_, head.size(), found)) return "";
     std::memcpy(&sum, found.data() + key_bytes, 8);

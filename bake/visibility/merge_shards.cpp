@@ -154,7 +154,7 @@ Whole listWhole(const ShardPlace& place, const std::vector<std::string>& names, 
     FrameList all{names, {}, {}};
     for (std::size_t c = 0; c < all.clip_names.size(); ++c) {
         const int known = place.clipNamed(all.clip_names[c]);
-        if (known < 0) throw BadOption("clips", "the shards know no clip '" + all.clip_names[c] + "'");
+        if (known < 0) throw BadOption("clips", "the shards have no clip '" + all.clip_names[c] + "'");
         if (std::count(all.clip_names.begin(), all.clip_names.end(), all.clip_names[c]) > 1)
             throw BadOption("clips", "'" + all.clip_names[c] + "' is asked for twice");
         all.clip.insert(all.clip.end(), place.clip_frames[std::size_t(known)], std::uint16_t(c));
@@ -306,10 +306,10 @@ std::string MergeProblems::sentence() const {
     add("cannot be read: ", joinedUpTo(kMaxListed, unreadable));
     add("cannot be used: ", joinedUpTo(kMaxListed, unusable));
     add("not supported: ", joinedUpTo(kMaxListed, unsupported));
-    add("not of one bake: ", joinedUpTo(kMaxListed, different));
+    add("of different bakes: ", joinedUpTo(kMaxListed, different));
     add("missing frames: ", rangesText(missing, kMaxListed));
-    add("frames there twice: ", joinedUpTo(kMaxListed, twice));
-    add("frames beyond the whole: ", joinedUpTo(kMaxListed, beyond));
+    add("frames that occur twice: ", joinedUpTo(kMaxListed, twice));
+    add("frames that the whole does not have: ", joinedUpTo(kMaxListed, beyond));
     return text;
 }
 

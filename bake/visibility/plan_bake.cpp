@@ -222,8 +222,7 @@ BakePlan planBake(const std::vector<std::filesystem::path>& paths, const BakeOpt
         throw BadOption("distance",
                         "does not go with local moments: composed models and their fields hide at any "
                         "distance");
-    if (options.distance > 0 && options.transfer)
-        throw BadOption("distance", "goes with visibility, not with transfer");
+    if (options.distance > 0 && options.transfer) throw BadOption("distance", "is for visibility, not for transfer");
     BakePlan plan;
     RigOptions rig = options.rig;
     if (options.two_sided) rig.sides = RigSides::kFronts;  // each vertex gets its back below

@@ -39,7 +39,7 @@ std::vector<std::size_t> framesOfModel(const Model& model, const FrameList& bake
             ++f;
         if (f == model.frames.frameCount())
             throw InvalidInput(file + ": /frames: clip '" + clip + "', " + std::to_string(bake.time[b]) +
-                               " s is no frame of the model: bake transfer with the clips and the fps of the "
+                               " s is not a frame of the model: bake transfer with the clips and the fps of the "
                                "visibility, or some of its frames");
         found.push_back(f);
     }

@@ -61,7 +61,7 @@ TagFrame chosenTags(const std::string& file, std::span<const DetectedTag> found,
         for (const DetectedTag& other : out.tags)
             if (other.family == tag.family && other.id == tag.id)
                 throw InvalidInput(file + ": tag " + nameOf(tag.family) + ":" + std::to_string(tag.id) +
-                                   " is there twice");
+                                   " occurs twice");
         out.tags.push_back(tag);
     }
     return out;

@@ -51,7 +51,7 @@ inline CLI::Option* addTagOption(CLI::App& app, std::vector<TagChoice>& tags, co
             const TagChoice tag = readTag(text);
             for (const TagChoice& other : tags)
                 if (other.family == tag.family && other.id == tag.id)
-                    throw std::invalid_argument("'" + text + "' is there twice");
+                    throw std::invalid_argument("'" + text + "' occurs twice");
             tags.push_back(tag);
         } catch (const std::invalid_argument& error) {
             throw CLI::ValidationError("--tag", error.what());

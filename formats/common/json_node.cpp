@@ -48,7 +48,7 @@ public:
         std::string place;
         for (const Level& one : levels_)
             place += "/" + (one.object ? printableKey(one.key) : std::to_string(one.values - 1));
-        throw InvalidInput(name_ + ": " + place + ": stands twice in one object");
+        throw InvalidInput(name_ + ": " + place + ": occurs twice in one object");
     }
 
 private:

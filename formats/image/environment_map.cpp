@@ -218,7 +218,7 @@ MapLayout guessLayout(const Image& image, const std::string& name) {
                            " may be an angular map, a mirror ball or a face of a cube: layout angular or ball must be "
                            "given, or cube for a face with five more beside it");
     throw InvalidInput(name + ": " + sizeOf(image) +
-                       " is no layout: lat-long is 2:1, cube crosses are 3:4 or 4:3, cubes of six faces below one "
+                       " is not a layout: lat-long is 2:1, cube crosses are 3:4 or 4:3, cubes of six faces below one "
                        "another 1:6, angular maps and balls are square");
 }
 

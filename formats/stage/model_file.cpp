@@ -160,8 +160,8 @@ namespace {
 void refuseLobes(const Hdf5Reader& in) {
     if (readTextAttribute(in, "/", "format") == "penumbra.lobes")
         throw Unsupported(in.name +
-                          ": zonal lobes are the reference model of zonal lobes, which penumbra-fit predict alone "
-                          "evaluates; fit another kind");
+                          ": this is the reference model of zonal lobes, which only penumbra-fit predict evaluates; "
+                          "fit another kind");
 }
 
 void readModelRoot(const Hdf5Reader& in, Model& model) {

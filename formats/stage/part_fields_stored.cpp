@@ -140,7 +140,7 @@ std::vector<PartField> readParts(const Hdf5Reader& in, const PartJoints& joints)
     for (std::size_t p = 0; p < count; ++p) {
         const bool own = joint[p] < std::int64_t(joints.own), still = joint[p] == kStillJoint && joints.may_stand;
         if (!own && !still && joint[p] >= std::int64_t(joints.own + joints.inputs))
-            refuse(in, "/parts/joint", p, "moves with joint " + std::to_string(joint[p]) + ", which there is not");
+            refuse(in, "/parts/joint", p, "moves with joint " + std::to_string(joint[p]) + ", which does not exist");
         if (p > 0 && own && joint[p] <= joint[p - 1]) refuse(in, "/parts/joint", p, "does not have a later joint");
         if (!(radius[p] > 0)) refuse(in, "/parts/radius", p, "has a radius that is not above 0");
         parts[p] = {std::uint32_t(joint[p]), center[p], radius[p], {boxes[kBoxes * p], boxes[kBoxes * p + 1]}, {}, 0};

@@ -24,7 +24,7 @@ std::pair<const ClipView*, std::size_t> frameOf(const AnimationView& animation, 
         for (std::size_t i = clip.first_frame; clip.name == name && i < clip.first_frame + clip.frame_count; ++i)
             if (std::abs(animation.times[i] - bake.time[f]) < kSame) return {&clip, i};
     throw InvalidInput(file + ": /frames: clip '" + name + "', " + std::to_string(bake.time[f]) +
-                       " s is no frame of the asset");
+                       " s is not a frame of the asset");
 }
 
 struct Sums {
@@ -63,7 +63,7 @@ void checkIndirectFits(const AssetView& asset, const VisibilityHeader& header, c
     if (!asset.model.indirect)
         throw InvalidInput(asset.name + ": has no light that bounces to check (penumbra-fit indirect)");
     if (!header.hasBounces() || header.order < kIndirectOrder)
-        throw InvalidInput(file + ": is no bake of transfer with bounces, of order 3 at least");
+        throw InvalidInput(file + ": is not a bake of transfer with bounces and of order 3 at least");
     if (header.mesh.vertexCount() != asset.mesh.positions.size())
         throw InvalidInput(file + ": /mesh/rest_positions: " + std::to_string(header.mesh.vertexCount()) +
                            " vertices, the asset has " + std::to_string(asset.mesh.positions.size()));

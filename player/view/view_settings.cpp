@@ -55,7 +55,7 @@ public:
         const Json* field = find(json, name);
         if (!field) return;
         const auto is_text = [](const Json& one) { return one.is_string(); };
-        if (!field->is_array() || !std::ranges::all_of(*field, is_text)) return refuse(name, "is no list of files");
+        if (!field->is_array() || !std::ranges::all_of(*field, is_text)) return refuse(name, "is not a list of files");
         for (const Json& one : *field) value.emplace_back(one.get<std::string>());
     }
     const Json* object(const Json& json, const char* name) {

@@ -131,7 +131,7 @@ Mat3 rotationFrom(const float* rotation);
 // portable one. Throws Unsupported and UsageError.
 template <class Path>
 const Path& pathOf(penumbra_simd simd, const std::vector<Path>& paths) {
-    if (int(simd) < 0 || int(simd) > PENUMBRA_SIMD_AVX2) throw UsageError("simd is no penumbra_simd");
+    if (int(simd) < 0 || int(simd) > PENUMBRA_SIMD_AVX2) throw UsageError("simd is not a penumbra_simd");
     if (simd == PENUMBRA_SIMD_AVX2 && paths.size() < 2)
         throw Unsupported("this processor has no AVX2, FMA and F16C, or PENUMBRA_NO_SIMD is set");
     return simd == PENUMBRA_SIMD_BEST ? paths.back() : paths[simd == PENUMBRA_SIMD_AVX2];

@@ -13,7 +13,7 @@ namespace {
 
 HeightGrid gridOf(const penumbra_heights_options& options) {
     if (int(options.border) < 0 || int(options.border) > PENUMBRA_BORDER_OPEN)
-        throw UsageError("border is no penumbra_height_border");
+        throw UsageError("border is not a penumbra_height_border");
     for (const auto& [name, side] : {std::pair{"rows", options.rows}, {"columns", options.columns}})
         if (side > std::size_t(kMaxHeightSide)) throw UsageError(std::string(name) + " is more than 65536");
     constexpr HeightBorder kBorders[] = {HeightBorder::kClamped, HeightBorder::kPeriodic, HeightBorder::kOpen};
@@ -71,8 +71,8 @@ penumbra_status penumbra_heights_create(const penumbra_heights_options* options,
         requireFinite("corner", {options->corner, 3});
         const int order = options->order == 0 ? kMaxHeightOrder : options->order,
                   step = options->step == 0 ? 4 : options->step;
-        if (order < kMinHeightOrder || order > kMaxHeightOrder) throw UsageError("order is neither 0, 4 nor 5");
-        if (step < 1 || step > 8 || (step & (step - 1))) throw UsageError("step is none of 0, 1, 2, 4 and 8");
+        if (order < kMinHeightOrder || order > kMaxHeightOrder) throw UsageError("order must be 0, 4 or 5");
+        if (step < 1 || step > 8 || (step & (step - 1))) throw UsageError("step must be 0, 1, 2, 4 or 8");
         requireHeights({heights, grid.size()});
         const HeightField made(grid, {heights, grid.size()});
         HeightVisibility visibility(made, order, step);

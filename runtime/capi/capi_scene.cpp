@@ -70,7 +70,7 @@ Affine rigidOf(const float* to_scene) {
             float product = 0;
             for (int k = 0; k < 3; ++k) product += turn(k, i) * turn(k, j);
             if (std::abs(product - float(i == j)) > 1e-3f)
-                throw UsageError("to_scene is no rotation and translation: characters have one size");
+                throw UsageError("to_scene is not a rotation and translation: characters have one size");
         }
     return out;
 }

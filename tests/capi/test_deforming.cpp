@@ -136,7 +136,7 @@ TEST(CApiDeforming, WrongCallsAreRefused) {
               "PENUMBRA_INVALID_ARGUMENT: vertex_count is 30; the asset has 60 vertices");
     EXPECT_EQ(set(PENUMBRA_SOURCE_VERTICES, {0, 0, 0}, inputs),
               "PENUMBRA_INVALID_ARGUMENT: vertex_count is 1; the asset has 30 source vertices");
-    EXPECT_THAT(set(penumbra_vertex_order(2), source, inputs), HasSubstr("order is no penumbra_vertex_order"));
+    EXPECT_THAT(set(penumbra_vertex_order(2), source, inputs), HasSubstr("order is not a penumbra_vertex_order"));
     EXPECT_THAT(set(PENUMBRA_SOURCE_VERTICES, source, {1, 2, 3}), HasSubstr("input_count is 3; the asset has 4"));
     std::vector<float> wrong = inputs;
     wrong[2] = std::numeric_limits<float>::infinity();

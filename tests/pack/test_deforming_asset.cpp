@@ -176,7 +176,7 @@ TEST(DeformingAsset, NamesTheFieldThatIsWrong) {
     expectSays(refusalAfter([&](Asset& a) { input(a, 0)->mutate_joint(4); }), "input_joints[0].joint");
     expectSays(refusalAfter([&](Asset& a) { input(a, 0)->mutate_joint(3); }), "input_joints[0].joint");
     expectSays(refusalAfter([&](Asset& a) { input(a, 0)->mutate_column(2); }), "input_joints[0].column");
-    expectSays(refusalAfter([&](Asset& a) { input(a, 0)->mutate_columns(2); }), "neither 1 nor 3");
+    expectSays(refusalAfter([&](Asset& a) { input(a, 0)->mutate_columns(2); }), "must be 1 or 3");
     expectSays(refusalAfter([&](Asset& a) { input(a, 1)->mutate_scale(nan); }), "input_joints[1].scale");
     expectSays(refusalAfter([&](Asset& a) { input(a, 1)->mutate_offset(nan); }), "input_joints[1].offset");
     expectSays(refusalAfter([&](Asset& a) { a.mutable_mesh()->mutable_skin_joints()->Mutate(3, 2); }),

@@ -49,7 +49,7 @@ with tempfile.TemporaryDirectory() as folder:
     # Refusals.
     refused(3, "another skeleton: the model has no joint", PACK, "asset", "man.model.h5", "--lod",
             os.path.join(SAMPLES, "bend.glb"), "-o", "no.pnb")
-    refused(1, "--lod: 'man_LOD1' is no file; --rig", PACK, "asset", "man.model.h5", "--lod", "man_LOD1", "-o", "no.pnb")
+    refused(1, "--lod: 'man_LOD1' is not a file; --rig", PACK, "asset", "man.model.h5", "--lod", "man_LOD1", "-o", "no.pnb")
     assert not os.path.exists("no.pnb")
     # Half of the points: the whole mesh is drawn.
     with h5py.File("man.vis.h5") as whole:

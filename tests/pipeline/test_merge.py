@@ -133,7 +133,7 @@ def check_refusals(folder):
     refused([a, c, "-o", out], "missing frames: '" + names[5][0] + f"' {names[5][1]}:")
     refused([c, "-o", out], f"'{clips[0]}' 0:")
     refused([a, a, c, "-o", out], "given twice", code=1)
-    refused([a, b, "-o", out, "--frames", "0:4"], "beyond the whole")
+    refused([a, b, "-o", out, "--frames", "0:4"], "frames that the whole does not have")
     refused([a, c, "-o", out, "--clips", "moonwalk"], "moonwalk", code=1)
     refused([MAN, a, "-o", out], "capsule_man.glb")
     # Nobody baked this clip.

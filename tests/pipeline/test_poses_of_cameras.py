@@ -133,7 +133,7 @@ def check_refusals(folder, page, size, shift, both, none):
     exif[0x0112] = 6
     Image.open(both).save(folder / "turned.jpg", quality=98, exif=exif)
     assert "orientation 6" in poses(folder, [folder / "turned.jpg"], "--tag", "25h9:1:0.1")[1]
-    cases = [([write(folder, "twice.png", twice)], ["--tag", "4x4_50:5:0.12"], 3, "4x4_50:5 is there twice"),
+    cases = [([write(folder, "twice.png", twice)], ["--tag", "4x4_50:5:0.12"], 3, "4x4_50:5 occurs twice"),
              ([none], ["--tag", "25h9:1:0.1"], 3, "no such tag is seen in any picture"),
              ([write(folder, "small.png", np.zeros((40, 60, 3), np.uint8))], ["--tag", "25h9:1:0.1"], 3,
               "has 60 x 40 pixels, and the camera has 320 x 240"),

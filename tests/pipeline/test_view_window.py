@@ -59,7 +59,7 @@ def check_window(view):
     dragged = view.shot()
     assert difference(dragged, before) > 0.1
     assert difference(view.shot("BackSpace"), before) == 0, "the view before"
-    assert difference(view.shot("shift+BackSpace"), dragged) == 0, "forth again"
+    assert difference(view.shot("shift+BackSpace"), dragged) == 0, "forward again"
     view.keys("BackSpace")
     corner = lambda: view.shot(panels=True).picture[-40:, :300]
     view.keys("x")
