@@ -27,13 +27,13 @@ struct BracketFile {
 };
 
 // "camera" is an object as in cam.json, or the path of one. Reads {"camera", "response", "tag" or "R" and "t",
-// "pictures": [{"file", "exposure"}]}. All but the pictures may miss. Exposures must all rise or all fall, and need at
-// least two pictures. Throws IoError, and InvalidInput with the file, the JSON pointer and what is wrong.
+// "pictures": [{"file", "exposure"}]}. All but the pictures may be missing. Exposures must all rise or all fall, and
+// need at least two pictures. Throws IoError, and InvalidInput with the file, the JSON pointer and what is wrong.
 BracketFile readBracket(const std::filesystem::path& path);
 BracketFile parseBracket(const std::string& text, const std::string& name);
 
 // Reads {"camera": {..}, "response", "poses": "poses.json", "pictures": [{"file", "exposure", "R", "t"}]}. The response
-// may miss. With "poses", so may the camera, and R and t of pictures whose file the poses name.
+// may be missing. With "poses", so may the camera, and R and t of pictures whose file the poses name.
 BracketFile readShots(const std::filesystem::path& path);
 BracketFile parseShots(const std::string& text, const std::string& name);
 

@@ -55,7 +55,7 @@ public:
     // (SceneFrames::replaceLight()). Call it before anything is made of the light.
     void addDarkSun();
 
-    // With its origin near the first member (openGround()).
+    // The scene as read; its origin was moved near the first member (openGround()).
     const SceneDescription& file() const { return file_; }
     const std::vector<std::unique_ptr<SceneMember>>& members() const { return members_; }
     const CastShadow& cast() const { return *cast_; }

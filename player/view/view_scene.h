@@ -30,9 +30,10 @@ constexpr std::size_t kShownCount = 3;
 
 // Milliseconds of one update.
 struct UpdateCost {
-    double evaluate = 0;  // pose, skinning, visibility, shadows of others; of the last update that computed any
-    double ground = 0;    // the ground's shadow
-    double shade = 0;     // computing what every vertex shows
+    // Pose, skinning, visibility and shadows of others. The value stays from the last update that ran them.
+    double evaluate = 0;
+    double ground = 0;  // the ground's shadow
+    double shade = 0;   // computing what every vertex shows
 };
 
 // A character as its files describe it. It stays as openScene() has made it.

@@ -84,7 +84,7 @@ public:
     const CastExponential& exponential() const { return exponential_; }
     // Returns whether a caster that is not hidden may count anywhere in a sphere.
     bool reaches(std::size_t caster, const CasterSphere& points) const;
-    // Returns the radius of the largest part or sphere of the caster of which it is smallest. Hidden ones do not count.
+    // Takes the largest part or sphere of each visible caster, and returns the smallest of these radii.
     float smallestCaster() const;
     // Returns whether a chosen caster that is not hidden casts by fields.
     bool castsFields(CasterChoice choice) const;

@@ -87,7 +87,7 @@ public:
     bool hasIndirect() const { return bounced_.has_value(); }
     void evaluateIndirect(std::size_t cluster, std::span<float> indirect) const;
 
-    // The parts of evaluateCluster() for a composed asset, which otherwise must not be asked for. evaluateFar() writes
+    // The steps of evaluateCluster() for a composed asset. Call them only if composed(). evaluateFar() writes
     // what the far and near parts leave visible, far[v * kFarNumbers + i] of all vertices. composeCluster() multiplies
     // it by the local visibility and adds the residual. evaluateLocal() writes the local visibility alone, not clamped.
     bool composed() const { return composed_.has_value(); }
