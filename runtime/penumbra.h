@@ -528,8 +528,8 @@ PENUMBRA_API penumbra_status penumbra_shading_set_light(penumbra_shading* shadin
 /* Changes the parameter of a live material, "exponent" of phong-live or "alpha" of ggx-live, or of a material with
  * steps (penumbra-fit brdf --analytic ggx:alpha=0.1..0.6), whose slices are interpolated, from the next frame on. On
  * the CPU nothing else is to do; a GPU gets it with penumbra_shading_get_gpu_light. Fails with PENUMBRA_UNSUPPORTED for
- * a material that stays as it is, and for a name that it has not. A value out of the parameter's range changes nothing.
- * Allocates nothing. */
+ * a material that stays as it is, and for a name that does not exist. A value out of the parameter's range changes
+ * nothing. Allocates nothing. */
 PENUMBRA_API penumbra_status penumbra_shading_set_material_parameter(penumbra_shading* shading, size_t material,
                                                                      const char* name, double value,
                                                                      penumbra_error* error);

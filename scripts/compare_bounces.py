@@ -148,7 +148,7 @@ def main():
     parser.add_argument("--clip", help="default: the first clip")
     parser.add_argument("--frame", type=int, default=0)
     parser.add_argument("--albedo", default="0.6/0.5/0.4")
-    parser.add_argument("--bounces", type=int, default=3, help="of the bake, or 0 to compare direct light alone")
+    parser.add_argument("--bounces", type=int, default=3, help="bounces of the bake, or 0 to compare direct light alone")
     parser.add_argument("--size", type=int, default=256)
     parser.add_argument("--samples", type=int, default=256)
     parser.add_argument("--split", action="store_true")

@@ -109,7 +109,7 @@ def main():
     for name in ("player", "bake", "asset", "truth"):
         parser.add_argument(name)
     parser.add_argument("--light", action="append", type=pathlib.Path, required=True)
-    parser.add_argument("--frames", type=int, default=3, help="of each held-out clip")
+    parser.add_argument("--frames", type=int, default=3, help="frames of each held-out clip")
     parser.add_argument("--size", type=int, default=320)
     parser.add_argument("--camera", default="yaw=35,pitch=12")
     parser.add_argument("--report", type=pathlib.Path)

@@ -205,7 +205,7 @@ def main():
     parser = ArgumentParser(__doc__)
     parser.add_argument("input", type=pathlib.Path)
     parser.add_argument("output", type=pathlib.Path)
-    parser.add_argument("--share", type=float, default=0.03, help="of the diagonal, 0.002 to 1")
+    parser.add_argument("--share", type=float, default=0.03, help="share of the diagonal, 0.002 to 1")
     options = parser.parse_args()
     if not 0.002 <= options.share <= 1:
         parser.error("--share must be 0.002 to 1")

@@ -42,8 +42,8 @@ struct SceneFrame {
 enum class SceneLook { kNone, kMaterials, kPictures };  // kPictures: materials, and pictures over them
 // Takes meshes, poses, materials and light from the assets. Everyone stands as in penumbra-player render --scene, at
 // their own times or all at `seconds`; `camera` as there. The result has its origin near the first member
-// (openGround()). Throws what reading assets throws, and InvalidInput for a name in the scene that an asset does not have.
-// With kNone, materials may be missing. A slot with pictures has the material "lambert" under them.
+// (openGround()). Throws what reading assets throws, and InvalidInput for a name in the scene that an asset does not
+// have. With kNone, materials may be missing. A slot with pictures has the material "lambert" under them.
 SceneFrame poseScene(SceneDescription scene, std::optional<double> seconds, const std::string& camera, SceneLook look);
 
 }  // namespace penumbra
