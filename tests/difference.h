@@ -54,7 +54,7 @@ bool forEachPair(const A& a, const B& b, const F& f) {
 // Sums over all pairs of numbers.
 struct Differences {
     Largest largest;                   // |x - y|
-    double squares = 0, expected = 0;  // sums over x - y, and over y
+    double squares = 0, expected = 0;  // sums of squares of x - y, and of y
     std::size_t count = 0;
 };
 template <class A, class B>

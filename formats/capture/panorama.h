@@ -46,7 +46,7 @@ Vec3d uncertainIrradianceOn(const Panorama& panorama, Vec3d normal);
 
 struct RaiseReport {
     Vec3d wanted, found;            // irradiance of the paper, and of the panorama before
-    Vec3d factor{1, 1, 1};          // by which clipped pixels were raised
+    Vec3d factor{1, 1, 1};          // factor by which clipped pixels were raised
     bool nothing_to_raise = false;  // a channel has too little light, and no clipped pixel to give it to
 };
 // Multiplies what is only a lower bound so that a surface with this normal gets the irradiance `wanted`. Channels that

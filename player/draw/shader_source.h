@@ -58,7 +58,7 @@ struct HeightsRecipe {
     int order = 0;                           // order of V
     int spacing = 0;                         // points from one receiver to the next
     std::size_t rows = 0, columns = 0;       // size of the grid of receivers
-    float tolerance = 0;                     // above which there are finer ones; 0: nowhere
+    float tolerance = 0;                     // error above which there are finer receivers; 0: nowhere
     Channel channel = Channel::kShaded;      // kShaded or kAmbient
     const ShadingLayout* shading = nullptr;  // only for kShaded
     bool casts = false, sunlit = false;      // see ShaderRecipe

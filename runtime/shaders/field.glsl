@@ -17,7 +17,7 @@ vec4 penumbra_field_bytes(uint word) {
 struct PenumbraSight {
     float height, sine;  // height and sine of its sphere over the horizon; height 1: all of it is above
     float share;         // share of the sphere that it blocks
-    float weight;        // by which it counts
+    float weight;        // weight with which it counts
     float inside;        // how dark it is inside of it
     bool counts;
 };

@@ -227,7 +227,7 @@ inline void heightOf(const FarConstants& constants, const FarPart& posed, const 
 struct Blocked {
     Lanes numbers[kRow];  // V - 1 in its rest frame
     Lanes share;          // share of the sphere that is blocked
-    Lanes weight;         // by which it counts
+    Lanes weight;         // weight with which it counts
     Lanes inside;         // how dark it is inside of it
 };
 

@@ -297,7 +297,7 @@ TEST(FbxTakes, ClipsAreTheirPartOfTheKeys) {
     const FbxScan scan = scanRig(rig);
     ASSERT_EQ(scan.takes.size(), 3u);
     const auto span = [&](int take) { return std::pair(spanOfClip(scan, take)->first, spanOfClip(scan, take)->last); };
-    EXPECT_EQ(span(0), std::pair(0.5, 1.0));  // the take lasts from 0 to 1 s; the keys end the span earlier
+    EXPECT_EQ(span(0), std::pair(0.5, 1.0));  // the take lasts from 0 to 1 s, and the keys begin at 0.5 s
     EXPECT_EQ(span(1), std::pair(1.0, 2.5));
     EXPECT_EQ(span(2), std::pair(0.5, 3.0));
 }
