@@ -152,7 +152,7 @@ void defineView(CLI::App& app, ViewCommand& command) {
     app.add_option("--truth", command.truths, "X.truth.pnb: baked frames to compare with; any number of them");
     addParsed(app, "--size", command.options.size, parseWindowSize,
               "WIDTHxHEIGHT of the window (default: as it was left, else 1280x800)");
-    app.add_flag("--no-settings", command.no_settings, "neither read nor keep what the window was left with");
+    app.add_flag("--no-settings", command.no_settings, "do not read or keep the settings of the window");
     addPathFlag(app, command.options.path);
     addShadingFlags(app, command.options.shading);
     addTextureFlag(app, command.options.textures);
