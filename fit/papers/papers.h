@@ -1,5 +1,5 @@
 #pragma once
-// All that the main path knows of what only reproduces the papers (docs/formulas.md, Papers): two verbs, and one branch
+// All that the main path knows of what only reproduces the papers (docs/papers.md): two verbs, and one branch
 // each of `visibility`, of `predict` and of `brdf`.
 #include "fit/papers/operators/brdf_operators.h"
 #include "fit/report/run_report.h"
