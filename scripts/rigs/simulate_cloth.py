@@ -1,13 +1,13 @@
 """Simulates a cloth in Blender and writes it as a point cache: blender -b --python simulate_cloth.py -- ARGUMENTS
 
-usage: blender -b --factory-startup --python scripts/rigs/simulate_cloth.py -- flag    -o FLAG.npz    [--take N] [--frames N]
-       blender -b --factory-startup --python scripts/rigs/simulate_cloth.py -- curtain -o CURTAIN.npz [--take N] [--frames N]
+usage: blender -b --factory-startup --python scripts/rigs/simulate_cloth.py -- flag -o FLAG.npz [--take N] [--frames N]
+       blender -b --factory-startup --python scripts/rigs/simulate_cloth.py -- curtain -o CURTAIN.npz ...
 
 Runs inside of Blender (3.4 or later; `scripts/setup --blender` installs it), about half a second a frame on one core.
 `flag` is pinned at one edge in a wind that turns and swells. `curtain` hangs by its gathered upper edge, and a ball
 goes through it. --take seeds the wind or the path of the ball, so that every take is another motion of the same cloth.
-The files have the keys of formats/README.md, "Point caches that bakes read", with z up; scripts/rigs/cloth_ball makes the
-curtain's occluder and inputs.
+The files have the keys of formats/README.md, "Point caches that bakes read", with z up; scripts/rigs/cloth_ball makes
+the curtain's occluder and inputs.
 """
 import math
 import pathlib
