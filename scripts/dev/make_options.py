@@ -44,7 +44,7 @@ def groups_of(lines):
 
 
 def notes_of(lines):
-    """What a --help says behind the options that all programs share, as a list of materials."""
+    """Returns the text of a --help behind the options that all programs share, such as a list of materials."""
     begin = lines.index("", lines.index(SHARED + ":"))
     end = next(number for number, line in enumerate(lines) if line.startswith("Exit codes:"))
     return "\n".join(lines[begin:end]).strip()
@@ -59,7 +59,7 @@ def table(entries):
 
 
 def section(program, verb):
-    """What stands about one verb, without the options that every verb has."""
+    """Returns the entry of one verb, without the options that every verb has."""
     lines = help_of(program, verb)
     text = [f"### {program.name} {verb}\n", f"{lines[0]}\n", f"```\n{lines[1].removeprefix('Usage: ')}\n```\n"]
     for title, entries in groups_of(lines):
