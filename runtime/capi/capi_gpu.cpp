@@ -57,9 +57,9 @@ std::vector<std::uint32_t> composedWords(const penumbra_asset& asset) {
                                         std::uint32_t(composition.near_count)};
     words.resize(kHead);
     std::size_t array = 3;
-    const auto add = [&](const auto& numbers) {
+    const auto add = [&](const auto& coefficients) {
         words[array++] = std::uint32_t(words.size());
-        words.insert(words.end(), numbers.begin(), numbers.end());
+        words.insert(words.end(), coefficients.begin(), coefficients.end());
     };
     add(far.lists);
     add(far.anchors);
@@ -129,7 +129,7 @@ penumbra_status penumbra_cast_get_glsl(const penumbra_asset* asset, char* text, 
     return guarded(error, [&] {
         requirePointer(length, "length");
         if (asset && !asset->data->view.has_model) throw Unsupported(asset->data->view.name + ": has no model");
-        copyGlsl(castGlsl() + (asset ? castNumbersGlsl(asset->data->view.model.convention) : ""), text, capacity,
+        copyGlsl(castGlsl() + (asset ? castCoefficientsGlsl(asset->data->view.model.convention) : ""), text, capacity,
                  length);
     });
 }
