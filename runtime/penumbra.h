@@ -483,6 +483,29 @@ PENUMBRA_API penumbra_status penumbra_asset_get_fields(const penumbra_asset* ass
 PENUMBRA_API penumbra_status penumbra_character_get_parts(const penumbra_character* character, const float* to_scene,
                                                           size_t first_word, float* rows, penumbra_error* error);
 
+/* Composed models on a GPU: what it needs besides clusters, fields and parts to compute what the library computes
+ * (docs/c-api.md). 0 words: the asset is no composed one, or has a floor or a convention of more than 6 bands. The
+ * words begin with how many anchors there are, how many vectors of 4 floats their values take, how many near parts a
+ * part has, and where these arrays begin among the words:
+ * - the far parts of each part: [part_count + 1] where they begin among those that follow, then all of them;
+ * - the anchors, [anchors,2]: a vertex, and the vector at which its values begin;
+ * - the receivers, [V,8]: the first vectors of 4 anchors (0xffffffff: none), and as floats their weights;
+ * - the part of each vertex [V];
+ * - the near parts of each part, [part_count,near]: 65535 where it has fewer;
+ * - the gains of each vertex that is of a cluster, [vertices,near], in units of 1/128.
+ * Getting them allocates. */
+PENUMBRA_API size_t penumbra_asset_far_words(const penumbra_asset* asset);
+PENUMBRA_API penumbra_status penumbra_asset_get_far(const penumbra_asset* asset, uint32_t* words,
+                                                    penumbra_error* error);
+/* Does what penumbra_asset_get_cluster does for the residual of a composed model: its coefficients are added to the
+ * product, before the ambient term is clamped. Scores are those of penumbra_character_get_residual_scores. Fails with
+ * PENUMBRA_INVALID_ARGUMENT where there is no residual. */
+PENUMBRA_API penumbra_status penumbra_asset_get_residual(const penumbra_asset* asset, size_t cluster,
+                                                         penumbra_cluster* out);
+PENUMBRA_API penumbra_status penumbra_character_get_residual_scores(const penumbra_character* character, float* scores);
+/* Writes the GLSL functions that far parts need, as penumbra_cast_get_glsl hands out text. */
+PENUMBRA_API penumbra_status penumbra_far_get_glsl(char* text, size_t capacity, size_t* length, penumbra_error* error);
+
 /* --- Shading: the materials and the light that are on. Any number of characters of one asset share it. --- */
 
 typedef struct penumbra_shading penumbra_shading;

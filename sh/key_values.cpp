@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -32,6 +34,21 @@ bool readNumber(std::string_view text, double& value) {
 #endif
 }
 
+template <class T>
+std::string shortestText(T value) {
+#ifdef __wasm__  // to_chars would bring tables of 125 KB into the module
+    char text[32];
+    for (int digits = 1; digits <= std::numeric_limits<T>::max_digits10; ++digits) {
+        std::snprintf(text, sizeof text, "%.*g", digits, double(value));
+        if (T(std::strtod(text, nullptr)) == value) break;
+    }
+    return text;
+#else
+    char buffer[32];
+    return {buffer, std::to_chars(buffer, buffer + sizeof buffer, value).ptr};
+#endif
+}
+
 }  // namespace
 
 std::vector<KeyValue> splitKeyValues(std::string_view text) {
@@ -51,10 +68,8 @@ std::vector<KeyValue> splitKeyValues(std::string_view text) {
     return items;
 }
 
-std::string shortest(double value) {
-    char buffer[32];
-    return {buffer, std::to_chars(buffer, buffer + sizeof buffer, value).ptr};
-}
+std::string shortest(double value) { return shortestText(value); }
+std::string shortest(float value) { return shortestText(value); }
 
 double parseNumber(std::string_view what, std::string_view text, double least, double most) {
     double value = 0;

@@ -21,6 +21,7 @@ std::vector<KeyValue> splitKeyValues(std::string_view text);
 double parseNumber(std::string_view what, std::string_view text, double least, double most);
 // Returns as few digits as are needed to read back the same number.
 std::string shortest(double value);
+std::string shortest(float value);
 // Reads "x/y/z", or one number for all three.
 Vec3d parseTriple(std::string_view what, std::string_view text, double least, double most);
 

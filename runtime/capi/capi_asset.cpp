@@ -404,9 +404,8 @@ penumbra_status penumbra_asset_get_followers(const penumbra_asset* asset, penumb
     return PENUMBRA_OK;
 }
 
-penumbra_status penumbra_asset_get_cluster(const penumbra_asset* asset, size_t cluster, penumbra_cluster* out) {
-    if (!asset || !out || cluster >= viewOf(asset)->model.clusters.size()) return PENUMBRA_INVALID_ARGUMENT;
-    const std::vector<ClusterView>& clusters = viewOf(asset)->model.clusters;
+// Describes one of some clusters, whose scores follow one another.
+static void describeCluster(const std::vector<ClusterView>& clusters, std::size_t cluster, penumbra_cluster* out) {
     const ClusterView& c = clusters[cluster];
     std::size_t first_score = 0;
     for (std::size_t before = 0; before < cluster; ++before) first_score += clusters[before].components();
@@ -420,5 +419,18 @@ penumbra_status penumbra_asset_get_cluster(const penumbra_asset* asset, size_t c
             c.mean.data,
             c.basis.data,
             c.basis.scale.empty() ? nullptr : c.basis.scale.data()};
+}
+
+penumbra_status penumbra_asset_get_cluster(const penumbra_asset* asset, size_t cluster, penumbra_cluster* out) {
+    if (!asset || !out || cluster >= viewOf(asset)->model.clusters.size()) return PENUMBRA_INVALID_ARGUMENT;
+    describeCluster(viewOf(asset)->model.clusters, cluster, out);
+    return PENUMBRA_OK;
+}
+
+penumbra_status penumbra_asset_get_residual(const penumbra_asset* asset, size_t cluster, penumbra_cluster* out) {
+    if (!asset || !out || !viewOf(asset)->model.composition) return PENUMBRA_INVALID_ARGUMENT;
+    const std::vector<ClusterView>& clusters = viewOf(asset)->model.composition->residual;
+    if (cluster >= clusters.size()) return PENUMBRA_INVALID_ARGUMENT;
+    describeCluster(clusters, cluster, out);
     return PENUMBRA_OK;
 }

@@ -369,3 +369,12 @@ penumbra_status penumbra_character_get_scores(const penumbra_character* characte
     }
     return PENUMBRA_OK;
 }
+
+penumbra_status penumbra_character_get_residual_scores(const penumbra_character* character, float* scores) {
+    if (!character || !scores) return PENUMBRA_INVALID_ARGUMENT;
+    for (std::size_t c = 0; c < character->evaluator.clusterCount(); ++c) {
+        const std::span<const float> y = character->evaluator.residualScores(c);
+        scores = std::copy(y.begin(), y.end(), scores);
+    }
+    return PENUMBRA_OK;
+}

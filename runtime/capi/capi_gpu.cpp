@@ -42,6 +42,34 @@ void requireFields(const penumbra_asset& asset, std::size_t first_word) {
                          std::to_string(kMaxFieldWords));
 }
 
+// A shader can do what far.glsl does for the asset.
+bool canComposeOnGpu(const penumbra_asset& asset) {
+    return hasFields(asset) && !compositionOf(asset).floor && asset.data->view.model.convention.order <= kFieldOrder;
+}
+
+// The words of penumbra_asset_get_far.
+std::vector<std::uint32_t> composedWords(const penumbra_asset& asset) {
+    const CompositionView& composition = compositionOf(asset);
+    const Evaluator evaluator = asset.data->restPose();
+    const FarWords far = makeFarWords(evaluator.farTables(), evaluator.farLayout());
+    constexpr std::size_t kHead = 9;
+    std::vector<std::uint32_t> words = {std::uint32_t(far.anchors.size() / 2), std::uint32_t(far.anchor_values),
+                                        std::uint32_t(composition.near_count)};
+    words.resize(kHead);
+    std::size_t array = 3;
+    const auto add = [&](const auto& coefficients) {
+        words[array++] = std::uint32_t(words.size());
+        words.insert(words.end(), coefficients.begin(), coefficients.end());
+    };
+    add(far.lists);
+    add(far.anchors);
+    add(far.receivers);
+    add(composition.part_of_vertex);
+    add(composition.near_parts);
+    add(composition.near_gains);
+    return words;
+}
+
 }  // namespace
 
 }  // namespace penumbra
@@ -137,6 +165,27 @@ penumbra_status penumbra_character_get_parts(const penumbra_character* character
             rows += 4 * kPosedPartRows;
             words += kFarPartWords;
         }
+    });
+}
+
+size_t penumbra_asset_far_words(const penumbra_asset* asset) {
+    return asset && canComposeOnGpu(*asset) ? composedWords(*asset).size() : 0;
+}
+
+penumbra_status penumbra_asset_get_far(const penumbra_asset* asset, uint32_t* words, penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(asset, "asset", words, "words");
+        if (!canComposeOnGpu(*asset))
+            throw Unsupported(asset->data->view.name + ": has no composed model that a shader can evaluate");
+        std::ranges::copy(composedWords(*asset), words);
+    });
+}
+
+penumbra_status penumbra_far_get_glsl(char* text, size_t capacity, size_t* length, penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(length, "length");
+        const FarTables none({}, {}, kFieldOrder);  // has the constants of all
+        copyGlsl(farGlsl(none.constants()), text, capacity, length);
     });
 }
 

@@ -22,7 +22,10 @@ VisibilityTransfer::VisibilityTransfer(const Convention& convention) {
 void VisibilityTransfer::apply(std::span<const float> coefficients, const Mat3& to_local, int order,
                                std::span<float> transfer) const {
     std::array<float, coefficientCount(kMaxTransferOrder)> local{};
-    for (const SparseTerm& term : terms_) local[term.to] += term.value * coefficients[term.from];
+    for (const SparseTerm& term : terms_) {
+        if (term.to >= transfer.size()) break;  // of bands that nobody asked for, and so are all that follow
+        local[term.to] += term.value * coefficients[term.from];
+    }
     applyTransposed(makeShRotation(order, to_local), std::span<const float>(local).first(transfer.size()), transfer);
 }
 

@@ -30,6 +30,7 @@ PENUMBRA_AT(penumbra_asset_info, clip_count, 92);
 PENUMBRA_AT(penumbra_asset_info, frame_count, 96);
 PENUMBRA_AT(penumbra_asset_info, rotation_count, 100);
 PENUMBRA_AT(penumbra_asset_info, convention, 104);
+PENUMBRA_AT(penumbra_asset_info, coefficient_count, 108);
 PENUMBRA_AT(penumbra_asset_info, stride, 112);
 PENUMBRA_AT(penumbra_asset_info, cluster_count, 116);
 PENUMBRA_AT(penumbra_asset_info, score_count, 120);

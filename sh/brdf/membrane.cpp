@@ -1,7 +1,5 @@
 #include "sh/brdf/membrane.h"
 
-#include <array>
-#include <charconv>
 #include <stdexcept>
 
 #include "sh/key_values.h"
@@ -15,11 +13,7 @@ constexpr float kRounding = 1e-6f;  // rounding of the sum of two shares in sing
 // Returns as few digits as are needed to read back the same numbers.
 std::string triple(Vec3 v) {
     std::string text;
-    for (int c = 0; c < 3; ++c) {
-        std::array<char, 32> digits;
-        const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), v[c]).ptr;
-        text += (c > 0 ? "/" : "") + std::string(digits.data(), end);
-    }
+    for (int c = 0; c < 3; ++c) text += (c > 0 ? "/" : "") + shortest(v[c]);
     return text;
 }
 

@@ -142,6 +142,7 @@ TEST(CApiErrors, Queries) {
     everyIndex(penumbra_asset_get_material, penumbra_material{}, 2);
     everyIndex(penumbra_asset_get_light, penumbra_light{}, 2);
     everyIndex(penumbra_asset_get_cluster, penumbra_cluster{}, 2);
+    everyIndex(penumbra_asset_get_residual, penumbra_cluster{}, 0);  // an additive model has none
     EXPECT_EQ(penumbra_asset_joint_name(x.asset.get(), 3), nullptr);
     EXPECT_EQ(penumbra_asset_joint_name(nullptr, 0), nullptr);
     EXPECT_EQ(penumbra_asset_slot_name(x.asset.get(), 2), nullptr);
@@ -290,6 +291,8 @@ TEST(CApiErrors, ArraysAndRanges) {
     EXPECT_EQ(frame.positions, untouched.positions);
     EXPECT_EQ(penumbra_character_get_scores(nullptr, p, p), PENUMBRA_INVALID_ARGUMENT);
     EXPECT_EQ(penumbra_character_get_scores(c, nullptr, nullptr), PENUMBRA_OK);
+    EXPECT_EQ(penumbra_character_get_residual_scores(nullptr, p), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_character_get_residual_scores(c, nullptr), PENUMBRA_INVALID_ARGUMENT);
 }
 
 TEST(CApiErrors, Simd) {

@@ -198,5 +198,34 @@ TEST(CastFieldsGlsl, WrongCallsAreRefused) {
     EXPECT_EQ(penumbra_character_get_parts(other.get(), nullptr, 0, rows, nullptr), PENUMBRA_UNSUPPORTED);
 }
 
+TEST(CastFieldsGlsl, ComposedModelsHaveTheirOwnTables) {
+    FieldPair pair("D5");
+    const penumbra_asset* const asset = pair.assets[0].get();
+    penumbra_asset_info info;
+    ASSERT_EQ(penumbra_asset_get_info(asset, &info), PENUMBRA_OK);
+    std::vector<std::uint32_t> words(penumbra_asset_far_words(asset));
+    ASSERT_GT(words.size(), 9u);
+    ASSERT_EQ(penumbra_asset_get_far(asset, words.data(), nullptr), PENUMBRA_OK);
+    // Lists, anchors, receivers, parts of vertices, near parts and gains, one behind the other.
+    EXPECT_EQ(words[3], 9u);
+    EXPECT_EQ(words[5] - words[4], 2 * words[0]);
+    EXPECT_EQ(words[6] - words[5], 8 * info.vertex_count);
+    EXPECT_EQ(words[7] - words[6], info.vertex_count);
+    EXPECT_EQ(words[8] - words[7], words[2] * penumbra_asset_part_count(asset));
+    for (std::uint32_t v = 0; v < info.vertex_count; ++v)
+        EXPECT_LT(words[words[6] + v], penumbra_asset_part_count(asset));
+    std::size_t length = 0;
+    EXPECT_EQ(penumbra_far_get_glsl(nullptr, 0, &length, nullptr), PENUMBRA_OK);
+    EXPECT_GT(length, 1000u);
+    const std::vector<std::byte> plain = packed();
+    const Asset without = open(plain);
+    EXPECT_EQ(penumbra_asset_far_words(without.get()), 0u);
+    EXPECT_EQ(penumbra_asset_far_words(nullptr), 0u);
+    EXPECT_EQ(penumbra_asset_get_far(without.get(), words.data(), nullptr), PENUMBRA_UNSUPPORTED);
+    EXPECT_EQ(penumbra_asset_get_far(nullptr, words.data(), nullptr), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_asset_get_far(asset, nullptr, nullptr), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_far_get_glsl(nullptr, 0, nullptr, nullptr), PENUMBRA_INVALID_ARGUMENT);
+}
+
 }  // namespace
 }  // namespace penumbra::test_cast_fields_glsl

@@ -50,6 +50,19 @@ export class Runtime {
     get memoryBytes(): number {
         return this.memory.size;
     }
+    /** @internal The GLSL functions of far parts. */
+    get farGlsl(): string {
+        const { memory } = this;
+        memory.check('penumbra_far_get_glsl', 0, 0, memory.out);
+        const size = memory.word(memory.out) + 1;
+        const at = memory.allocate(size);
+        try {
+            memory.check('penumbra_far_get_glsl', at, size, memory.out);
+            return memory.text(at);
+        } finally {
+            memory.free(at);
+        }
+    }
     /** Opens the bytes of a .pnb file. Throws INVALID_ASSET for any others. */
     open(bytes: ArrayBuffer | ArrayBufferView): Asset {
         return new Asset(this, bytes);
@@ -197,17 +210,54 @@ export class Asset extends Handle {
      * @internal Whether the numbers are a mean and components alone, without fields of parts, followers or transfer.
      */
     get isAdditive(): boolean {
-        const parts = this.runtime.memory.call('penumbra_asset_part_count', this.handle);
-        return this.hasModel && parts === 0 && this.followerCount === 0 && !this.convention.startsWith('T');
+        return this.hasModel && this.partCount === 0 && this.followerCount === 0 && !this.convention.startsWith('T');
+    }
+    /** @internal Parts with fields. */
+    get partCount(): number {
+        return this.runtime.memory.call('penumbra_asset_part_count', this.handle);
+    }
+    /** @internal Numbers of a vertex that are coefficients: the stride has up to three more. */
+    get coefficientCount(): number {
+        return this.info[27];
     }
     /** @internal Scores of all clusters. */
     get scoreCount(): number {
         return this.info[30];
     }
-    /** @internal What a GPU needs of a cluster: words of the file, and 1 or the scale for each component. */
-    cluster(index: number): Cluster {
+    /** @internal Words of penumbra_asset_get_far; none where no GPU can evaluate the model. */
+    far(): Uint32Array {
+        return this.wordsBy('penumbra_asset_get_far', 'penumbra_asset_far_words', []);
+    }
+    /** @internal The fields of the parts, which begin at this word of a buffer. */
+    fields(firstWord: number): Uint32Array {
+        return this.wordsBy('penumbra_asset_get_fields', 'penumbra_asset_field_words', [firstWord]);
+    }
+    /** @internal What a GPU needs of the clusters: words of the file, and 1 or the scale for each component. */
+    get clusters(): Cluster[] {
+        return Array.from({ length: this.clusterCount }, (_, i) => this.cluster('penumbra_asset_get_cluster', i));
+    }
+    /** @internal Those of the residual of a composed model; none where it has none. */
+    get residual(): Cluster[] {
         const { memory } = this.runtime;
-        memory.call('penumbra_asset_get_cluster', this.handle, index, memory.out);
+        const has = memory.call('penumbra_asset_get_residual', this.handle, 0, memory.out) === 0;
+        return has ? Array.from({ length: this.clusterCount }, (_, i) => this.cluster('penumbra_asset_get_residual', i)) : [];
+    }
+
+    private wordsBy(get: string, size: string, before: number[]): Uint32Array {
+        const { memory } = this.runtime;
+        const count = memory.has(size) ? memory.call(size, this.handle) : 0;
+        if (count === 0) return new Uint32Array(0);
+        const at = memory.allocate(4 * count);
+        try {
+            memory.check(get, this.handle, ...before, at);
+            return memory.words(at, count).slice();
+        } finally {
+            memory.free(at);
+        }
+    }
+    private cluster(get: string, index: number): Cluster {
+        const { memory } = this.runtime;
+        memory.call(get, this.handle, index, memory.out);
         const [, firstVertex, vertexCount, componentCount, firstScore, meanPrecision, basisPrecision, mean, basis, scale] =
             memory.words(memory.out, 10).slice();
         const wordsOf = (at: number, numbers: number, precision: number) =>
@@ -317,6 +367,9 @@ export class Character extends Handle {
     get normals(): Float32Array {
         return this.vertexArray(1, 3);
     }
+    get tangents(): Float32Array {
+        return this.vertexArray(2, 3);
+    }
     get coefficients(): Float32Array {
         return this.vertexArray(3, this.asset.stride);
     }
@@ -337,6 +390,29 @@ export class Character extends Handle {
         const { memory } = this.runtime;
         memory.call('penumbra_character_get_scores', this.handle, this.transferAt, 0);
         return memory.floats(this.transferAt, this.asset.scoreCount);
+    }
+    /** @internal Scores of all clusters of the residual, as many as `count`. */
+    residualScores(count: number): Float32Array {
+        const { memory } = this.runtime;
+        const at = memory.allocate(4 * count);
+        try {
+            memory.call('penumbra_character_get_residual_scores', this.handle, at);
+            return memory.floats(at, count).slice();
+        } finally {
+            memory.free(at);
+        }
+    }
+    /** @internal The parts of a composed model in the pose, [parts, 7, 4], whose fields begin at `firstWord`. */
+    parts(firstWord: number): Float32Array {
+        const { memory } = this.runtime;
+        const count = 28 * memory.call('penumbra_asset_part_count', this.asset.handle);
+        const at = memory.allocate(4 * count);
+        try {
+            memory.check('penumbra_character_get_parts', this.handle, 0, firstWord, at);
+            return memory.floats(at, count).slice();
+        } finally {
+            memory.free(at);
+        }
     }
     /** @internal Weights of the coefficients in E, [stride]. */
     get ambientWeights(): Float32Array {

@@ -22,6 +22,10 @@ export class Memory {
         this.out = this.allocate(256);
     }
 
+    /** Whether this module has a function: smaller ones lack some. */
+    has(name: string): boolean {
+        return name in this.exports;
+    }
     /** Calls a function that cannot fail. */
     call(name: string, ...values: number[]): number {
         return (this.exports[name] as Call)(...values);

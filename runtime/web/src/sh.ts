@@ -69,6 +69,86 @@ export function projectPicture(picture: Equirectangular): Float32Array {
     return Float32Array.from(sh);
 }
 
+/** A light from a single direction. */
+export interface Sun {
+    /** Unit, towards the sun. */
+    direction: number[];
+    /** At normal incidence, linear Rec.709. */
+    irradiance: number[];
+}
+
+// What a sun is: it takes no more of the sky than a disc of this radius, and it has at least this share of all light.
+const SUN_RADIUS = (3 * Math.PI) / 180;
+const SUN_SHARE = 0.05;
+
+const luminance = (r: number, g: number, b: number) => 0.2126 * r + 0.7152 * g + 0.0722 * b;
+
+/** Moves suns out of a picture, [width x height, 3] in the order of its pixels, which is changed: each disc around a
+ * brightest pixel gets the light of the ring around it, and the sun has the rest. Answers `most` suns or fewer. */
+export function takeSuns(picture: Equirectangular, pixels: Float32Array, most: number): Sun[] {
+    const suns: Sun[] = [];
+    while (suns.length < most) {
+        const sun = takeSun(picture, pixels);
+        if (!sun) break;
+        suns.push(sun);
+    }
+    return suns;
+}
+
+/** Unit direction of each pixel and its solid angle, [width x height, 4]. */
+function pixelDirections({ width, height, fromTop }: Equirectangular): Float32Array {
+    const out = new Float32Array(4 * width * height);
+    for (let row = 0, at = 0; row < height; ++row) {
+        const up = (((row + 0.5) / height - 0.5) * Math.PI) * (fromTop ? -1 : 1);
+        const solid = (Math.PI / height) * ((2 * Math.PI) / width) * Math.cos(up);
+        for (let column = 0; column < width; ++column, at += 4) {
+            const around = ((column + 0.5) / width - 0.5) * 2 * Math.PI;
+            out.set([Math.cos(up) * Math.cos(around), Math.sin(up), Math.cos(up) * Math.sin(around), solid], at);
+        }
+    }
+    return out;
+}
+
+function takeSun(picture: Equirectangular, pixels: Float32Array): Sun | undefined {
+    const directions = pixelDirections(picture);
+    const count = picture.width * picture.height;
+    // 1. The brightest pixel, and all light there is.
+    let [brightest, peak, all] = [0, -1, 0];
+    for (let i = 0; i < count; ++i) {
+        const light = luminance(pixels[3 * i], pixels[3 * i + 1], pixels[3 * i + 2]);
+        all += light * directions[4 * i + 3];
+        if (light > peak) [brightest, peak] = [i, light];
+    }
+    // 2. The disc around it, and the mean of a ring of twice its radius.
+    const radius = Math.max(SUN_RADIUS, (1.5 * Math.PI) / picture.height);
+    const middle = directions.slice(4 * brightest, 4 * brightest + 3);
+    const disc: number[] = [];
+    const ring = [0, 0, 0];
+    let ringSolid = 0;
+    for (let i = 0; i < count; ++i) {
+        const cosine = directions[4 * i] * middle[0] + directions[4 * i + 1] * middle[1] + directions[4 * i + 2] * middle[2];
+        if (cosine < Math.cos(2 * radius)) continue;
+        if (cosine >= Math.cos(radius)) disc.push(i);
+        else {
+            for (let k = 0; k < 3; ++k) ring[k] += pixels[3 * i + k] * directions[4 * i + 3];
+            ringSolid += directions[4 * i + 3];
+        }
+    }
+    // 3. What the disc has beyond the ring is the sun, if it is enough.
+    const irradiance = [0, 0, 0];
+    const direction = [0, 0, 0];
+    for (const i of disc)
+        for (let k = 0; k < 3; ++k) {
+            const beyond = Math.max(pixels[3 * i + k] - ring[k] / ringSolid, 0) * directions[4 * i + 3];
+            irradiance[k] += beyond;
+            for (let axis = 0; axis < 3; ++axis) direction[axis] += beyond * directions[4 * i + axis];
+        }
+    if (!(luminance(irradiance[0], irradiance[1], irradiance[2]) >= SUN_SHARE * all)) return undefined;
+    for (const i of disc) for (let k = 0; k < 3; ++k) pixels[3 * i + k] = Math.min(pixels[3 * i + k], ring[k] / ringSolid);
+    const length = Math.hypot(...direction);
+    return { direction: direction.map((x) => x / length), irradiance };
+}
+
 // Five places of Gauss and nine angles integrate the product of two functions of order 5 exactly.
 const GAUSS = [0, 0.5384693101056831, -0.5384693101056831, 0.906179845938664, -0.906179845938664];
 const GAUSS_WEIGHT = [0.5688888888888889, 0.47862867049936647, 0.47862867049936647, 0.23692688505618908, 0.23692688505618908];

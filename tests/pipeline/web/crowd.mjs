@@ -9,13 +9,15 @@ const { Crowd, LEVELS } = await import(pathToFileURL(path.join(process.argv[2], 
 const MEMBERS = 50;
 const NEAR = 12;
 
-/** Updates a second of each of 50 members, nearest first, by a worker that does so many in a frame of 1/60 s. */
-async function ratesOf(perFrame, seconds) {
-    const queue = [];
+/** Updates a second of each of 50 members, nearest first, by workers of which each does so many in a frame of 1/60 s. */
+async function ratesOf(perFrame, seconds, workers = 1) {
+    const queues = Array.from({ length: workers }, () => []);
     const crowd = new Crowd([{ ...LEVELS[0], order: 3 }, LEVELS[1]]);
     const updates = new Array(MEMBERS).fill(0);
     for (let i = 0; i < MEMBERS; ++i) {
+        const queue = queues[i % workers];
         const character = {
+            asset: { worker: queue },
             update: (write, inputs, how) => {
                 assert.deepEqual([how.quality, how.order], i < NEAR ? ['full', 3] : ['fast', undefined]);
                 return new Promise((resolve) => queue.push(resolve));
@@ -25,10 +27,11 @@ async function ratesOf(perFrame, seconds) {
     }
     for (let frame = 0; frame < 60 * seconds; ++frame) {
         crowd.update((1000 * frame) / 60 + 0.5 * Math.sin(17.3 * frame)); // frames are never quite on time
-        for (let done = 0; done < perFrame && queue.length > 0; ++done) {
-            queue.shift()();
-            for (let turn = 0; turn < 5; ++turn) await null; // lets the crowd handle the answer
-        }
+        for (const queue of queues)
+            for (let done = 0; done < perFrame && queue.length > 0; ++done) {
+                queue.shift()();
+                for (let turn = 0; turn < 5; ++turn) await null; // what the crowd does when an answer comes
+            }
     }
     return updates.map((count) => count / seconds);
 }
@@ -41,4 +44,7 @@ const short = await ratesOf(5, 8);
 const mean = (list) => list.reduce((sum, value) => sum + value, 0) / list.length;
 const [near, far] = [mean(short.slice(0, NEAR)), mean(short.slice(NEAR))];
 assert.ok(near > 12 && near < 20 && far > 2 && far < 4, `${near} ${far}`);
+// Two workers of that speed do all, since neither waits for the other.
+const shared = await ratesOf(5, 4, 2);
+assert.ok(Math.min(...shared.slice(0, NEAR)) >= 29.5 && Math.min(...shared.slice(NEAR)) >= 5, String(shared));
 console.log(`crowd: ${near.toFixed(1)} and ${far.toFixed(1)} updates a second where there is time for 300 of 550`);

@@ -63,3 +63,14 @@ export function pixelsOf(canvas) {
     paint.drawImage(canvas, 0, 0);
     return paint.getImageData(0, 0, canvas.width, canvas.height).data;
 }
+
+/** The sky with a small white sun of this irradiance at a pixel; answers its direction as well. */
+export function sunnySky(column, row, irradiance) {
+    const texture = sky();
+    const { width, height, data } = texture.image;
+    const up = ((row + 0.5) / height - 0.5) * Math.PI;
+    const around = ((column + 0.5) / width - 0.5) * 2 * Math.PI;
+    const radiance = irradiance / ((Math.PI / height) * ((2 * Math.PI) / width) * Math.cos(up));
+    for (let k = 0; k < 3; ++k) data[4 * (row * width + column) + k] += radiance;
+    return { texture, direction: new THREE.Vector3(Math.cos(up) * Math.cos(around), Math.sin(up), Math.cos(up) * Math.sin(around)) };
+}

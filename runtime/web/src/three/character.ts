@@ -1,5 +1,5 @@
 import { BufferAttribute, BufferGeometry, DynamicDrawUsage, Matrix4, type Bone, type Material, type Mesh, type Object3D } from 'three';
-import { Character, type Asset, type Quality } from '../core.js';
+import { Character, type Asset, type Place, type Quality } from '../core.js';
 import { PenumbraError } from '../error.js';
 import { Loss, type LossLight } from '../loss.js';
 import type { WorkerCharacter } from '../worker/client.js';
@@ -125,7 +125,9 @@ export class PenumbraCharacter {
         this.matchError = match.error;
         this.matchedBy = match.way;
         this.parts = meshes.map((mesh, i) => {
-            const loss = new BufferAttribute(new Float32Array(4 * match.vertices[i].length), 4).setUsage(DynamicDrawUsage);
+            // Nothing is lost before the first update.
+            const open = Float32Array.from({ length: 4 * match.vertices[i].length }, (_, at) => Number(at % 4 === 3));
+            const loss = new BufferAttribute(open, 4).setUsage(DynamicDrawUsage);
             const before = mesh.geometry;
             mesh.geometry = ownGeometry(before, loss);
             return { mesh, before, loss, vertices: match.vertices[i] };
@@ -145,9 +147,17 @@ export class PenumbraCharacter {
      */
     update(): Promise<void> | void {
         if (this.worker) return (this.underWay ??= this.updateBy(this.worker).finally(() => (this.underWay = undefined)));
+        this.evaluate();
+        this.show();
+    }
+    /** @internal Computes what the character hides from itself. */
+    evaluate(): void {
         this.root.updateMatrixWorld(true);
         this.pose(this.parts.map((part) => part.mesh));
         this.character.evaluate();
+    }
+    /** @internal Shows what is visible now. */
+    show(): void {
         this.losses.compute(this.character, this.light(), this.loss);
         this.apply(this.loss);
     }
@@ -182,6 +192,15 @@ export class PenumbraCharacter {
         };
     }
 
+    /** @internal Where the asset's frame is in the world. */
+    get place(): Place {
+        const e = this.root.matrixWorld.elements;
+        return [e[0], e[4], e[8], e[12], e[1], e[5], e[9], e[13], e[2], e[6], e[10], e[14]];
+    }
+    /** @internal */
+    get evaluatesElsewhere(): boolean {
+        return this.worker !== undefined;
+    }
     /** Where the character's first bone is, in the world. */
     get bodyWorld(): Matrix4 {
         return this.bones[0].matrixWorld;

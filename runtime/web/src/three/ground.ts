@@ -1,5 +1,5 @@
 import { ClampToEdgeWrapping, DataTexture, DataUtils, HalfFloatType, LinearFilter, RGBAFormat, Vector3, type Material, type Mesh } from 'three';
-import { Scene, ScenePoints, type Place, type Runtime } from '../core.js';
+import { Scene, ScenePoints, type Runtime } from '../core.js';
 import { openIrradiance } from '../sh.js';
 import type { PenumbraCharacter } from './character.js';
 import type { PenumbraEnvironment } from './environment.js';
@@ -7,21 +7,32 @@ import { DARKEN, patchMaterial, type Patch } from './materials.js';
 
 export interface PenumbraGroundOptions {
     environment?: PenumbraEnvironment;
-    /** Points a side (default 33). */
+    /** Points a side of each square (default 33). */
     points?: number;
-    /** Half of the side of the square around the characters, in metres (default 2). */
+    /** Half of the side of the square around each character, in metres (default 2). */
     radius?: number;
     /** Height of the ground in the world (default: that of the mesh's origin). */
     height?: number;
-    /** Frames from one update to the next (default 2). */
+    /** Frames from one update of a square to its next (default 2). */
     every?: number;
 }
 
 let counter = 0;
 
-function patchOf(texture: DataTexture, area: { value: Vector3 }): Patch {
+/** The squares of a ground: a picture with one below the other, and where they lie. */
+export interface Squares {
+    map: DataTexture;
+    /** The middle of each in x and z, and half of its side. */
+    areas: Vector3[];
+    /** Texels of each, in a row. */
+    side: number;
+}
+
+function patchOf({ map, areas, side }: Squares): Patch {
     const id = counter++;
-    const [map, place, world] = [`penumbraMap${id}`, `penumbraArea${id}`, `vPenumbraWorld${id}`];
+    const [picture, places, world] = [`penumbraMap${id}`, `penumbraAreas${id}`, `vPenumbraWorld${id}`];
+    const count = areas.length;
+    const least = (1 / side - 1).toFixed(8); // the middle of the outermost texel: beyond it lies another square
     return {
         key: `penumbra-ground-${id}`,
         vertex: [
@@ -29,30 +40,41 @@ function patchOf(texture: DataTexture, area: { value: Vector3 }): Patch {
             { after: '#include <project_vertex>', text: `${world} = ( modelMatrix * vec4( transformed, 1.0 ) ).xz;` },
         ],
         fragment: [
-            { after: '#include <common>', text: `varying vec2 ${world};\nuniform sampler2D ${map};\nuniform vec3 ${place};` },
+            {
+                after: '#include <common>',
+                text: `varying vec2 ${world};\nuniform sampler2D ${picture};\nuniform vec3 ${places}[ ${count} ];`,
+            },
             {
                 after: '#include <aomap_fragment>',
-                // Nothing is lost at the border of the square and beyond.
+                // Each square has what all characters hide, so that where squares lie over one another their mean counts.
+                // Nothing is lost at the border of a square and beyond.
                 text: `{
-    vec2 penumbraAt = ( ${world} - ${place}.xy ) / ${place}.z;
-    vec4 penumbra = texture2D( ${map}, 0.5 + 0.5 * penumbraAt );
-    float penumbraInside = saturate( 4.0 - 4.0 * max( abs( penumbraAt.x ), abs( penumbraAt.y ) ) );
-    penumbra.rgb *= penumbraInside;
-    penumbra.a = mix( 1.0, penumbra.a, penumbraInside );${DARKEN}}`,
+    vec4 penumbra = vec4( 0.0 );
+    float penumbraWeight = 0.0;
+    for ( int i = 0; i < ${count}; ++i ) {
+        vec2 at = ( ${world} - ${places}[ i ].xy ) / ${places}[ i ].z;
+        float inside = saturate( 4.0 - 4.0 * max( abs( at.x ), abs( at.y ) ) );
+        vec2 texel = 0.5 + 0.5 * clamp( at, ${least}, - ( ${least} ) );
+        vec4 lost = texture2D( ${picture}, vec2( texel.x, ( texel.y + float( i ) ) / ${count}.0 ) );
+        penumbra += inside * vec4( lost.rgb, 1.0 - lost.a );
+        penumbraWeight += inside;
+    }
+    penumbra /= max( penumbraWeight, 1.0 );
+    penumbra.a = 1.0 - penumbra.a;${DARKEN}}`,
             },
         ],
-        uniforms: { [map]: { value: texture }, [place]: area },
+        uniforms: { [picture]: { value: map }, [places]: { value: areas } },
     };
 }
 
-/** Contact shadows of characters on a level ground: a small picture around them of what they hide. */
+const up = [0, 1, 0];
+
+/** Contact shadows of characters on a level ground: a small picture around each of them of what all of them hide. */
 export class PenumbraGround {
     strength = 1;
     private readonly scene: Scene;
     private readonly grid: ScenePoints;
-    private readonly texture: DataTexture;
-    /** Middle of the square in x and z, and half of its side. */
-    private readonly area = new Vector3();
+    private readonly squares: Squares;
     private readonly undo: (() => void)[];
     private readonly positions: Float32Array;
     private readonly side: number;
@@ -70,29 +92,32 @@ export class PenumbraGround {
         this.side = options.points ?? 33;
         this.radius = options.radius ?? 2;
         this.positions = new Float32Array(3 * this.side ** 2);
-        const up = this.positions.map((_, i) => (i % 3 === 1 ? 1 : 0));
+        const normals = this.positions.map((_, i) => up[i % 3]);
         this.scene = new Scene(runtime, characters.map((one) => one.asset));
-        this.grid = new ScenePoints(runtime, this.positions, up);
-        this.texture = new DataTexture(new Uint16Array(4 * this.side ** 2), this.side, this.side, RGBAFormat, HalfFloatType);
-        this.texture.magFilter = this.texture.minFilter = LinearFilter;
-        this.texture.wrapS = this.texture.wrapT = ClampToEdgeWrapping;
-        this.undo = this.patch(mesh, this.texture, this.area);
+        this.grid = new ScenePoints(runtime, this.positions, normals);
+        this.squares = makeSquares(this.side, Math.max(characters.length, 1));
+        this.undo = this.patch(mesh, this.squares);
     }
 
     setEnvironment(environment: PenumbraEnvironment | undefined): void {
         this.environment = environment;
     }
 
-    /** Computes the shadows where the characters are now: once a frame, after their own updates. */
+    /** Computes the shadows where the characters are now: once a frame, after their own updates. At first all squares are
+     * new, later they take turns. */
     update(): void {
-        if (this.frame++ % (this.options.every ?? 2) !== 0) return;
-        const center = new Vector3();
-        this.characters.forEach((one, i) => {
-            this.scene.setCaster(i, one.character, placeOf(one));
-            center.add(new Vector3().setFromMatrixPosition(one.bodyWorld).divideScalar(this.characters.length));
+        const { frame, characters } = this;
+        const every = this.options.every ?? 2;
+        const isDue = (i: number) => frame === 0 || (frame + i) % every === 0;
+        ++this.frame;
+        if (!characters.some((_, i) => isDue(i))) return;
+        characters.forEach((one, i) => this.scene.setCaster(i, one.character, one.place));
+        characters.forEach((one, i) => {
+            if (!isDue(i)) return;
+            this.moveGrid(new Vector3().setFromMatrixPosition(one.bodyWorld), this.squares.areas[i]);
+            this.fillSquare(i);
         });
-        this.moveGrid(center);
-        this.fillTexture();
+        this.squares.map.needsUpdate = true;
     }
 
     /** Gives memory back, and the mesh its material. A second call does nothing. */
@@ -100,20 +125,20 @@ export class PenumbraGround {
         for (const undo of this.undo.splice(0)) undo();
         this.scene.dispose();
         this.grid.dispose();
-        this.texture.dispose();
+        this.squares.map.dispose();
     }
 
-    /** Makes the mesh's materials use the picture around `area`. Answers what undoes it. */
-    protected patch(mesh: Mesh, texture: DataTexture, area: Vector3): (() => void)[] {
-        const patch = patchOf(texture, { value: area });
+    /** Makes the mesh's materials use the squares. Answers what undoes it. */
+    protected patch(mesh: Mesh, squares: Squares): (() => void)[] {
+        const patch = patchOf(squares);
         return ([] as Material[]).concat(mesh.material).map((material) => patchMaterial(material, patch));
     }
 
     // Points lie in the middles of texels.
-    private moveGrid(center: Vector3): void {
+    private moveGrid(center: Vector3, area: Vector3): void {
         const { side, radius } = this;
         const height = this.options.height ?? this.mesh.getWorldPosition(new Vector3()).y;
-        this.area.set(center.x, center.z, radius);
+        area.set(center.x, center.z, radius);
         for (let row = 0; row < side; ++row)
             for (let column = 0; column < side; ++column) {
                 const at = 3 * (row * side + column);
@@ -123,12 +148,12 @@ export class PenumbraGround {
             }
         this.grid.move(this.positions);
     }
-    private fillTexture(): void {
-        const out = this.texture.image.data as Uint16Array;
+    private fillSquare(square: number): void {
         const count = this.side ** 2;
+        const out = (this.squares.map.image.data as Uint16Array).subarray(4 * square * count, 4 * (square + 1) * count);
         const light = this.environment?.world;
         const open = new Float32Array(3);
-        if (light) openIrradiance(light, [0, 1, 0], open);
+        if (light) openIrradiance(light, up, open);
         const colours = light ? this.grid.irradiance(this.scene, 5, light).slice() : undefined;
         const ambient = this.grid.ambient(this.scene);
         for (let i = 0; i < count; ++i) {
@@ -138,11 +163,14 @@ export class PenumbraGround {
             }
             out[4 * i + 3] = DataUtils.toHalfFloat(1 - this.strength * (1 - ambient[i]));
         }
-        this.texture.needsUpdate = true;
     }
 }
 
-function placeOf(character: PenumbraCharacter): Place {
-    const e = character.root.matrixWorld.elements;
-    return [e[0], e[4], e[8], e[12], e[1], e[5], e[9], e[13], e[2], e[6], e[10], e[14]];
+/** Squares that nothing is drawn into yet: they lie far away. */
+function makeSquares(side: number, count: number): Squares {
+    const map = new DataTexture(new Uint16Array(4 * count * side ** 2), side, count * side, RGBAFormat, HalfFloatType);
+    map.magFilter = map.minFilter = LinearFilter;
+    map.wrapS = map.wrapT = ClampToEdgeWrapping;
+    map.needsUpdate = true;
+    return { map, areas: Array.from({ length: count }, () => new Vector3(1e9, 1e9, 1)), side };
 }

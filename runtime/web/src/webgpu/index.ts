@@ -1,11 +1,12 @@
-import type { DataTexture, Mesh, Vector3 } from 'three';
-import { attribute, positionWorld, texture, uniform, varying, vec4 } from 'three/tsl';
+import type { DataTexture, Mesh } from 'three';
+import { attribute, positionWorld, texture, uniform, varying, vec2, vec4 } from 'three/tsl';
 import { PenumbraCharacter as ForWebGL } from '../three/character.js';
-import { PenumbraGround as GroundForWebGL } from '../three/ground.js';
+import { PenumbraGround as GroundForWebGL, type Squares } from '../three/ground.js';
 import { patchMeshes, type Tsl } from './nodes.js';
 
 export { GpuEvaluator } from './evaluate.js';
-export { PenumbraEnvironment } from '../three/environment.js';
+export { PenumbraEnvironment, type EquirectangularOptions } from '../three/environment.js';
+export { PenumbraScene } from '../three/scene.js';
 export { PenumbraLoader, assetOf } from '../three/loader.js';
 export type { PenumbraCharacterOptions } from '../three/character.js';
 export type { PenumbraGroundOptions } from '../three/ground.js';
@@ -23,13 +24,21 @@ export class PenumbraCharacter extends ForWebGL {
 
 /** The class of the same name of penumbra-player/three, for WebGPURenderer with either of its back ends. */
 export class PenumbraGround extends GroundForWebGL {
-    protected override patch(mesh: Mesh, map: DataTexture, area: Vector3): (() => void)[] {
-        const square = uniform(area) as Tsl;
-        const at = (positionWorld as Tsl).xz.sub(square.xy).div(square.z);
-        const lost = texture(map, at.mul(0.5).add(0.5)) as Tsl;
-        // Nothing is lost at the border of the square and beyond.
-        const inside = at.x.abs().max(at.y.abs()).mul(-4).add(4).clamp();
-        const loss = vec4(lost.rgb.mul(inside), lost.a.oneMinus().mul(inside).oneMinus());
+    protected override patch(mesh: Mesh, { map, areas, side }: Squares): (() => void)[] {
+        const squares = areas.map((area, i) => squareOf(map, uniform(area) as Tsl, { i, count: areas.length, side }));
+        const weight = squares.map((one) => one.inside).reduce((a, b) => a.add(b)).max(1);
+        const lost = squares.map((one) => one.lost).reduce((a, b) => a.add(b)).div(weight);
+        const loss = vec4(lost.rgb, lost.a.oneMinus());
         return patchMeshes([mesh], `penumbra-ground-${counter++}`, () => loss);
     }
+}
+
+/** What a square tells of a point, as ground.ts has it for WebGLRenderer: how far it is inside, and that times what it loses. */
+function squareOf(map: DataTexture, area: Tsl, { i, count, side }: { i: number; count: number; side: number }): { inside: Tsl; lost: Tsl } {
+    const at = (positionWorld as Tsl).xz.sub(area.xy).div(area.z);
+    const inside = at.x.abs().max(at.y.abs()).mul(-4).add(4).clamp();
+    const most = 1 - 1 / side;
+    const texel = at.clamp(-most, most).mul(0.5).add(0.5);
+    const found = texture(map, vec2(texel.x, texel.y.add(i).div(count))) as Tsl;
+    return { inside, lost: vec4(found.rgb, found.a.oneMinus()).mul(inside) };
 }

@@ -1,5 +1,5 @@
 import type { LossLight } from '../loss.js';
-import type { WorkerCharacter } from './client.js';
+import type { PenumbraWorker, WorkerCharacter } from './client.js';
 import type { WorkerUpdate } from './messages.js';
 
 /** One of many characters on a page. */
@@ -41,22 +41,18 @@ interface Entry {
     busy: boolean;
 }
 
-/** Updates many characters in a worker, near ones more often than far ones. Where the worker cannot do them all, all
+/** Updates many characters in workers, near ones more often than far ones. Where a worker cannot do all of its own, all
  * levels slow down alike. */
 export class Crowd {
-    /**
-     * Updates that the worker has not answered yet: enough that it never waits, and few enough that poses are fresh.
-     */
+    /** Updates that a worker has not answered yet: enough that it never waits, and few enough that poses are fresh. */
     private static readonly AHEAD = 3;
-    /**
-     * Called where an update has failed (default: console.error); it is not repeated before the member is due again.
-     */
+    /** Called where an update has failed (default: console.error); it is not repeated before the member is due again. */
     onerror: ((error: unknown) => void) | undefined;
     /** Updates that were shown since the crowd was made. */
     updates = 0;
     private readonly entries = new Map<CrowdMember, Entry>();
     private now = 0;
-    private flying = 0;
+    private readonly flying = new WeakMap<PenumbraWorker, number>();
 
     constructor(private readonly levels: readonly CrowdLevel[] = LEVELS) {}
 
@@ -86,12 +82,15 @@ export class Crowd {
             entry.level = this.levels[level];
         }
     }
-    /** The member that has waited longest, in its own intervals; none before its time. */
+    private underWay({ member }: Entry): number {
+        return this.flying.get(member.character.asset.worker) ?? 0;
+    }
+    /** The member that has waited longest, in its own intervals, for a worker that has room; none before its time. */
     private mostLate(): Entry | undefined {
         let [found, most] = [undefined as Entry | undefined, 1 - 1e-6];
         for (const entry of this.entries.values()) {
             const late = ((this.now - entry.last) * entry.level.rate) / 1000;
-            if (!entry.busy && late >= most) [found, most] = [entry, late];
+            if (!entry.busy && late >= most && this.underWay(entry) < Crowd.AHEAD) [found, most] = [entry, late];
         }
         return found;
     }
@@ -102,22 +101,22 @@ export class Crowd {
         return this.now - last < 2 * interval ? last + interval : this.now;
     }
     private send(): void {
-        while (this.flying < Crowd.AHEAD) {
-            const entry = this.mostLate();
-            if (!entry) return;
-            ++this.flying;
-            entry.busy = true;
-            entry.last = this.nextStart(entry);
-            this.run(entry)
-                .catch((error) => {
-                    if (this.entries.has(entry.member)) (this.onerror ?? console.error)(error); // or it was taken out
-                })
-                .finally(() => {
-                    --this.flying;
-                    entry.busy = false;
-                    this.send();
-                });
-        }
+        for (let entry = this.mostLate(); entry; entry = this.mostLate()) this.start(entry);
+    }
+    private start(entry: Entry): void {
+        const { worker } = entry.member.character.asset;
+        this.flying.set(worker, this.underWay(entry) + 1);
+        entry.busy = true;
+        entry.last = this.nextStart(entry);
+        this.run(entry)
+            .catch((error) => {
+                if (this.entries.has(entry.member)) (this.onerror ?? console.error)(error); // or it was taken out
+            })
+            .finally(() => {
+                this.flying.set(worker, this.underWay(entry) - 1);
+                entry.busy = false;
+                this.send();
+            });
     }
     private async run({ member, level }: Entry): Promise<void> {
         const { quality, order } = level;
