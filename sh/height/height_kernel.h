@@ -18,7 +18,7 @@ struct HeightTap {
 };
 
 struct HeightScene {
-    const float* numbers;  // heights of all levels
+    const float* heights;  // heights of all levels
     float rows, columns;   // size of level 0
     bool wraps, open;
     float least;  // leastHorizon()
