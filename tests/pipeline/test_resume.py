@@ -69,7 +69,7 @@ def check_killed(folder, expected):
     assert digest(out) == expected
     # A whole output is left as it is.
     before = os.stat(out)
-    assert "whole" in run(out, "--resume").stdout
+    assert "complete" in run(out, "--resume").stdout
     assert os.stat(out).st_mtime_ns == before.st_mtime_ns and os.stat(out).st_ino == before.st_ino
     # An output with the right provenance and a flipped bit is not whole.
     with h5py.File(out) as f:
