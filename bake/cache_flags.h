@@ -7,8 +7,9 @@ namespace penumbra {
 
 inline void addCacheFlags(CLI::App& app, PointCacheOptions& cache) {
     static constexpr Word<bool> kUpWords[] = {{"y", false}, {"z", true}};
-    addParsed(app, "--units", cache.metres, metresOfUnit, "of a point cache: m, cm, mm, inch or metres (default: m)");
-    addChoice(app, "--up", cache.z_up, kUpWords, "of a point cache: y or z");
+    addParsed(app, "--units", cache.metres, metresOfUnit,
+              "unit of a point cache: m, cm, mm, inch, or its length in metres (default: m)");
+    addChoice(app, "--up", cache.z_up, kUpWords, "up axis of a point cache: y or z");
 }
 
 }  // namespace penumbra

@@ -49,7 +49,7 @@ void write(MergePlan& plan, const MergeCommand& command, const CommonOptions& co
 
 void runMergeFields(const MergeCommand& command, const CommonOptions& common, Report& report) {
     if (!command.options.clips.empty() || command.options.frames || command.index)
-        throw UsageError("--clips, --frames and --virtual are for shards of bakes, and these are of fields");
+        throw UsageError("--clips, --frames and --virtual are for shards of bakes, and these are shards of fields");
     refuseTwice(command.shards);
     report.phase("check");
     const FieldFile whole = mergeFields(command.shards);
@@ -100,9 +100,9 @@ void defineMerge(CLI::App& app, MergeCommand& command) {
         ->required();
     app.add_option("-o,--output", command.output, "X.vis.h5 or X.fields.h5")->required();
     addNameListOption(app, "--clips", command.options.clips,
-                      "of the unsplit bake (default: those of the shards if they agree, else all)");
+                      "clips of the unsplit bake (default: those of the shards if they agree, else all)");
     app.add_flag("--virtual", command.index, "write a small index of the shards, which have to stay where they are");
-    addFrames(app, command.options.frames, "A:B[:S] of the unsplit bake (default: all frames)");
+    addFrames(app, command.options.frames, "frames A:B[:S] of the unsplit bake (default: all)");
 }
 
 }  // namespace

@@ -23,7 +23,7 @@ constexpr Word<ChoiceMethod> kMethodWords[] = {{"farthest", ChoiceMethod::kFarth
                                                {"representative", ChoiceMethod::kRepresentative},
                                                {"random", ChoiceMethod::kRandom}};
 
-constexpr const char* kAllWord = "all";  // of --choose
+constexpr const char* kAllWord = "all";  // value of --choose that keeps all candidates
 
 struct PosesCommand {
     std::vector<std::filesystem::path> rigs;
@@ -67,7 +67,7 @@ void checkOptions(const PosesCommand& command) {
         return;
     }
     for (const char* option : {"--minutes", "--rays"})
-        if (command.app->count(option) > 0) throw UsageError(std::string(option) + " goes with --auto");
+        if (command.app->count(option) > 0) throw UsageError(std::string(option) + " needs --auto");
     if (options.choose != kAllCandidates && options.choose + options.sample + options.mix + options.cover == 0)
         throw UsageError("--choose, --sample, --mix or --cover is needed: how many poses?");
     if (!options.limits.empty() && options.sample == 0) throw UsageError("--limits needs --sample");
@@ -152,9 +152,9 @@ void writeGlbOfPoses(const PosesCommand& command, const PosePlan& plan, const Po
     writeGlb(command.output, rigOfPoses(plan.rig, file), extras.dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
-Json numbersOf(const AutoTrial& tried, std::size_t frames) {
-    return {{"options", optionsOf(tried.trial.numbers)},
-            {"poses", frames + std::size_t(tried.trial.numbers.total())},
+Json countsOf(const AutoTrial& tried, std::size_t frames) {
+    return {{"options", optionsOf(tried.trial.counts)},
+            {"poses", frames + std::size_t(tried.trial.counts.total())},
             {"minutes", tried.minutes},
             {"errors", tried.trial.errors},
             {"ratio", tried.ratio.mean},
@@ -163,7 +163,7 @@ Json numbersOf(const AutoTrial& tried, std::size_t frames) {
 
 void reportChoice(const AutoChoice& choice, std::size_t frames, Report& report) {
     Json& json = report.figures["auto"];
-    json["chosen"] = optionsOf(choice.numbers());
+    json["chosen"] = optionsOf(choice.counts());
     json["clip_minutes"] = choice.clip_minutes;
     json["pilot"] = {{"minutes", choice.pilot_minutes},
                      {"frames", choice.pilot_frames},
@@ -171,7 +171,7 @@ void reportChoice(const AutoChoice& choice, std::size_t frames, Report& report) 
                      {"model", choice.composed ? "composed" : "additive"}};
     json["can_mix"] = choice.can_mix;
     json["tried"] = Json::array();
-    for (const AutoTrial& tried : choice.tried) json["tried"].push_back(numbersOf(tried, frames));
+    for (const AutoTrial& tried : choice.tried) json["tried"].push_back(countsOf(tried, frames));
 }
 
 void printChoice(const AutoChoice& choice, std::size_t frames) {
@@ -187,15 +187,15 @@ void printChoice(const AutoChoice& choice, std::size_t frames) {
         const AutoTrial& tried = choice.tried[t];
         double squares = 0;
         for (const double error : tried.trial.errors) squares += error * error / double(tried.trial.errors.size());
-        std::printf("%-40s %6zu %8.1f %14.4f %9.3f +- %.3f%s\n", optionsOf(tried.trial.numbers).c_str(),
-                    frames + std::size_t(tried.trial.numbers.total()), tried.minutes, std::sqrt(squares),
+        std::printf("%-40s %6zu %8.1f %14.4f %9.3f +- %.3f%s\n", optionsOf(tried.trial.counts).c_str(),
+                    frames + std::size_t(tried.trial.counts.total()), tried.minutes, std::sqrt(squares),
                     tried.ratio.mean, tried.ratio.noise, t == choice.chosen ? "  *" : "");
     }
-    std::printf("chosen, to type in place of --auto: %s\n", optionsOf(choice.numbers()).c_str());
+    std::printf("chosen, to type in place of --auto: %s\n", optionsOf(choice.counts()).c_str());
 }
 
 // Sets the numbers of the options by trials.
-void chooseNumbers(PosesCommand& command, const PosePlan& plan, const CommonOptions& common, Report& report) {
+void chooseCounts(PosesCommand& command, const PosePlan& plan, const CommonOptions& common, Report& report) {
     PoseOptions& options = command.options;
     AutoOptions& wanted = command.automatic_options;
     if (options.sample > 0) wanted.most.sample = options.sample;
@@ -205,11 +205,11 @@ void chooseNumbers(PosesCommand& command, const PosePlan& plan, const CommonOpti
     const AutoChoice choice = chooseAutoPoses({command.rigs, plan, options}, wanted, common.threads, common.progress);
     reportChoice(choice, plan.candidates.frameCount(), report);
     if (!common.quiet) printChoice(choice, plan.candidates.frameCount());
-    const PoseNumbers numbers = choice.numbers();
-    options.choose = numbers.mix + numbers.cover == 0 ? kAllCandidates : 0;
-    options.sample = numbers.sample;
-    options.mix = numbers.mix;
-    options.cover = numbers.cover;
+    const PoseCounts counts = choice.counts();
+    options.choose = counts.mix + counts.cover == 0 ? kAllCandidates : 0;
+    options.sample = counts.sample;
+    options.mix = counts.mix;
+    options.cover = counts.cover;
     if (options.sample == 0) options.limits.clear();
 }
 
@@ -234,7 +234,7 @@ void runPoses(PosesCommand& command, const CommonOptions& common, Report& report
         std::printf("\n");
         return;
     }
-    if (command.automatic) chooseNumbers(command, plan, common, report);
+    if (command.automatic) chooseCounts(command, plan, common, report);
     if (!command.options.limits.empty()) command.files_read.push_back(command.options.limits);
     report.phase("choose");
     PoseList list = makePoses(plan, command.options, common.threads);
@@ -272,9 +272,9 @@ void definePoses(CLI::App& app, PosesCommand& command) {
                  "all candidate frames, and kinds and numbers of --sample, --mix and --cover by trial fits; these then "
                  "say how many poses of a kind there may be (default: 200, 300 and 300)");
     app.add_option("--minutes", command.automatic_options.minutes,
-                   "of --auto: how long the bake of the list may take on this machine (default: any time)")
+                   "with --auto: minutes that the bake of the list may take on this machine (default: any number)")
         ->check(aboveZero());
-    app.add_option("--rays", command.automatic_options.rays, "of --auto: of that bake, for its minutes")
+    app.add_option("--rays", command.automatic_options.rays, "with --auto: rays of that bake, to estimate its minutes")
         ->check(within(16, 1 << 16, "directions above the horizon"));
     addChoice(app, "--method", options.method, kMethodWords,
               "farthest: the most different frames; representative: least mean gap; random: to compare with");
@@ -286,7 +286,8 @@ void definePoses(CLI::App& app, PosesCommand& command) {
                    "how many poses of which each limb follows a random listed frame; without --choose all candidates "
                    "are listed")
         ->check(within(0, 1000000, "poses"));
-    app.add_option("--cover", options.cover, "how many such poses that show most of what is not shown yet")
+    app.add_option("--cover", options.cover,
+                   "how many more such poses, those that show most of what the others do not show")
         ->check(within(0, 10000, "poses"));
     addNameListOption(app, "--clips", options.clips, "names of the clips to choose from (default: all)");
     addNameListOption(app, "--holdout", options.holdout,
@@ -295,7 +296,7 @@ void definePoses(CLI::App& app, PosesCommand& command) {
         ->check(within(0.0, 1000.0, "samples a second"));
     addFrames(app, options.frames, "A:B[:S], half-open, of the sampled frames of all these clips");
     addRigFlags(app, options.rig);
-    addSeed(app, options.seed, "of --method random, --sample (0: plain Halton points), --mix and --cover");
+    addSeed(app, options.seed, "seed of --method random, --sample (0: plain Halton points), --mix and --cover");
 }
 
 }  // namespace

@@ -51,9 +51,9 @@ BrdfSource slotSource(const SlotChoice& choice) {
 
 struct ReferenceCommand {
     std::filesystem::path input, scene, output, tangents, materials_of;
-    std::optional<double> time;  // of a scene, seconds
+    std::optional<double> time;  // seconds, for a scene
     std::string light;           // a file or analytic lights
-    PictureOptions reading;      // of that file
+    PictureOptions reading;      // how to read a light from a file
     BrdfSource brdf{.analytic_option = "brdf"};
     std::vector<std::string> slots;
     std::vector<std::filesystem::path> occluders;
@@ -63,10 +63,10 @@ struct ReferenceCommand {
     int light_order = 0;  // 0: the picture itself
     std::optional<int> bounces;
     bool self_bounces = true;
-    ColorChoice albedo;  // of --bounces
+    ColorChoice albedo;  // colours for --bounces
     std::string camera;
     std::optional<float> exposure;       // unset: automaticExposure()
-    std::optional<Vec3> png_background;  // of a shaded PNG; options.background is then unset
+    std::optional<Vec3> png_background;  // background of a shaded PNG; options.background is then unset
     bool strict = false;
 
     std::vector<std::filesystem::path> inputs() const {
@@ -120,7 +120,7 @@ EnvironmentLight readLight(const ReferenceCommand& command, const CommonOptions&
 
 EnvironmentLight readLightOf(const ReferenceCommand& command, const CommonOptions& common) {
     if (command.light.empty()) {
-        refuseReading(command.reading, "the white light that there is without --light");
+        refuseReading(command.reading, "the default white light");
         return EnvironmentLight::white();
     }
     EnvironmentLight light = readLight(command, common);
@@ -138,7 +138,7 @@ void addMaterial(ReferenceCommand& command, const BrdfReading& material, bool tw
     if (material.membrane && !two_sided)
         throw Unsupported(material.brdf.name + ": a membrane needs a two-sided mesh (visibility --two-sided)");
     if (material.membrane && material.membrane->open_back)
-        throw Unsupported(material.brdf.name + ": back=open is no material that light could make; use back=own");
+        throw Unsupported(material.brdf.name + ": no real material has back=open; use back=own");
     command.options.brdfs.push_back(material.brdf);
     command.options.membranes.push_back(material.membrane);
     command.options.emissions.push_back(toFloat(material.emission));
@@ -406,7 +406,7 @@ void defineReference(CLI::App& app, ReferenceCommand& command) {
         app.add_option("--scene", command.scene,
                        "S.json instead of a bake: everyone casts on everyone and on the ground (docs/scene.md)")
             ->excludes(input);
-    app.add_option("--time", command.time, "of a scene: seconds into everyone's clip (default: as it says)")
+    app.add_option("--time", command.time, "scene only: seconds into each character's clip (default: as its file says)")
         ->check(within(0.0, 1e6))
         ->needs(scene);
     app.add_option("-o,--output", command.output, "REF.exr or REF.png")->required();
@@ -421,8 +421,8 @@ void defineReference(CLI::App& app, ReferenceCommand& command) {
     app.add_option(
            "--slot", command.slots,
            "SLOT=SPEC: the material of a part of the mesh (info lists the slots), an analytic one or the file of "
-           "a measured one (FILE.csv:ROW of fits); any number of them, the other parts have the one above. Of a scene: "
-           "MATERIAL=SPEC, what a material of its assets is")
+           "a measured one (FILE.csv:ROW of fits); any number of them, the other parts have the one above. For a "
+           "scene: MATERIAL=SPEC, the reflectance of a material of its assets")
         ->allow_extra_args(false);
     app.add_option("--materials-of", command.materials_of,
                    "RIG.glb (.gltf, .vrm, .fbx, .dae, .x): every slot has the material that the file describes, "
@@ -433,7 +433,7 @@ void defineReference(CLI::App& app, ReferenceCommand& command) {
                  "read")
         ->needs(app.get_option("--materials-of"));
     app.add_option("--occluder", command.occluders,
-                   "of the bake, each as it was given there and in that order; not drawn")
+                   "occluders of the bake, each as it was given there and in that order; they are not drawn")
         ->allow_extra_args(false)
         ->excludes(scene);
     app.add_option("--tangents", command.tangents,
@@ -457,18 +457,18 @@ void defineReference(CLI::App& app, ReferenceCommand& command) {
                    "replace the picture of --light by its SH of this order (0: do not)")
         ->check(within(0, kMaxOrder, "bands"))
         ->needs(light);
-    CLI::Option* bounces =
-        app.add_option("--bounces", command.bounces,
-                       "how often surfaces reflect light diffusely, or let it through as the bake says (default: 0, "
-                       "and 1 of a scene)")
-            ->check(within(0, kMaxBounces, "reflections"));
-    addParsed(app, "--albedo", command.albedo, readColorChoice,
-              "of --bounces: what the mesh reflects, R/G/B or FILE.csv as in visibility (default: as the bake has it)")
+    CLI::Option* bounces = app.add_option("--bounces", command.bounces,
+                                          "how often surfaces reflect light diffusely, or let it through as the bake "
+                                          "says (default: 0, for a scene 1)")
+                               ->check(within(0, kMaxBounces, "reflections"));
+    addParsed(
+        app, "--albedo", command.albedo, readColorChoice,
+        "with --bounces: what the mesh reflects, R/G/B or FILE.csv as in visibility (default: as the bake has it)")
         ->needs(bounces)
         ->excludes(scene);
     addChoice(
         app, "--self-bounces", command.self_bounces, kSelfBounceWords,
-        "of a scene: whether light bounces between parts of the same character too, which run-time pictures of an "
+        "scene only: whether light bounces between parts of the same character too, which run-time pictures of an "
         "asset without light that bounces do not show")
         ->needs(scene);
     app.add_option("--camera", command.camera, "yaw=,pitch=,fov=,distance=,target=x/y/z; framed where not given");

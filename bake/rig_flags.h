@@ -15,7 +15,7 @@ namespace penumbra {
 inline void addRigFlags(CLI::App& app, RigOptions& rig) {
     addNameListOption(app, "--nodes", rig.nodes,
                       "only the meshes of these nodes and of those below them; names or globs");
-    addNameListOption(app, "--without", rig.without, "not the meshes of these nodes and of those below them");
+    addNameListOption(app, "--without", rig.without, "leave out the meshes of these nodes and of those below them");
     app.add_option("--split-angle", rig.split_angle, "degrees from which on normals of one place make an edge")
         ->check(within(0.0, 180.0, "degrees"));
     app.add_option("--crease", rig.crease,
@@ -23,8 +23,8 @@ inline void addRigFlags(CLI::App& app, RigOptions& rig) {
         ->check(within(0.0, 180.0, "degrees"));
     app.add_flag_callback(
         "--one-sided", [&rig] { rig.sides = RigSides::kFronts; },
-        "fronts alone, also of materials that the file draws on both sides");
-    app.add_flag("--strict", rig.strict, "refuse a file of which something that is seen would be left out");
+        "use only front faces, even of materials that the file draws on both sides");
+    app.add_flag("--strict", rig.strict, "refuse a file if something visible in it would be left out");
 }
 
 // Where a verb writes the .glb that an FBX file was converted to.

@@ -42,7 +42,7 @@ struct VisibilityCommand {
     LocalMoments local_moments;
     bool of_transfer = false;
     TransferOptions transfer;
-    std::vector<const CLI::Option*> transfer_options;  // those that go with --quantity transfer
+    std::vector<const CLI::Option*> transfer_options;  // only allowed with --quantity transfer
     bool resume = false;
 
     // The files that were read. Before that is known, those that the command names, without patterns and folders of
@@ -76,10 +76,10 @@ void finishOptions(VisibilityCommand& command) {
     if (command.of_transfer) options.transfer = command.transfer;
     for (const CLI::Option* option : command.transfer_options)
         if (!command.of_transfer && option->count() > 0)
-            throw UsageError(option->get_name() + " goes with --quantity transfer");
-    if (options.transfer && options.local) throw UsageError("--local goes with --quantity visibility");
+            throw UsageError(option->get_name() + " needs --quantity transfer");
+    if (options.transfer && options.local) throw UsageError("--local needs --quantity visibility");
     if (options.poses && options.fps > 0 && options.clips.empty())
-        throw UsageError("--fps goes with --clips when there is --poses, which has times of its own");
+        throw UsageError("--fps needs --clips beside --poses, which has times of its own");
     refuseTwice(command.rigs);
 }
 
@@ -141,7 +141,7 @@ void runVisibility(VisibilityCommand& command, const CommonOptions& common, Repo
     writeConverted(command.converted, plan.source.rig ? &*plan.source.rig : nullptr, command.rigs.front());
     if (std::string damage; command.resume && isWhole(command.output, plan, damage)) {
         report.figures["already_whole"] = true;
-        if (!common.quiet) std::printf("%s: is this bake already, and whole\n", command.output.c_str());
+        if (!common.quiet) std::printf("%s: is this bake already, and is complete\n", command.output.c_str());
         return;
     } else if (!damage.empty() && !common.quiet) {
         reportWarning("penumbra-bake", damage + ": all of it is baked anew");
@@ -204,7 +204,7 @@ void defineVisibility(CLI::App& app, VisibilityCommand& command) {
     addSeed(app, options.seed, "turns the set of directions");
     app.add_option("--bias", options.bias, "start of a ray above the surface, in rest diagonals")
         ->check(within(1e-7, 0.1, "diagonals of the rest pose"));
-    addChoice(app, "--precision", options.precision, kPrecisionWords, "of the coefficients on disk");
+    addChoice(app, "--precision", options.precision, kPrecisionWords, "precision of the coefficients on disk");
     app.add_flag("--resume", command.resume,
                  "go on where a killed bake of this output stopped; keep what is done when stopped");
     command.ground = addParsed(app, "--ground", options.ground_y, readGround,
@@ -220,7 +220,7 @@ void defineVisibility(CLI::App& app, VisibilityCommand& command) {
     CLI::Option* local =
         app.add_flag("--local", command.local,
                      "also bake the moments that nearby parts of the mesh alone leave visible (/visibility/local)");
-    app.add_option("--local-steps", command.local_moments.steps, "how many bones away is near")
+    app.add_option("--local-steps", command.local_moments.steps, "how many bones away a part still counts as nearby")
         ->check(within(1, kMaxLocalSteps, "bones with a part"))
         ->needs(local);
     app.add_option("--local-order", command.local_moments.order, "SH bands of the local moments")
@@ -229,16 +229,16 @@ void defineVisibility(CLI::App& app, VisibilityCommand& command) {
     addChoice(app, "--quantity", command.of_transfer, kQuantityWords,
               "visibility, or transfer: cosine-weighted visibility, and light that bounces");
     CLI::Option* bounces =
-        app.add_option("--bounces", command.transfer.bounces, "of transfer: how often light is reflected")
+        app.add_option("--bounces", command.transfer.bounces, "with transfer: how often light is reflected")
             ->check(within(0, kMaxBounces, "reflections"));
     command.transfer_options = {
         bounces,
         addParsed(app, "--albedo", command.transfer.albedo, readColorChoice,
-                  "of transfer with bounces: what the surface reflects, R/G/B (linear, below 1) or FILE.csv of slots "
+                  "with transfer and bounces: what the surface reflects, R/G/B (linear, below 1) or FILE.csv of slots "
                   "or vertices (default: the rig's base colours and textures)")
             ->needs(bounces),
         addParsed(app, "--transmission", command.transfer.transmission, readColorChoice,
-                  "of transfer with bounces and --two-sided: what comes through the sheet, as --albedo")
+                  "with transfer, bounces and --two-sided: what comes through the sheet, in the forms of --albedo")
             ->needs(bounces)};
     app.add_flag("--two-sided", options.two_sided, "a thin sheet: every vertex has a back with moments of its own")
         ->excludes(app.get_option("--one-sided"));

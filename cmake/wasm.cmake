@@ -1,5 +1,5 @@
-# WebAssembly by the packages of Debian 12 that `scripts/setup --wasm` installs: clang, lld and libc++ 19, wasi-libc. The
-# module imports nothing but a few calls of WASI, which runtime/web answers.
+# WebAssembly by the packages of Debian 12 that `scripts/setup --wasm` installs: clang, lld and libc++ 19, wasi-libc.
+# The module imports nothing but a few calls of WASI, which runtime/web answers.
 set(CMAKE_SYSTEM_NAME Generic)
 set(CMAKE_SYSTEM_PROCESSOR wasm32)
 set(CMAKE_C_COMPILER clang-19)

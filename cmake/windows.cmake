@@ -1,5 +1,5 @@
-# 64-bit Windows, by the packages of Debian that `scripts/setup --windows` installs: g++ with the threads of POSIX, whose
-# libraries the DLL takes in.
+# 64-bit Windows, by the packages of Debian that `scripts/setup --windows` installs: g++ with the threads of POSIX,
+# whose libraries the DLL takes in.
 set(CMAKE_SYSTEM_NAME Windows)
 set(CMAKE_SYSTEM_PROCESSOR x86_64)
 set(CMAKE_C_COMPILER x86_64-w64-mingw32-gcc-posix)

@@ -20,14 +20,14 @@ struct BlockersCommand {
 void define(CLI::App& app, BlockersCommand& command) {
     app.add_option("model", command.model, "fitted model, X.model.h5: its mesh, skin and frames matter")->required();
     app.add_option("-o,--output", command.output, "X.blockers.h5")->required();
-    app.add_option("--spheres", command.options.spheres, "how many; more than 20 gain little")
+    app.add_option("--spheres", command.options.spheres, "number of spheres; more than 20 gain little")
         ->check(within(1, int(kMaxBlockers)));
     addChoice(app, "--method", command.options.method, kBlockerMethodWords,
               "area: points spread over the surface, silhouettes as large as the mesh's; paper: spheres that hold the "
               "vertices, as in the papers (much too dark)");
     app.add_flag("--refine", command.options.refine,
                  "then change each radius until the silhouettes of the training poses differ least");
-    addSeed(app, command.options.seed, "of the points and of where the groups start");
+    addSeed(app, command.options.seed, "seed of the points and of the starts of the groups");
 }
 
 BlockerFile fileOf(const BlockersCommand& command, const Model& model, const BlockerFit& fit) {

@@ -19,7 +19,7 @@ namespace {
 // Below these a calibration is doubtful.
 constexpr std::size_t kFewShots = 6, kMinCorners = 8;
 constexpr double kLittleTilt = 20, kLittleCoverage = 0.5;
-constexpr double kMuchResidualPixels = 0.5, kWideDeviation = 0.003;  // of f
+constexpr double kMuchResidualPixels = 0.5, kWideDeviation = 0.003;  // pixels; share of f
 
 struct CameraCommand {
     std::vector<std::filesystem::path> shots;
@@ -40,7 +40,7 @@ void defineCamera(CLI::App& app, CameraCommand& command) {
         }
     };
     addParsed(app, "--tags", command.grid, read,
-              "FAMILY:COLUMNSxROWS:SIDE:GAP of the printed grid in metres (scripts/make_tags grid)")
+              "FAMILY:COLUMNSxROWS:SIDE:GAP of the printed grid in metres (scripts/ar/make_tags grid)")
         ->required();
     app.add_option("--response", command.response, "srgb, linear, rec709 or a file of penumbra-fit response");
     app.add_option("-o,--output", command.output, "cam.json to write")->required();

@@ -69,7 +69,7 @@ void define(CLI::App& app, CaptureCommand& command) {
         ->capture_default_str();
 }
 
-// What a list says, with its pictures.
+// The contents of a list, with its pictures.
 struct ReadShots {
     BracketFile list;
     std::vector<TexturePicture> pictures;
@@ -123,7 +123,7 @@ PosedPicture mergeShots(const ReadShots& shots, const CameraPose& pose, std::siz
     const ExposureSet set{std::span(shots.pictures).subspan(first, last - first),
                           std::span(exposures).subspan(first, last - first),
                           std::span(files).subspan(first, last - first)};
-    // Of a walk around, some pictures may show nothing but a white wall.
+    // In a walk around, some pictures may show nothing but a white wall.
     const bool is_all = set.pictures.size() == shots.pictures.size();
     if (const std::string problem = is_all ? findProblem(set) : findExposureProblem(set); !problem.empty())
         throw InvalidInput(problem);
@@ -169,7 +169,7 @@ void requireHalfFloats(const Panorama& panorama, const std::string& list) {
 struct CaptureSources {
     ReadShots read;
     std::vector<PosedPicture> shots;
-    std::optional<TagChoice> tag;       // whose paper is measured
+    std::optional<TagChoice> tag;       // tag whose paper is measured
     std::optional<BracketPose> by_tag;  // the pose, where it came from the tag
 };
 

@@ -28,7 +28,7 @@ struct LightCommand {
     PictureOptions reading;
     std::filesystem::path output;
     std::string name;                // empty: the name of the file or of the analytic lights
-    std::vector<std::string> words;  // of --analytic
+    std::vector<std::string> words;  // arguments of --analytic
     std::vector<AnalyticLight> analytic;
     std::string window_text = "auto";
     WindowChoice window;
@@ -70,9 +70,9 @@ void define(CLI::App& app, LightCommand& command) {
     const auto window = [&command](const std::string& text) { return parseWindow(command.window_text = text); };
     command.window_option = addParsed(
         app, "--window", command.window, window,
-        "against negative radiance beside bright sources, at the price of accuracy: none; always, the least that "
-        "leaves -1% of the mean; auto, the same but only where one pixel or a sharp spot of few outshines its picture; "
-        "or LAMBDA of 1 / (1 + LAMBDA l^2 (l+1)^2)");
+        "window against negative radiance beside bright sources, at the price of accuracy: none; always, the least "
+        "that leaves -1% of the mean; auto, the same but only where one pixel or a sharp spot of few outshines its "
+        "picture; or LAMBDA of 1 / (1 + LAMBDA l^2 (l+1)^2)");
     command.window_option->default_str("auto");
     command.lobes_option =
         app.add_option("--lobes", command.lobes, "zonal lobes, 0 for none")->check(within(0, kMaxFittedLobes));

@@ -19,7 +19,7 @@ namespace penumbra {
 
 namespace {
 
-// Of --model: composed where there are fields, else additive.
+// Default of --model: composed if --fields are given, otherwise additive.
 constexpr const char* kAuto = "auto";
 // The word for a model whose local part has one of kModelKinds, and whose far part are fields.
 constexpr const char* kComposed = "composed";
@@ -88,7 +88,7 @@ void define(CLI::App& app, VisibilityCommand& command) {
            "vertices at which the report holds the fields of a composed model against rays; 0: none, in less time")
         ->check(within(0, 1000000));
     addKind(app, "--features", options.features, kFeatureKinds,
-            "what the numbers are predicted from; zh-lobes know joint-angles alone");
+            "what the numbers are predicted from; zh-lobes read only joint-angles");
     addOrAuto(app, "--clusters", options.clusters, within(1, 1000000), "number of clusters, or auto");
     addOrAuto(app, "--parts", options.parts, within(1, 65000),
               "near-rigid parts of a mesh without skeleton, its bones for relative-bones; a number or auto");

@@ -62,7 +62,7 @@ struct AssetCommand {
         all.insert(all.end(), lights.begin(), lights.end());
         all.push_back(blockers);
         all.push_back(materials_of);
-        std::error_code error;  // what is no file may be a node, which needs --rig: drawLod() says so
+        std::error_code error;  // a name that is no file may be a node, which needs --rig: drawLod() says so
         if (!rig.empty() || fs::exists(lod, error)) all.push_back(lodFile());
         return namedFiles(all);
     }
@@ -218,7 +218,7 @@ std::vector<std::string> addSourceMaterials(const AssetCommand& command, const M
 void drawLod(const AssetCommand& command, const CommonOptions& common, Report& report, Model& model) {
     std::error_code error;
     if (command.rig.empty() && !fs::exists(command.lod, error))
-        throw BadOption("lod", "'" + command.lod + "' is no file; --rig names the file of which it is a node");
+        throw BadOption("lod", "'" + command.lod + "' is not a file; --rig names the file of which it is a node");
     report.phase("level of detail");
     const LodMesh lod = readLod(model, command.lodFile(), command.rig.empty() ? "" : command.lod, common.threads);
     report.willRead(lod.files_read);
@@ -406,7 +406,7 @@ void defineAsset(CLI::App& app, AssetCommand& command) {
         ->excludes(brdf);
     app.add_option("-o,--output", command.output, "X.pnb")->required();
     addChoice(app, "--precision", command.options.precision, kPrecisionWords,
-              "of the visibility basis (i8 unless --max-error); alone it keeps every component");
+              "precision of the visibility basis (i8 unless --max-error); without a bound it keeps every component");
     app.add_option("--max-error", command.options.max_error,
                    "bound on the error of packing (rounded and dropped components), relative to the "
                    "signal: takes the fewest components and the coarsest precision within it")

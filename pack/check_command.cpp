@@ -217,7 +217,7 @@ void runTransferCheck(const CheckCommand& command, const AssetView& asset, const
                       const CommonOptions& common, Report& report) {
     if (!command.predictions.empty() || !command.second_bake.empty() || !command.model.empty() ||
         !command.bounces.empty() || !command.output.empty())
-        throw UsageError("--predictions, --second-bake, --model, --bounces and --worst are of no use: " +
+        throw UsageError("--predictions, --second-bake, --model, --bounces and --worst cannot be used: " +
                          command.asset.string() + " has linear transfer");
     const std::size_t frames = truth.header().frames.frameCount();
     naming(command.truth, [&] { checkTransferFits(asset, truth.header()); });
@@ -268,9 +268,10 @@ void runCheck(const CheckCommand& command, const CommonOptions& common, Report& 
         throw InvalidInput(command.truth.string() + ": quantity is " + truth.header().quantity +
                            "; truth is hemisphere_visibility");
     if (!asset.model.deforming && asset.animation.clips.empty())
-        reportWarning("penumbra-pack", command.asset.string() +
-                                           ": was packed with --no-playback and knows no training clips, so that every "
-                                           "frame counts as held out");
+        reportWarning("penumbra-pack",
+                      command.asset.string() +
+                          ": was packed with --no-playback and has no list of training clips, so that every "
+                          "frame counts as held out");
     const auto check = [&](const fs::path& path, const CheckReferences& references) {
         naming(path, [&] { checkFits(asset, truth.header(), references); });
     };
@@ -317,7 +318,7 @@ void runCheck(const CheckCommand& command, const CommonOptions& common, Report& 
 void defineCheck(CLI::App& app, CheckCommand& command) {
     app.add_option("asset", command.asset, "X.pnb with a model")->required();
     app.add_option("truth", command.truth,
-                   "TRUTH.vis.h5 of the same mesh; of an asset of transfer it may hold transfer")
+                   "TRUTH.vis.h5 of the same mesh; for an asset of transfer it may hold transfer")
         ->required();
     app.add_option("--predictions", command.predictions, "PRED.vis.h5 of penumbra-fit predict");
     app.add_option("--second-bake", command.second_bake,
@@ -334,13 +335,13 @@ void defineCheck(CLI::App& app, CheckCommand& command) {
         ->check(within<std::size_t>(1, 100000))
         ->needs(worst);
     addChoice(app, "--quality", command.quality, kQualityWords,
-              "of the far parts of a composed asset: full, or fast as for characters in the distance");
+              "quality of the far parts of a composed asset: full, or fast as for distant characters");
 }
 
 }  // namespace
 
 Verb checkVerb() {
-    return verbOf<CheckCommand, const CheckCommand>("check", "Hold the run-time evaluator against baked truth.",
+    return verbOf<CheckCommand, const CheckCommand>("check", "Compare the run-time evaluator with baked truth.",
                                                     defineCheck, runCheck);
 }
 

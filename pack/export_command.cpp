@@ -57,15 +57,15 @@ void finishOptions(ExportCommand& command) {
         throw UsageError("an export into a .glb needs the .glb of the character as a second file");
     for (const CLI::Option* option : {command.components, command.max_error})
         if (given(option) && options.kind != ExportKind::kPlay)
-            throw UsageError(option->get_name() + " goes with --as play");
-    if (command.no_color && options.kind != ExportKind::kStatic) throw UsageError("--no-color goes with --as static");
+            throw UsageError(option->get_name() + " needs --as play");
+    if (command.no_color && options.kind != ExportKind::kStatic) throw UsageError("--no-color needs --as static");
     if (command.level && command.rig.empty()) throw UsageError("--lod needs the .glb of a level of detail");
-    if (command.bent && options.kind != ExportKind::kTable) throw UsageError("--bent goes with --as table");
+    if (command.bent && options.kind != ExportKind::kTable) throw UsageError("--bent needs --as table");
     if (command.bounced && options.kind != ExportKind::kTable && options.kind != ExportKind::kStatic)
-        throw UsageError("--bounced goes with --as static and --as table");
+        throw UsageError("--bounced needs --as static or --as table");
     if (command.positions &&
         (options.kind != ExportKind::kNumpy || !command.rig.empty() || options.rate > 0 || !options.clips.empty()))
-        throw UsageError("--positions goes with --as npy of all frames of a bake");
+        throw UsageError("--positions needs --as npy and all frames of a bake");
     if (given(command.max_error) && !given(command.components)) options.components = 0;
     if (command.no_color) options.color = ColorAttribute::kNone;
     if (command.level) options.mesh = ExportMesh::kLevel;
@@ -164,7 +164,7 @@ void reportPatterns(const PrincipalWeights& patterns, const CommonOptions& commo
                     patterns.count, all, patterns.rms, patterns.max, patterns.rms_of_count[0]);
 }
 
-// What all kinds have in common.
+// Inputs that all kinds of export share.
 struct ExportJob {
     const ExportCommand& command;
     const FrameReader& frames;
@@ -199,7 +199,7 @@ void exportIntoGlb(const ExportJob& job, const Rig& rig) {
     const fs::path& path = job.command.rig;
     const GltfNumbers numbers(path);
     ExportedGlb out{rig, job.rows, numbers, openGrowingGlb(path), {}};
-    std::vector<fs::path> others;  // than the reader of the rig has told
+    std::vector<fs::path> others;  // files that the reader of the rig has not reported yet
     for (const fs::path& file : out.glb.files_read)
         if (std::find(rig.files_read.begin(), rig.files_read.end(), file) == rig.files_read.end())
             others.push_back(file);
@@ -270,7 +270,7 @@ void defineExport(CLI::App& app, ExportCommand& command) {
                              "static: mean in vertex attributes; play: vertex colours that follow the clips; table: "
                              "picture with a row for each frame; npy: array of NumPy (default: by the name of OUT)");
     addNameListOption(app, "--clips", options.clips, "names of the clips (default: all)");
-    app.add_option("--rate", options.rate, "frames a second (default: those of the bake, or 12 of a model)")
+    app.add_option("--rate", options.rate, "frames a second (default: the bake's, or 12 for a model)")
         ->check(within(0.01, 1000.0, "frames a second"));
     CLI::Option* components = app.add_option("--components", options.components, "morph targets of --as play; 0: all")
                                   ->check(within(0, 100000, "morph targets"));
@@ -282,7 +282,8 @@ void defineExport(CLI::App& app, ExportCommand& command) {
     app.add_flag("--no-color", command.no_color, "leave COLOR_0 alone and write _OCCLUSION and nothing else");
     CLI::Option* bounced = app.add_flag("--bounced", command.bounced, "light that bounces, too, in COLOR_0 and tables");
     app.add_flag("--bent", command.bent, "tables of bent normals, with occlusion as alpha")->excludes(bounced);
-    app.add_flag("--positions", command.positions, "of --as npy: where the bake's vertices are, not their occlusion");
+    app.add_flag("--positions", command.positions,
+                 "with --as npy: the positions of the bake's vertices instead of their occlusion");
     app.add_flag("--lod", command.level, "RIG is a level of detail: it takes the values of the nearest surface");
 }
 

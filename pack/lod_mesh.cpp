@@ -16,7 +16,7 @@ namespace {
 constexpr double kFarthest = 0.02;      // diagonals from the fitted surface
 constexpr double kMaxFar = 0.01;        // share of the vertices that may be farther
 constexpr double kSameRest = 1e-3;      // diagonals that the joints of a vertex may disagree about where it rests
-constexpr std::size_t kNamesShown = 8;  // of missing joints
+constexpr std::size_t kNamesShown = 8;  // missing joints that a message names
 
 // Returns the inverse of an affine map, in double. A map that is singular gives numbers that are not finite.
 Affine inverseOf(const Affine& map) {

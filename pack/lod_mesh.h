@@ -11,10 +11,11 @@ namespace penumbra {
 
 struct LodMesh {
     DrawnMesh drawn;
-    double rms_distance = 0, max_distance = 0;  // of its vertices from the fitted surface, diagonals of the latter
-    double turned_share = 0;  // of its vertices, those where no normal of the fitted surface agrees within 90 degrees
+    double rms_distance = 0, max_distance = 0;  // distances of its vertices from the fitted surface, in diagonals of
+                                                // that surface
+    double turned_share = 0;  // share of its vertices at which no normal of the fitted surface agrees within 90 degrees
     std::vector<std::filesystem::path> files_read;
-    std::vector<std::string> notes;  // of its reader, a line each
+    std::vector<std::string> notes;  // notes of its reader, one line each
 };
 
 // `file` is a rig. `node` is a name or glob of a node of it, whose meshes are the level; "": all that it shows. Joints

@@ -117,18 +117,18 @@ Offset<fbs::Indirect> writeIndirect(FlatBufferBuilder& builder, const Model& mod
     const IndirectModel& indirect = *model.indirect;
     precisions.coarsest_mean = precisions.coarsest_units = AssetPrecision::kI8;
     const auto clusters = builder.CreateVector(
-        writeClusters(builder, model, indirect.clusters, kIndirectNumbers, "model.indirect.clusters", precisions));
+        writeClusters(builder, model, indirect.clusters, kIndirectSize, "model.indirect.clusters", precisions));
     const auto axes = writeVector<float>(builder, std::span(&indirect.axes, 1));
     const double held_out = std::isfinite(indirect.holdout_share) ? indirect.holdout_share : -1;
     return fbs::CreateIndirect(builder, std::uint8_t(indirect.bounces), axes, clusters, float(indirect.train_share),
                                float(held_out), float(packing_error));
 }
 
-// What of a model its section has beside the numbers of the model file.
+// Fields of the model's section that are not numbers of the model file.
 struct ModelExtras {
     double quantization_error;
     const PackedIndirect& indirect;
-    VertexParts vertices;  // of the mesh section
+    VertexParts vertices;  // parts of the vertices of the mesh section
 };
 
 Offset<fbs::Model> writeModelSection(FlatBufferBuilder& builder, const Model& model, Precisions precisions,
@@ -184,7 +184,7 @@ AnimationSection animationOf(const Model& model, FramesOf frames) {
         animation.inputs.insert(animation.inputs.end(), model.pose.begin() + std::ptrdiff_t((f + 1) * pose - inputs),
                                 model.pose.begin() + std::ptrdiff_t((f + 1) * pose));
     if (frames == FramesOf::kAttempt || (!model.deforming && frames == FramesOf::kPlayback)) return animation;
-    animation.bones.clear();  // of a deforming mesh they follow from the positions
+    animation.bones.clear();  // in a deforming mesh the bones follow from the positions
     animation.pose.clear();
     if (!model.deforming) {
         animation.clips.clear();
@@ -195,7 +195,7 @@ AnimationSection animationOf(const Model& model, FramesOf frames) {
     return animation;
 }
 
-// What an asset holds beside the model.
+// Further contents of an asset besides the model.
 struct Additions {
     std::span<const BrdfFile> materials;
     std::span<const LightFile> lights;
@@ -265,7 +265,7 @@ void checkModel(const Model& model) {
     const auto checkSame = [&](const std::vector<ClusterModel>& clusters, const std::string& what) {
         const auto same = [](const ClusterModel& a, const ClusterModel& b) { return a.vertices == b.vertices; };
         if (!std::equal(clusters.begin(), clusters.end(), model.clusters.begin(), model.clusters.end(), same))
-            throw InvalidInput(what + ": has not the clusters of the model");
+            throw InvalidInput(what + ": does not have the clusters of the model");
     };
     if (model.composition && !model.composition->residual.empty())
         checkSame(model.composition->residual, "model.composition.residual");

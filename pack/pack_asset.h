@@ -40,7 +40,7 @@ struct Packed {
     // mean) over the training frames, both computed by the run-time evaluator. The asset stores it.
     double quantization_error = 0;
     double dropped_error = 0;                        // the part of it that was predicted for the dropped components
-    std::size_t components = 0, all_components = 0;  // of all clusters: how many are kept, and how many the model has
+    std::size_t components = 0, all_components = 0;  // over all clusters: how many are kept, and how many the model has
     // The same of light that bounces; zeros without.
     double indirect_error = 0;
     std::size_t indirect_components = 0, all_indirect_components = 0;

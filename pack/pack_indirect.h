@@ -8,7 +8,7 @@ namespace penumbra {
 
 // How an asset stores the light that bounces, and what that costs.
 struct PackedIndirect {
-    AssetPrecision weights = AssetPrecision::kF16;  // of the regression's weights and units
+    AssetPrecision weights = AssetPrecision::kF16;  // for the regression's weights and units
     // rms of (numbers of the asset - numbers of the model) / rms of (numbers of the model - mean), over training frames
     double error = 0;
     std::size_t components = 0, all_components = 0;

@@ -18,7 +18,7 @@ int main(int argc, char** argv) {
     // the last bits of results, would depend on the machine.
     Eigen::setCpuCacheSizes(48 << 10, 2 << 20, 32 << 20);
     return runProgram(
-        "penumbra-pack", "The run-time asset: packed, and held against truth.",
+        "penumbra-pack", "Run-time assets: pack them, and compare them with the truth.",
         {kAssetFormat, kVisibilityFormat, kTransferFormat, kModelFormat, kBrdfFormat, kLightFormat, kBlockersFormat},
         {assetVerb(), truthVerb(), checkVerb(), exportVerb(), embedVerb()}, argc, argv);
 }

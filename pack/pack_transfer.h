@@ -13,7 +13,7 @@
 namespace penumbra {
 
 struct TransferPackOptions {
-    // Of the basis of the vertices; that of the maps is f32 with it, else f16. The paper counts f32.
+    // Precision of the vertices' basis. The basis of the maps is f32 with kF32, else f16. The paper counts f32.
     AssetPrecision precision = AssetPrecision::kF32;
     std::vector<SlotChoice> slots = {};  // slots that are not listed have the first material
 };

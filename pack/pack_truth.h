@@ -17,7 +17,7 @@ struct TruthOptions {
 
 struct TruthPlan {
     std::vector<std::size_t> frames;  // indices into the visibility file, ascending
-    std::size_t bytes = 0;            // of the moments
+    std::size_t bytes = 0;            // size of the moments
 };
 
 // Chooses the frames. Throws UsageError for an unknown clip and for more than the 2 GiB that an asset can hold, and

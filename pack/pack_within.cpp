@@ -31,7 +31,7 @@ namespace {
 // 0.1% to a relative error of 0.5.
 constexpr double kNegligibleEnergy = 1e-3;
 
-// What the training frames say of each cluster, and then of each cluster of a residual.
+// The scores of the training frames for each cluster, and then for each cluster of a residual.
 struct Training {
     std::vector<std::vector<float>> scores;  // [F, K]
     // How much of the energy of its numbers reaches the final ones: 1, or of the local part of a composed model the
@@ -59,7 +59,7 @@ Training trainingOf(const AssetView& exact, int threads) {
     }
     // A deforming mesh has no vertices without its frames' positions, which an asset may leave out.
     if (!evaluator.composed() || evaluator.deformation()) return training;
-    std::vector<float> far(evaluator.vertexCount() * kFarNumbers);
+    std::vector<float> far(evaluator.vertexCount() * kFarCoefficients);
     const std::vector<std::size_t> frames = packingFrames(exact);
     std::vector<double> squares(clusters);
     for (const std::size_t f : frames) {
@@ -68,7 +68,8 @@ Training trainingOf(const AssetView& exact, int threads) {
         parallelFor(clusters, threads, [&](std::size_t c) {
             evaluator.evaluateFar(c, far);
             const ClusterView& view = exact.model.clusters[c];
-            for (float x : std::span(far).subspan(view.first_vertex * kFarNumbers, view.vertex_count * kFarNumbers))
+            for (float x :
+                 std::span(far).subspan(view.first_vertex * kFarCoefficients, view.vertex_count * kFarCoefficients))
                 squares[c] += double(x) * x;
         });
     }

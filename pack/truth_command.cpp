@@ -46,7 +46,7 @@ void runTruth(TruthCommand& command, const CommonOptions& common, Report& report
 void defineTruth(CLI::App& app, TruthCommand& command) {
     app.add_option("visibility", command.input, "X.vis.h5")->required();
     app.add_option("-o,--output", command.output, "X.truth.pnb")->required();
-    addChoice(app, "--precision", command.options.precision, kMomentWords, "of the moments");
+    addChoice(app, "--precision", command.options.precision, kMomentWords, "precision of the moments");
     addNameListOption(app, "--clips", command.options.clips, "names of the clips to pack (default: all)");
 }
 

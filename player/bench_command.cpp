@@ -56,9 +56,8 @@ void defineBench(CLI::App& app, BenchCommand& command) {
         "S.json instead of an asset: characters that cast on a ground and on one another (docs/scene.md)");
     app.add_option("--runs", command.runs, "frames to time; the median counts")->check(within(1, 100000));
     app.add_option("--characters", command.characters,
-                   "also so many characters of the asset at once, as 10,100; 1 is always measured with them. Of a "
-                   "scene: so many "
-                   "copies of its first character")
+                   "also so many characters of the asset at once, as 10,100; 1 is always measured with them. For a "
+                   "scene: so many copies of its first character")
         ->delimiter(',')
         ->check(within(1, 10000));
     addMaterialFlags(app, command.options);

@@ -10,7 +10,8 @@ constexpr const char* kSceneGroup = "Scenes";
 
 inline void addCastFlags(CLI::App& app, CastWay& way) {
     addChoice(app, "--cast", way.mode, kCastModeWords,
-              "how shadows of others join own visibility; all but product are slow, for comparison")
+              "how shadows of others are combined with a character's own visibility; all but product are slow, for "
+              "comparison")
         ->group(kSceneGroup);
     addParsed(app, "--cast-exponential", way.exponential, parseCastExponential,
               "how the spheres of casters are multiplied: hyb-ps2, or for comparison hyb-ol, ps-K, ol or chain (slow)")

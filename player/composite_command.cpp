@@ -20,7 +20,7 @@ namespace penumbra {
 
 namespace {
 
-// What becomes of photographs without a pose.
+// How photographs without a pose are treated.
 enum class WithoutPose { kRefuse, kKeep };
 constexpr Word<WithoutPose> kWithoutPoseWords[] = {{"refuse", WithoutPose::kRefuse}, {"keep", WithoutPose::kKeep}};
 
@@ -271,8 +271,9 @@ void defineComposite(CLI::App& app, CompositeCommand& command) {
                    "OUT.png or OUT.exr (linear light), OUT.%03d.png, OUT.y4m, or - for a .y4m on standard output")
         ->required();
     app.add_option("--response", command.response,
-                   "of the camera: srgb, linear, rec709, or a file of penumbra-fit response");
-    app.add_option("--exposure", command.exposure, "of the photographs: light of 1 times it has the highest code")
+                   "response of the camera: srgb, linear, rec709, or a file of penumbra-fit response");
+    app.add_option("--exposure", command.exposure,
+                   "exposure of the photographs: light of 1 times this has the highest code")
         ->check(aboveZero());
     CLI::Option* character = app.add_option(
         "--character", command.character,
@@ -289,7 +290,7 @@ void defineComposite(CLI::App& app, CompositeCommand& command) {
     addChoice(app, "--matrix", command.matrix, kMatrixWords,
               "how a .y4m mixes its colours; auto: bt709 from 720 rows on, bt601 below");
     app.add_flag("--grain", command.grain, "give characters the grain of the photographs");
-    app.add_flag("--resume", command.resume, "leave pictures that are there and whole");
+    app.add_flag("--resume", command.resume, "keep pictures that exist and are complete");
     app.add_flag("!--no-shadow", command.shadow, "leave the ground as it is, for comparison");
     app.add_flag("!--no-bounce", command.bounce, "without the light from characters on the ground, for comparison");
     addTimeFlag(app, command.time);

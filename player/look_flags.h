@@ -63,7 +63,7 @@ inline void addLookFlags(CLI::App& app, RenderOptions& options) {
     addShadingFlags(app, options.shading);
     addSunFlags(app, options.suns, options.sun_map);
     addChoice(app, "--bounces", options.bounces, kBounceWords,
-              "of an asset with light that bounces (penumbra-fit indirect): direct light, indirect light or both")
+              "for an asset with light that bounces (penumbra-fit indirect): direct light, indirect light or both")
         ->group(kLookGroup);
     app.add_option("--exposure", options.exposure,
                    "factor on the colours of a shaded PNG (default: automatic and printed, one for the whole run: the "

@@ -47,8 +47,8 @@ inline void addOverlayFlags(CLI::App& app, RenderOptions& options) {
                             ->check(within<std::int64_t>(0, UINT32_MAX))
                             ->group(kOverlayGroup);
     app.add_option("--lobe-of", options.lobe_of,
-                   "what of a composed visibility: whole, local, far, residual, or what one far part leaves visible "
-                   "(its joint, or a unique prefix)")
+                   "which part of a composed visibility: whole, local, far, residual, or the visibility past one far "
+                   "part (its joint, or a unique prefix)")
         ->needs(lobe)
         ->group(kOverlayGroup);
     addNameListOption(app, "--boxes", options.boxes,

@@ -8,9 +8,9 @@ namespace penumbra {
 struct RenderCommand {
     std::vector<std::filesystem::path> assets;  // several stand side by side, which is a scene
     std::filesystem::path scene, truth, output;
-    std::optional<double> time;      // of a scene, seconds
-    CastWay cast;                    // of a scene
-    std::filesystem::path compared;  // of a scene: a picture of it by brute force
+    std::optional<double> time;      // for a scene, seconds
+    CastWay cast;                    // for a scene
+    std::filesystem::path compared;  // for a scene: a picture of it by brute force
     RenderOptions options;
     FramesFlags frames;
     const CLI::App* app = nullptr;  // tells which options were given

@@ -117,10 +117,11 @@ void definePlates(CLI::App& app, ViewCommand& command) {
         ->needs(plate)
         ->group(kGroup);
     app.add_option("--response", live.response,
-                   "of the camera: srgb, linear, rec709, or a file of penumbra-fit response")
+                   "response of the camera: srgb, linear, rec709, or a file of penumbra-fit response")
         ->needs(plate)
         ->group(kGroup);
-    app.add_option("--exposure", live.exposure, "of the photographs: light of 1 times it has the highest code")
+    app.add_option("--exposure", live.exposure,
+                   "exposure of the photographs: light of 1 times this has the highest code")
         ->check(aboveZero())
         ->needs(plate)
         ->group(kGroup);
@@ -151,7 +152,7 @@ void defineView(CLI::App& app, ViewCommand& command) {
     app.add_option("--truth", command.truths, "X.truth.pnb: baked frames to compare with; any number of them");
     addParsed(app, "--size", command.options.size, parseWindowSize,
               "WIDTHxHEIGHT of the window (default: as it was left, else 1280x800)");
-    app.add_flag("--no-settings", command.no_settings, "neither read nor keep what the window was left with");
+    app.add_flag("--no-settings", command.no_settings, "do not read or keep the settings of the window");
     addPathFlag(app, command.options.path);
     addShadingFlags(app, command.options.shading);
     addTextureFlag(app, command.options.textures);

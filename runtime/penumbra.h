@@ -62,7 +62,7 @@ typedef struct penumbra_error {
     char message[508]; /* one sentence, cut if need be; "" with PENUMBRA_OK */
 } penumbra_error;
 
-#define PENUMBRA_NONE ((size_t)-1) /* what the ..._find_ functions return for a name that is not there */
+#define PENUMBRA_NONE ((size_t)-1) /* result of the ..._find_ functions for a name that does not exist */
 
 PENUMBRA_API const char* penumbra_version(void);      /* "0.1.0" */
 PENUMBRA_API int penumbra_asset_format_version(void); /* the one version of .pnb that this library reads */
@@ -120,7 +120,7 @@ typedef struct penumbra_asset_info {
     size_t rotation_count; /* numbers of a pose in rotation vectors, 3J (of a rig with inputs 3 for each joint of its
                               own, then the inputs); 0 where the model reads matrices only */
 
-    const char* convention;   /* of the visibility, "D5", "A4", ... (docs/formulas.md section 2); "T6": transfer */
+    const char* convention;   /* "D5", "A4", ... (docs/formulas.md section 2); "T6": transfer */
     size_t coefficient_count; /* coefficients a vertex */
     size_t stride;            /* floats a vertex in their arrays: coefficient_count padded to a multiple of 4 */
     size_t cluster_count;     /* C */
@@ -146,7 +146,7 @@ PENUMBRA_API size_t penumbra_asset_find_joint(const penumbra_asset* asset, const
 typedef struct penumbra_slot_surface {
     float base[3], emissive[3], f0[3];
     float f90, metallic, roughness;
-    float normal_scale, occlusion_strength; /* of its textures; occlusion does not take from suns or emission */
+    float normal_scale, occlusion_strength; /* factors of its textures; suns and emission have no occlusion */
     float alpha, alpha_cutoff;              /* a pixel with less alpha than the cut-off is not there; 0: all are; -1: as
                                              * much of it is there as alpha says (alphaMode BLEND) */
     size_t diffuse;                         /* material of D */
@@ -270,7 +270,7 @@ PENUMBRA_API void penumbra_character_destroy(penumbra_character* character);
 PENUMBRA_API penumbra_status penumbra_character_set_simd(penumbra_character* character, penumbra_simd simd,
                                                          penumbra_error* error);
 
-/* What a composed asset (one with fields of body parts) takes its time for. Other assets have one quality. */
+/* The quality of a composed asset (one with fields of body parts). Other assets have one quality. */
 typedef enum penumbra_quality {
     PENUMBRA_FULL = 0,
     PENUMBRA_FAST = 1, /* about half the time of an evaluation; for characters that are small in the picture */
@@ -314,9 +314,9 @@ PENUMBRA_API penumbra_status penumbra_character_set_rotations(penumbra_character
                                                               const float* rotations, size_t rotation_count,
                                                               penumbra_error* error);
 typedef enum penumbra_vertex_order {
-    PENUMBRA_SOURCE_VERTICES = 0, /* as the source file has them: source_vertex_count */
+    PENUMBRA_SOURCE_VERTICES = 0, /* in the order of the source file: source_vertex_count */
     PENUMBRA_ASSET_VERTICES =
-        1, /* as rest_positions has them: vertex_count; the backs of a two-sided mesh are not read */
+        1, /* in the order of rest_positions: vertex_count; the backs of a two-sided mesh are not read */
     PENUMBRA_VERTEX_ORDER_WIDE = 0x7fffffff
 } penumbra_vertex_order;
 /* Sets the vertices of a deforming mesh (penumbra_asset_info.deforming) in the model frame. The library computes the
@@ -528,8 +528,8 @@ PENUMBRA_API penumbra_status penumbra_shading_set_light(penumbra_shading* shadin
 /* Changes the parameter of a live material, "exponent" of phong-live or "alpha" of ggx-live, or of a material with
  * steps (penumbra-fit brdf --analytic ggx:alpha=0.1..0.6), whose slices are interpolated, from the next frame on. On
  * the CPU nothing else is to do; a GPU gets it with penumbra_shading_get_gpu_light. Fails with PENUMBRA_UNSUPPORTED for
- * a material that stays as it is, and for a name that it has not. A value out of the parameter's range changes nothing.
- * Allocates nothing. */
+ * a material that stays as it is, and for a name that does not exist. A value out of the parameter's range changes
+ * nothing. Allocates nothing. */
 PENUMBRA_API penumbra_status penumbra_shading_set_material_parameter(penumbra_shading* shading, size_t material,
                                                                      const char* name, double value,
                                                                      penumbra_error* error);
@@ -581,7 +581,7 @@ PENUMBRA_API penumbra_status penumbra_shading_find_suns(penumbra_shading* shadin
 PENUMBRA_API penumbra_status penumbra_shading_shade(const penumbra_shading* shading, const float eye[3],
                                                     const penumbra_vertices* vertices, float* radiance,
                                                     penumbra_error* error);
-/* What radiance has: all light, that of the environment alone, or that which bounces alone. */
+/* Which light the radiance contains: all light, that of the environment alone, or that which bounces alone. */
 typedef enum penumbra_bounces {
     PENUMBRA_ALL_LIGHT = 0,
     PENUMBRA_DIRECT_LIGHT = 1,
@@ -644,7 +644,7 @@ typedef struct penumbra_heights_options {
     float cell_x, cell_z; /* metres from column to column, from row to row, 1e-4..1e5 */
     float corner[3];      /* where height 0 of row 0 and column 0 stands */
     penumbra_height_border border;
-    int order; /* of the visibility, 4 or 5; 0: 5 */
+    int order; /* order of the visibility, 4 or 5; 0: 5 */
     int step;  /* points from one place that looks for its horizon to the next: 1, 2, 4 or 8; 0: 4 */
 } penumbra_heights_options;
 
@@ -726,7 +726,7 @@ PENUMBRA_API penumbra_status penumbra_brdf_get_glsl(char* text, size_t capacity,
 
 /* Writes the GLSL functions penumbra_cast_visibility() and penumbra_cast_mirror() for casters that are spheres,
  * penumbra_cast_fields() and penumbra_cast_combine() for parts with fields, and penumbra_cast_ambient() for both: what
- * casters leave visible at any point. With an asset the text also has penumbra_cast_numbers(), which
+ * casters leave visible at any point. With an asset the text also has penumbra_cast_coefficients(), which
  * multiplies the coefficients of that asset's vertices by it; it then stands behind the text of
  * penumbra_shading_get_glsl. docs/gpu.md tells how they come together. `asset` may be NULL; `text`, `capacity` and
  * `length` are as there. Allocates. */

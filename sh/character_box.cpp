@@ -53,7 +53,7 @@ std::vector<double> weightsOf(const TriangleCorners& corners) {
         if (weights.back() > 0) inverse += 1 / weights.back(), ++count;
     }
     const double mean = inverse > 0 ? double(count) / inverse : 0;
-    for (double& w : weights)  // what is not finite stays so
+    for (double& w : weights)  // leaves weights that are not finite as they are
         if (std::isfinite(w)) w = w > mean ? mean / w : w > 0 ? 1 : 0;
     return weights;
 }

@@ -22,7 +22,7 @@ public:
 private:
     struct Entry {
         int i, j;
-        double value;  // of H_ij = integral over z >= 0 of y_i y_j, doubled off the diagonal
+        double value;  // H_ij = integral over z >= 0 of y_i y_j, doubled off the diagonal
     };
     int order_;
     std::vector<Entry> entries_;  // i <= j

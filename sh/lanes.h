@@ -30,7 +30,7 @@ typedef long long Longs __attribute__((vector_size(16)));
 
 inline Quad loadQuad(const float* at) { return *(const LooseQuad*)at; }
 
-// What there is with AVX2 and without:
+// Operations on eight floats, with AVX2 and without:
 //   choose    mask ? yes : no
 //   least     the smaller of two, b where a is not a number; most: the larger
 //   toInts    towards 0; roundDown: of numbers that toInts can tell

@@ -12,7 +12,7 @@
 
 namespace penumbra {
 
-// What one target changes: vertices [R], ascending, and for each what is added to position and normal at weight 1.
+// Changes of one morph target: vertices [R], ascending, and for each the offset of position and normal at weight 1.
 struct MorphRows {
     std::span<const std::uint32_t> vertices;
     std::span<const Vec3> positions, normals;

@@ -72,7 +72,7 @@ std::string findProblem(const CameraPose& pose) {
     for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j) worst = std::max(worst, std::abs(product(i, j) - (i == j ? 1 : 0)));
     const double determinant = dot(cross(Vec3d{m[0], m[1], m[2]}, Vec3d{m[3], m[4], m[5]}), Vec3d{m[6], m[7], m[8]});
-    if (!(worst <= 1e-3) || determinant < 0) return "has an R that is no rotation";
+    if (!(worst <= 1e-3) || determinant < 0) return "has an R that is not a rotation";
     return "";
 }
 

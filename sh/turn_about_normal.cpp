@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "sh/indirect_numbers.h"
+#include "sh/indirect_coefficients.h"
 
 namespace penumbra {
 
@@ -29,7 +29,7 @@ TurnTable turnsOf(const Convention& convention) { return turnsOfIndices(conventi
 TurnTable turnsOfIndirect() {
     std::vector<int> indices;
     for (std::size_t i = 0; i < kIndirectCoefficients; ++i) indices.push_back(int(i));
-    indices.resize(kIndirectNumbers, 0);  // means over directions of the other colours
+    indices.resize(kIndirectSize, 0);  // means over directions of the other colours
     return turnsOfIndices(indices);
 }
 
@@ -51,7 +51,8 @@ void apply(const FrameTurn& turn, std::span<const float> in, std::span<float> ou
 
 void addTurned(const TurnTable& turns, float cosine, float sine, float weight, std::span<const float> in,
                std::span<float> out) {
-    std::array<float, std::size_t(kMaxOrder)> c{1}, s{0};  // of m times the angle, by the sums of angles
+    std::array<float, std::size_t(kMaxOrder)> c{1}, s{0};  // cosine and sine of m times the angle, by the addition
+                                                           // theorem
     for (std::size_t m = 1; m < c.size(); ++m) {
         c[m] = c[m - 1] * cosine - s[m - 1] * sine;
         s[m] = s[m - 1] * cosine + c[m - 1] * sine;

@@ -21,12 +21,12 @@ struct TurnTable {
     std::size_t size() const { return order.size(); }
 };
 TurnTable turnsOf(const Convention& convention);
-TurnTable turnsOfIndirect();  // of sh/indirect_numbers.h
+TurnTable turnsOfIndirect();  // table for the coefficients of sh/indirect_coefficients.h
 
 // Turns functions of a local frame: its x axis stands at an angle (radians, about the normal) in the new frame.
 struct FrameTurn {
     const TurnTable& turns;
-    std::vector<float> cosine, sine;  // of m times the angle
+    std::vector<float> cosine, sine;  // cosine and sine of m times the angle
 };
 FrameTurn makeTurn(const TurnTable& turns, double angle);
 // `in` and `out` have turns.size() numbers and do not overlap.

@@ -1,11 +1,7 @@
 #pragma once
-// Differences of numbers, for tests.
-//
-// Problem: `worst = std::max(worst, std::abs(a - b))` keeps `worst` where a or b is NaN, and a loop over nothing leaves
-// it at 0. A test of that kind passes code that writes NaN for every number, and code that writes nothing.
-//
-// Here: what is compared must be finite, of the same size on both sides, and not empty. Otherwise the running test
-// fails, whatever it expects of the result, and the result is infinite.
+// Differences of numbers, for tests. The compared numbers must be finite, of the same count on both sides, and not
+// empty. Otherwise the running test fails, whatever it expects of the result, and the result is infinite. A plain
+// `worst = std::max(worst, std::abs(a - b))` would pass NaN and empty arrays.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -58,7 +54,7 @@ bool forEachPair(const A& a, const B& b, const F& f) {
 // Sums over all pairs of numbers.
 struct Differences {
     Largest largest;                   // |x - y|
-    double squares = 0, expected = 0;  // of x - y, and of y
+    double squares = 0, expected = 0;  // sums of squares of x - y, and of y
     std::size_t count = 0;
 };
 template <class A, class B>

@@ -15,7 +15,7 @@ struct ClothOptions {
     int frames = 5;
     FeatureKind features = FeatureKind::kRelativeBones;
     ModelKind kind = ModelKind::kAdditive;
-    int pose_components = 3;  // of dihedral angles
+    int pose_components = 3;  // number of principal components of dihedral angles
     Convention convention{BelowHorizon::kMirrored, 5};
 };
 

@@ -43,7 +43,7 @@ inline PosedPicture photograph(const PinholeCamera& camera, const CameraPose& po
     return out;
 }
 
-// What is seen where a ball stands in a light: of its surface what it mirrors.
+// Adds a mirror ball to a light: rays that hit the ball see the mirrored direction.
 inline SeenFrom withBall(const MirrorBall& ball, const SeenFrom& light) {
     return [=](Vec3d eye, Vec3d ray) {
         const std::optional<Vec3d> mirrored = reflectedDirection(ball, eye, ray);

@@ -14,10 +14,10 @@ namespace penumbra {
 struct FieldReceivers {
     struct Pose {
         std::vector<Affine> bones;             // [J]
-        std::vector<Vec3> positions, normals;  // of some vertices
+        std::vector<Vec3> positions, normals;  // the compared vertices only
     };
     std::vector<Pose> poses;
-    std::vector<std::uint16_t> part;                    // of these vertices
+    std::vector<std::uint16_t> part;                    // part of each of these vertices
     std::vector<std::vector<std::uint16_t>> far_parts;  // [P] that a vertex of each part sees, farParts()
     std::shared_ptr<const PartRays> rays;
 };
@@ -27,8 +27,8 @@ FieldReceivers fieldReceivers(const BakeSource& source, const PartTable& table);
 
 // rms V between fields and rays over receivers of which a part is a far one.
 struct FieldErrors {
-    std::vector<double> part;  // of each part of the fields
-    double product = 0;        // of all far parts together; for a shard of those that it has
+    std::vector<double> part;  // one for each part of the fields
+    double product = 0;        // over all far parts together; a shard counts only the far parts that it has
 };
 // The fields are those of the parts from `first_part` on. The result is the same for any number of threads.
 FieldErrors compareFields(const FieldReceivers& receivers, const PartFields& fields, std::size_t first_part,

@@ -50,8 +50,9 @@ std::vector<std::string> problemsOf(const std::vector<Piece>& shards) {
             problems.push_back(shard.name + ": " + difference + " in " + shards.front().name);
         if (shard.firstPart() > next) problems.push_back("missing parts: " + rangeText(next, shard.firstPart()));
         if (shard.firstPart() < next)
-            problems.push_back("parts there twice: " + rangeText(shard.firstPart(), std::min(next, shard.endPart())) +
-                               " in " + before->name + " and " + shard.name);
+            problems.push_back(
+                "parts that occur twice: " + rangeText(shard.firstPart(), std::min(next, shard.endPart())) + " in " +
+                before->name + " and " + shard.name);
         if (shard.endPart() >= next) before = &shard;
         next = std::max(next, shard.endPart());
     }

@@ -11,7 +11,7 @@ namespace penumbra {
 
 namespace {
 
-constexpr float kPlaceTolerance = 1e-3f;  // of the mesh's diagonal
+constexpr float kPlaceTolerance = 1e-3f;  // in mesh diagonals
 
 // One frame of a mesh that may move: how far, and whether that is all it does.
 struct Shift {

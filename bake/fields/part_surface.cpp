@@ -89,7 +89,7 @@ constexpr double kPointsOfStanding = 4;
 void layPlanesOnFaces(const BoundingBox& bounds, float radius, FieldBox& box) {
     constexpr float kAbove = 0.004f;  // in radii; points of the faces are outside
     constexpr float kThin = 0.5f;     // in cells
-    constexpr float kShort = 0.2f;    // what the border may lack, in cells
+    constexpr float kShort = 0.2f;    // how far a border may fall short, in cells
     for (int axis = 0; axis < 3; ++axis) {
         std::int32_t& points = box.size[std::size_t(axis)];
         const float low = bounds.low[axis] - kAbove * radius, high = bounds.high[axis] + kAbove * radius;
@@ -147,7 +147,7 @@ std::vector<PartField> placeFields(std::span<const PartMesh> meshes, double cell
         for (std::size_t p = 0; p < meshes.size(); ++p) {
             const double of_mean = sum > 0 ? share[p] / sum * double(meshes.size()) : 1;
             parts.push_back(placeField(meshes[p], cells * std::cbrt(of_mean)));
-            bytes += parts.back().pointCount() * kFieldNumbers + parts.back().boxes[0].pointCount();
+            bytes += parts.back().pointCount() * kFieldCoefficients + parts.back().boxes[0].pointCount();
         }
         if (bytes <= most_bytes || cells < kMinCells) return parts;
     }
@@ -208,7 +208,7 @@ NearestPoint NearestSurface::nearest(Vec3 point) const {
         bound = std::min(bound, d);
     }
     // 2. Only those that can be nearest are looked at. Of several at the same distance the first one wins.
-    constexpr float kRounding = 1e-6f;  // of a float of size 1
+    constexpr float kRounding = 1e-6f;  // rounding of a float near 1
     bound += kRounding;
     const Vec3d p = toDouble(point);
     NearestPoint best;

@@ -48,7 +48,7 @@ public:
 
 private:
     std::vector<std::array<Vec3d, 3>> corners_;
-    std::vector<float> x_, y_, z_, radius_;  // of the triangles' bounding spheres
+    std::vector<float> x_, y_, z_, radius_;  // bounding spheres of the triangles
 };
 
 }  // namespace penumbra

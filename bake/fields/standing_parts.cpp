@@ -9,8 +9,9 @@ namespace penumbra {
 
 namespace {
 
-// As findFeet() of the sphere blockers has it (fit/blockers/find_feet.h), a point touches that is so far above the
-// lowest one, in diagonals of the pose, and a part stands that touches in this share of the frames.
+// A point touches if it is no farther above the lowest point than this, in diagonals of the pose. A part stands if it
+// touches in at least this share of the frames. findFeet() of the sphere blockers uses the same rule
+// (fit/blockers/find_feet.h).
 constexpr float kTouch = 0.025f;
 constexpr double kMinTime = 0.2;
 // A part touches where this share of its vertices does. The hem of a cape touches, too, but not its part.

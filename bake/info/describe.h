@@ -19,7 +19,7 @@ using Json = nlohmann::ordered_json;
 
 Json describe(const Provenance& provenance);
 Json describe(const Mesh& mesh);
-Json describe(const FrameList& frames);  // its clips
+Json describe(const FrameList& frames);  // describes the clips
 Json describe(const std::vector<ClipError>& errors);
 // Adds the corners of the box around the rest positions. Who places a mesh in a scene asks where its feet are.
 void addRestBox(Json& json, std::span<const Vec3> positions);

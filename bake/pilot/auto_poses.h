@@ -11,34 +11,34 @@
 namespace penumbra {
 
 struct AutoOptions {
-    PoseNumbers most = {200, 300, 300};  // poses of each kind that a list may get, >= 1
-    double minutes = 0;                  // that the later bake may take on this machine, > 0; 0: any
-    int rays = 1024;                     // of the later bake, 16..2^16
+    PoseCounts most = {200, 300, 300};  // poses of each kind that a list may get, >= 1
+    double minutes = 0;                 // minutes that the later bake may take on this machine, > 0; 0: any number
+    int rays = 1024;                    // rays per vertex in the later bake, 16..2^16
 };
 
 struct AutoTrial {
     PoseTrial trial;
     TrialRatio ratio;    // to the clips alone
-    double minutes = 0;  // of the bake of the list
+    double minutes = 0;  // estimated minutes to bake the list
 };
 
 struct AutoChoice {
     std::vector<AutoTrial> tried;  // the clips alone first; empty where they alone take longer than the minutes
     std::size_t chosen = 0;
-    double clip_minutes = 0;                  // of the bake of the clips alone
-    double pilot_minutes = 0;                 // that the choice took
-    std::size_t pilot_frames = 0, folds = 0;  // of the pilot
-    bool composed = false;                    // its fits were, else additive
+    double clip_minutes = 0;                  // estimated minutes to bake the clips alone
+    double pilot_minutes = 0;                 // minutes that the choice took
+    std::size_t pilot_frames = 0, folds = 0;  // size of the pilot
+    bool composed = false;                    // true if the pilot fitted composed models, false if additive ones
     bool can_mix = true;
 
-    PoseNumbers numbers() const { return tried.empty() ? PoseNumbers{} : tried[chosen].trial.numbers; }
+    PoseCounts counts() const { return tried.empty() ? PoseCounts{} : tried[chosen].trial.counts; }
 };
 
 // The rig, its frames and how they are read, for which the choice is made.
 struct AutoInput {
     const std::vector<std::filesystem::path>& rigs;
     const PosePlan& plan;
-    const PoseOptions& options;  // its numbers are not used
+    const PoseOptions& options;  // their numbers of poses are not used
 };
 
 // Chooses by the trials of pose_pilot.h: first among the kinds, with as many poses as the minutes allow, then whether

@@ -30,9 +30,9 @@ constexpr const char* kFitProgram = "penumbra-fit";
 constexpr std::size_t kFewestFrames = 8;
 constexpr std::uint64_t kFitBytes = std::uint64_t(64) << 30;
 constexpr double kFitSeconds = 3600;
-constexpr double kMinError = 1e-6;     // so that a character that hides nothing has ratios, too
-constexpr int kFieldRays = 128;        // of the fields
-constexpr double kFieldMegabytes = 1;  // of the fields
+constexpr double kMinError = 1e-6;     // keeps ratios finite for a character that hides nothing
+constexpr int kFieldRays = 128;        // rays of the pilot's fields
+constexpr double kFieldMegabytes = 1;  // size of the pilot's fields
 constexpr const char* kSampledLabel = "sampled poses";
 constexpr const char* kMixedLabel = "mixed poses";
 
@@ -195,7 +195,7 @@ FrameList PosePilot::bakeFold(int fold, const std::filesystem::path& output) con
 }
 
 // Fits to the frames of all other folds and the first poses of each kind. Returns the error on the fold's frames.
-double PosePilot::errorOf(int fold, const FrameList& baked, const PoseNumbers& kind) const {
+double PosePilot::errorOf(int fold, const FrameList& baked, const PoseCounts& kind) const {
     const std::string own = labelOf(fold);
     std::vector<std::size_t> train;
     std::vector<std::string> holdout;
@@ -232,7 +232,7 @@ double PosePilot::errorOf(int fold, const FrameList& baked, const PoseNumbers& k
     return std::max(kMinError, runFit(command, folder).at("held_out").at("rms_v").get<double>());
 }
 
-std::vector<std::vector<double>> PosePilot::errorsOf(std::span<const PoseNumbers> kinds) const {
+std::vector<std::vector<double>> PosePilot::errorsOf(std::span<const PoseCounts> kinds) const {
     const auto step = [&] {
         if (input_.step) input_.step();
     };

@@ -10,7 +10,7 @@
 
 namespace penumbra {
 
-constexpr double kSlides = 0.15, kHangs = 0.02;  // of the rest diagonal
+constexpr double kSlides = 0.15, kHangs = 0.02;  // in rest diagonals
 constexpr std::size_t kMaxFrames = 256, kMaxTransforms = 1000000;
 
 namespace {

@@ -9,7 +9,7 @@ namespace penumbra {
 
 struct ChosenPoses {
     std::vector<std::size_t> frames;  // in the order of choice: the first n of them are the choice of n poses
-    std::vector<double> distance;     // of each to the nearest one chosen before it; 0 for the first
+    std::vector<double> distance;     // distance of each frame to the nearest one chosen before it; 0 for the first
     // The distance of every candidate to the nearest chosen one, its maximum and its mean: what the choice leaves
     // uncovered.
     double largest_gap = 0, mean_gap = 0;

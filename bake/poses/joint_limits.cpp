@@ -78,7 +78,7 @@ double parseDegrees(const std::string& text) {
     char* end = nullptr;
     const double value = std::strtod(text.c_str(), &end);
     if (text.empty() || *end != '\0' || !(value >= -180 && value <= 180))
-        throw InvalidInput("'" + text + "' is no angle of -180..180 degrees");
+        throw InvalidInput("'" + text + "' is not an angle of -180..180 degrees");
     return value;
 }
 
@@ -130,7 +130,7 @@ void applyLimitsFile(const std::filesystem::path& path, const Rig& rig, JointLim
                 continue;
             }
             const Row row = parseRow(line, rig);
-            if (std::exchange(given[row.component], 1)) throw InvalidInput("this axis of the joint is there twice");
+            if (std::exchange(given[row.component], 1)) throw InvalidInput("this axis of the joint occurs twice");
             limits.low[row.component] = row.low;
             limits.high[row.component] = row.high;
         } catch (const InvalidInput& problem) {

@@ -11,8 +11,8 @@
 
 namespace penumbra {
 
-constexpr double kFar = 0.06;        // of the rest diagonal
-constexpr double kSamePlace = 0.02;  // of the rest diagonal
+constexpr double kFar = 0.06;        // in rest diagonals
+constexpr double kSamePlace = 0.02;  // in rest diagonals
 
 std::size_t Limbs::mirroredCount() const {
     return std::size_t(std::count_if(mirrored_limb.begin(), mirrored_limb.end(), [](int limb) { return limb >= 0; }));
@@ -26,7 +26,7 @@ struct Skeleton {
     std::vector<int> first;                  // [J] the joint that stands for each
     std::vector<int> parents;                // [J]
     std::vector<std::vector<int>> children;  // [J]
-    std::vector<int> order;                  // of the joints that stand for themselves: parents before children
+    std::vector<int> order;                  // the joints that stand for themselves, parents before children
     std::vector<Vec3d> origin;               // [J]
     std::vector<std::vector<Vec3d>> places;  // [J] rest positions of the vertices that the joint dominates
     std::vector<char> carries;               // [J]

@@ -19,8 +19,8 @@ namespace penumbra {
 
 struct Limbs {
     std::vector<int> limb_of_joint;  // [J]
-    // [N]: of a joint's node that of the joint. A node between joints belongs to the limb of all joints below it, or to
-    // that of the joint above where they differ.
+    // Limb of each node [N]. A joint's node has the joint's limb. A node between joints belongs to the limb of all
+    // joints below it, or to the limb of the joint above if they differ.
     std::vector<int> limb_of_node;
     std::size_t count = 1;
     std::vector<char> carries;  // [J] carryingJoints()

@@ -17,14 +17,14 @@
 
 namespace penumbra {
 
-constexpr double kMaxFeatureBytes = double(std::size_t(2) << 30);  // of the features of all poses
+constexpr double kMaxFeatureBytes = double(std::size_t(2) << 30);  // limit for the features of all poses together
 
 // The bones that move vertices.
 struct MovingBones {
     std::vector<std::size_t> joint;  // ascending
-    std::vector<double> share;       // of the skin weights; sums to 1
-    std::vector<Vec3d> center;       // of what each moves, in the rest space
-    double diagonal = 1;             // of the rest box
+    std::vector<double> share;       // share of the skin weights; sums to 1
+    std::vector<Vec3d> center;       // centre of the vertices that the joint moves, in the rest space
+    double diagonal = 1;             // diagonal of the rest box
     std::size_t count() const { return joint.size(); }
 };
 MovingBones movingBones(const Rig& rig);

@@ -37,17 +37,17 @@ struct PoseOptions {
 struct PosePlan {
     Rig rig;
     FrameList candidates;
-    std::vector<std::string> notes;  // of the rig, a line each
+    std::vector<std::string> notes;  // notes of the rig's reader, one line each
 };
 // Reads the rig and finds the candidates. Throws UsageError, IoError and InvalidInput.
 PosePlan planPoses(const std::vector<std::filesystem::path>& rigs, const PoseOptions& options);
 
 struct PoseList {
     PoseFile file;                           // without provenance
-    ChosenPoses choice;                      // of the candidates; empty when none are to be chosen
+    ChosenPoses choice;                      // chosen among the candidates; empty if none are to be chosen
     JointLimits limits;                      // empty when nothing is sampled
     Limbs limbs;                             // without joints when nothing is mixed
-    double open_before = 0, open_after = 0;  // as in CoveringPoses
+    double open_before = 0, open_after = 0;  // see CoveringPoses
 };
 // Chooses, samples and mixes the poses. The result is the same for any number of threads.
 PoseList makePoses(const PosePlan& plan, const PoseOptions& options, int threads);

@@ -69,7 +69,8 @@ Vec3d litFrom(const ReferenceScene& scene, const Corners& corners, const Surface
            toDouble(membrane.tau) * reflectedFrom(scene, behind, other, light, samples, seed + kOther);
 }
 
-// What pictures show has their emission, the factor of a slot that has no picture of it too.
+// Returns the emission factor of the slot at a point. A surface with pictures returns 0 here, because its pictures say
+// what it emits; a slot without a picture of its emission emits by its factor there, too.
 Vec3d emissionOf(const ReferenceScene& scene, const Corners& corners, const ReferenceOptions& options) {
     SurfacePlace place;
     if (options.emissions.empty() || picturesAt(scene.input, corners, place)) return {};

@@ -27,7 +27,7 @@ struct Side {
 };
 struct PathHit {
     Side met;
-    std::optional<Side> other;  // of a sheet that lets light through
+    std::optional<Side> other;  // the far side of a sheet that lets light through
 };
 
 Vec3d colorAt(std::span<const Vec3> colors, const Corners& corners) {

@@ -26,7 +26,7 @@ struct SurfacePoint {
     Mat3d frame;               // rows: tangent, bitangent, normal; model frame to local frame
     Vec3d to_eye;              // unit, model frame
     bool closed = false;       // another surface lies on the point, so no light reaches it
-    std::uint32_t member = 0;  // of a scene, as ReferenceFrame::member_of_vertex has it; 0 of a floor
+    std::uint32_t member = 0;  // member of a scene (ReferenceFrame::member_of_vertex); 0 for a floor
 };
 
 // Returns a view direction in the local frame that BRDFs can take. It is at least 1e-3 above the horizon, since

@@ -176,7 +176,7 @@ EnvironmentLight readEnvironmentLight(const std::filesystem::path& path, const P
         notes = std::move(map.notes);
         return EnvironmentLight::fromMap(std::move(map));
     }
-    if (const char* given = givenOption(options)) throw BadOption(given, "is of pictures, not of " + path.string());
+    if (const char* given = givenOption(options)) throw BadOption(given, "is for pictures, not for " + path.string());
     const LightFile file = readLight(path);
     return EnvironmentLight::fromSh(file.order, file.sh);
 }

@@ -12,7 +12,7 @@ namespace penumbra {
 
 namespace {
 
-constexpr std::size_t kLobeSteps = 32;  // of the roughness
+constexpr std::size_t kLobeSteps = 32;  // steps of the roughness
 
 std::int64_t repeated(std::int64_t i, std::int64_t size, TextureWrap wrap) {
     if (wrap == TextureWrap::kClamp) return std::clamp<std::int64_t>(i, 0, size - 1);

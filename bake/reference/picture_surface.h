@@ -54,7 +54,7 @@ private:
 
     const SlotSurface& slotAt(const SurfacePlace& at) const { return surface_.slots[slot_of_triangle_[at.triangle]]; }
     std::array<double, 4> look(const SurfacePlace& at, TextureRole role) const;
-    std::array<double, 4> colorOf(const SurfacePlace& at) const;  // of vertices, with alpha
+    std::array<double, 4> colorOf(const SurfacePlace& at) const;  // colour of the vertices, with alpha
     Vec3d turned(const SurfacePlace& at, Vec3d along) const;
 };
 

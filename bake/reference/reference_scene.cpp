@@ -90,7 +90,8 @@ RayStart startOfShadowRays(const ReferenceScene& scene, const Corners& corners, 
 }  // namespace
 
 SurfacePoint surfacePoint(const ReferenceScene& scene, const Corners& corners, Vec3d to_eye) {
-    constexpr double kMinSteps = 4;  // of floats as large as the triangle's corners: what rounding may move a ray by
+    constexpr double kMinSteps = 4;  // distance by which rounding may move a ray, in float steps at the size of the
+                                     // triangle's corners
     double bias = scene.bias;
     const Triangle& corner = corners.vertex;
     const std::array<double, 3>& weight = corners.weight;

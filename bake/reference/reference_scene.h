@@ -15,13 +15,13 @@ struct ReferenceScene {
     const ReferenceFrame& input;
     SceneScale scale;
     std::vector<Vec3> positions;
-    OcclusionScene scene;                   // what the camera sees
-    std::optional<OcclusionScene> shadows;  // what shadow rays meet, where that is more than the camera sees
+    OcclusionScene scene;                   // for the camera's rays
+    std::optional<OcclusionScene> shadows;  // for shadow rays, where they meet more than the camera sees
     std::vector<SampledBrdf> materials;
     double bias = 1e-4;                                       // ReferenceOptions::bias
     int bounces = 0;                                          // ReferenceOptions::bounces
     std::span<const std::optional<Membrane>> membranes = {};  // ReferenceOptions::membranes
-    std::optional<PointBrdfs> point_brdfs = {};               // of surfaces with pictures
+    std::optional<PointBrdfs> point_brdfs = {};               // for surfaces with pictures
 
     const OcclusionScene& blocking() const { return shadows ? *shadows : scene; }
 };
@@ -33,7 +33,7 @@ ReferenceScene makeReferenceScene(const ReferenceFrame& input, const ReferenceOp
 struct Corners {
     Triangle vertex;
     std::array<double, 3> weight;  // barycentric
-    std::uint32_t triangle = 0;    // of Mesh::triangles
+    std::uint32_t triangle = 0;    // index into Mesh::triangles
 
     std::uint32_t nearest() const {
         return vertex[std::size_t(std::max_element(weight.begin(), weight.end()) - weight.begin())];

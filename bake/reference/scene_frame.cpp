@@ -183,11 +183,11 @@ private:
     SceneFrame& out_;
     const std::optional<SceneGround>& ground_;
     const GroundHeights* heights_;
-    std::vector<Vec3> corners_;                               // of everyone's boxes
-    double least_ = std::numeric_limits<double>::infinity();  // of their diagonals that are not 0
+    std::vector<Vec3> corners_;                               // corners of all members' boxes
+    double least_ = std::numeric_limits<double>::infinity();  // smallest diagonal that is not 0
     PoseFiles poses_;
     ScenePictures pictures_;
-    std::size_t first_triangle_ = 0;  // of the member that is added
+    std::size_t first_triangle_ = 0;  // first triangle of the member that is added
     std::uint32_t members_ = 0;
 
     static std::size_t slotCount(const AssetView& asset) { return std::max<std::size_t>(1, asset.mesh.slots.size()); }

@@ -30,7 +30,7 @@ struct SceneFrame {
     std::vector<std::uint32_t> member_of_vertex;  // [V], from 1 on; the ground is a member
     std::vector<std::uint32_t> twins;       // [T], as twinTriangles() says; of two the ray tracer meets the first alone
     std::vector<std::uint8_t> front_alone;  // [T] as ReferenceFrame has it
-    std::vector<std::shared_ptr<const PictureSurface>> surfaces;  // that `pictures` point to
+    std::vector<std::shared_ptr<const PictureSurface>> surfaces;  // owners of the surfaces to which `pictures` points
     std::vector<PicturePart> pictures;                            // on the members that have some
     std::vector<std::uint32_t> back_of_vertex;  // [V], what shades the other side; triangles have fronts alone
     Camera camera;
@@ -42,8 +42,8 @@ struct SceneFrame {
 enum class SceneLook { kNone, kMaterials, kPictures };  // kPictures: materials, and pictures over them
 // Takes meshes, poses, materials and light from the assets. Everyone stands as in penumbra-player render --scene, at
 // their own times or all at `seconds`; `camera` as there. The result has its origin near the first member
-// (openGround()). Throws what reading assets throws, and InvalidInput for what the scene names and an asset has not.
-// Without a look, materials may miss. A slot with pictures has the material "lambert" under them.
+// (openGround()). Throws what reading assets throws, and InvalidInput for a name in the scene that an asset does not
+// have. With kNone, materials may be missing. A slot with pictures has the material "lambert" under them.
 SceneFrame poseScene(SceneDescription scene, std::optional<double> seconds, const std::string& camera, SceneLook look);
 
 }  // namespace penumbra

@@ -16,7 +16,7 @@ struct BakeSource {
     std::vector<std::filesystem::path>& filesRead() { return rig ? rig->files_read : cache->files_read; }
     const std::vector<std::filesystem::path>& filesRead() const { return rig ? rig->files_read : cache->files_read; }
     std::vector<std::string> clipNames() const;
-    std::vector<std::string> notes() const;  // what its reader has to say, a line each
+    std::vector<std::string> notes() const;  // notes of its reader, one line each
     // firstOfSides() of a rig that has hard edges, else empty.
     std::vector<std::uint32_t> places() const;
 };

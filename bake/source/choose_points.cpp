@@ -58,7 +58,7 @@ struct Quadric {
 struct Collapse {
     double cost = 0;
     std::uint32_t from = 0, onto = 0;
-    std::uint32_t stamp_from = 0, stamp_onto = 0;  // of when the cost was computed
+    std::uint32_t stamp_from = 0, stamp_onto = 0;  // stamps of both ends when the cost was computed
 
     bool operator<(const Collapse& other) const {  // the queue gives the greatest first
         if (cost != other.cost) return cost > other.cost;

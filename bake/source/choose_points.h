@@ -9,7 +9,7 @@ namespace penumbra {
 
 struct ChosenPoints {
     std::vector<std::uint32_t> vertices;  // ascending
-    std::vector<Triangle> triangles;      // of the chosen, indices into `vertices`
+    std::vector<Triangle> triangles;      // triangles between chosen vertices, as indices into `vertices`
 };
 
 // Collapses edges of the mesh onto one of their ends until `count` vertices are left, or no edge can collapse. What is

@@ -12,10 +12,10 @@ struct ExtraInputs {
     struct Rows {
         std::string clip;                 // name of the clip; the other members are [R], by ascending time
         std::vector<double> times;        // seconds
-        std::vector<double> keys;         // as they stand in the table
+        std::vector<double> keys;         // keys as written in the table
         std::vector<std::size_t> lines;   // line numbers in the table, from 1
         std::vector<double> values;       // [R, X]
-        std::vector<double> frame_times;  // of the clip's frames in a cache, seconds
+        std::vector<double> frame_times;  // times of the clip's frames in a cache, seconds
     };
     std::vector<Rows> of_clip;  // one entry for each clip of the source; a single one for a source without clips
 };

@@ -32,7 +32,7 @@ float parseChannel(const std::string& text, const std::string& where) {
     const char* end = text.data() + std::max(first, last);
     const auto [stop, error] = std::from_chars(text.data() + first, end, value);
     if (error != std::errc() || stop != end || !std::isfinite(value))
-        throw InvalidInput(where + "'" + text + "' is no number");
+        throw InvalidInput(where + "'" + text + "' is not a number");
     return value;
 }
 
@@ -57,7 +57,8 @@ struct ColorTable {
 ColorTable readTable(const std::filesystem::path& path) {
     std::ifstream in(path);
     if (!in)
-        throw IoError(path.string() + ": cannot read as a table, and is no colour R/G/B of three numbers of 0 or more");
+        throw IoError(path.string() +
+                      ": cannot read as a table, and is not a colour R/G/B of three numbers of 0 or more");
     ColorTable table;
     std::string line;
     for (std::size_t number = 1; std::getline(in, line); ++number) {
@@ -96,7 +97,7 @@ void colorVertex(const Mesh& mesh, const TableLine& line, PartialColors& colors)
     const auto [stop, error] = std::from_chars(line.name.data(), end, vertex);
     const std::size_t fronts = mesh.frontVertexCount();
     if (error != std::errc() || stop != end || vertex >= fronts)
-        throw InvalidInput(line.where + "vertex '" + line.name + "' is none of 0.." + std::to_string(fronts - 1));
+        throw InvalidInput(line.where + "vertex '" + line.name + "' is not in 0.." + std::to_string(fronts - 1));
     for (std::size_t v = vertex; v < mesh.vertexCount(); v += fronts) colors[v] = line.color;
 }
 

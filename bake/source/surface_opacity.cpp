@@ -25,7 +25,8 @@ namespace penumbra {
 
 namespace {
 
-constexpr std::size_t kMaxValues = std::size_t(1) << 26;  // of all triangles; beyond, pieces become larger
+constexpr std::size_t kMaxValues = std::size_t(1) << 26;  // limit for all triangles together; if it is passed, pieces
+                                                          // become larger
 
 std::uint8_t shareStopped(const MaterialColor& material, double alpha) {
     if (material.alpha_mode == AlphaMode::kMask) return alpha >= double(material.alpha_cutoff) ? kStopsAll : 0;
@@ -66,7 +67,7 @@ public:
 
 private:
     Opacity opacity_;
-    std::unordered_map<std::string, std::uint32_t> first_;  // of each list of values
+    std::unordered_map<std::string, std::uint32_t> first_;  // where each list of values begins
 };
 
 // Opens the pictures of the parts that are not opaque. Entries of opaque parts, and of those whose alpha cannot be

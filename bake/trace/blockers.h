@@ -20,14 +20,14 @@ struct Blockers {
     // [Vs] the closed surface that each vertex of the mesh is part of; 0 = none
     std::vector<std::int32_t> solid_of_vertex;
 
-    // Of all meshes, for SeeThrough.
+    // Inputs of SeeThrough, for all meshes together.
     Opacity opacity;
     std::vector<std::uint32_t> twins;  // twinTriangles(); empty: no triangle has one
     // [V] the vertex of the traced side of each vertex of the mesh: that of the first twin, for one that only second
     // twins use; else the vertex itself. Empty without twins.
     std::vector<std::uint32_t> front_of_vertex;
 
-    VertexFans fans;  // of the mesh
+    VertexFans fans;  // fans of the mesh's vertices
     // [Vs] the first vertex of each vertex' place (firstOfSides()), which triangles, fans and solids use in its stead:
     // a hard edge is no border. Empty: every vertex has a place of its own.
     std::vector<std::uint32_t> place_of_vertex;
@@ -56,7 +56,7 @@ struct Blockers {
     // has firstOfSides() of a rig, and is empty for a cache, which has one vertex for each place.
     void add(std::span<const Triangle> more, std::span<const Vec3> rest_positions,
              std::vector<std::uint32_t> places = {});
-    std::size_t vertices = 0;  // of all meshes so far
+    std::size_t vertices = 0;  // vertices of all meshes added so far
     std::int32_t solids = 0;   // closed surfaces so far
 };
 
@@ -65,7 +65,7 @@ struct Blockers {
 // it moves with the clip of the same name, or with its only clip when the bake has only one clip too.
 struct Occluder {
     BakeSource source;
-    std::string name;        // as the command line gave it
+    std::string name;        // name as given on the command line
     std::vector<int> clips;  // the occluder's clip for each name that readOccluders() was given; -1 = at rest
 };
 // Splits "body.obj:body.mdd" into "body.obj" and "body.mdd", the files of one --occluder. One of them brings the mesh

@@ -10,7 +10,7 @@ std::vector<float> farBiases(std::span<const Triangle> triangles, std::span<cons
     constexpr double kNear = 4;                    // diagonals: nothing of the character itself is so large
     const Vec3d middle = (toDouble(character.low) + toDouble(character.high)) * 0.5;
     const double diagonal = length(toDouble(character.high) - toDouble(character.low));
-    std::vector<double> reach;  // of each vertex, in diagonals
+    std::vector<double> reach;  // reach of each vertex, in diagonals
     for (const Vec3 p : positions) reach.push_back(length(toDouble(p) - middle) / diagonal);
     for (const Triangle& t : triangles)
         for (std::size_t k = 0; k < 3; ++k) {

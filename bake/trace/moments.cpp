@@ -31,7 +31,7 @@ namespace {
 // The weights of the rays of one point at a time.
 struct RayWeights {
     std::vector<LaneWeights> whole;  // rays that escape everything
-    std::vector<LaneWeights> reach;  // their lengths, where they end
+    std::vector<LaneWeights> reach;  // lengths of the other rays, where they end
     std::vector<LaneWeights> near;   // rays that escape the local triangles
 };
 

@@ -7,11 +7,11 @@
 
 namespace penumbra {
 
-// What local moments need besides.
+// Extra inputs for tracing local moments.
 struct LocalTracer {
     const LocalParts& parts;
     const RayDirections& directions;          // the same directions, with the basis of the local order
-    std::span<const BoundingBox> part_boxes;  // of this frame, in the space of the scene
+    std::span<const BoundingBox> part_boxes;  // boxes of the parts in this frame, in the space of the scene
 };
 
 struct MomentTracer {

@@ -19,17 +19,17 @@ struct SurfaceHit {
     Vec3 normal;         // the normal of the triangle's front, of any length
 };
 
-// What one ray of a set of directions meets first.
+// The first surface that one ray of a set of directions meets.
 struct FirstHit {
     std::uint32_t ray = 0;  // kLanes * packet + lane
     std::uint32_t triangle = 0;
-    float u = 0, v = 0;  // as in SurfaceHit
+    float u = 0, v = 0;  // barycentric, as in SurfaceHit
     bool back = false;   // the ray meets the triangle's back
 };
 
 // Which side of a surface a ray meets first.
 enum class MetSide : std::uint8_t { kNone, kFront, kBack };
-// That of the eight rays of a packet.
+// The side that each of a packet's eight rays met.
 struct LaneSides {
     std::array<MetSide, kLanes> lane{};
 };

@@ -293,7 +293,7 @@ struct LocalQuery {
     RayQuery query;  // first, so that a filter finds the rest by a cast
     const LocalTriangles* local;
     const SceneTriangles* numbers;
-    LaneWeights* near;  // of the packet that is traced
+    LaneWeights* near;  // written for the packet that is traced
 
     bool isLocal(const RTCFilterFunctionNArguments* arguments, unsigned lane) const {
         return local->contains(numbers->numberOf(RTCHitN_geomID(arguments->hit, arguments->N, lane),

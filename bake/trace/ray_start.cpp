@@ -27,7 +27,7 @@ namespace {
 // A surface that the search ray meets.
 struct Met {
     float distance;  // from the point
-    bool front;      // its front faces the rays
+    bool front;      // true if its front faces the rays
     // The closed surface, without its sign: the sign has gone into `front`.
     std::int32_t solid;
     std::uint32_t triangle;

@@ -13,14 +13,15 @@ constexpr unsigned kFilteredGeometry = 1;
 struct FilteredTriangle {
     std::uint32_t number;  // in the scene as it was given
     std::uint32_t pieces;  // n, along an edge
-    std::uint32_t first;   // of its n^2 values
+    std::uint32_t first;   // index of the first of its n^2 values
 };
 
 struct SceneTriangles {
-    std::vector<std::uint32_t> stopping;     // those of geometry 0; empty with `all_stop`: all, in their order
-    std::vector<FilteredTriangle> filtered;  // those of geometry 1
-    std::vector<std::uint8_t> values;        // of their pieces
-    std::vector<bool> has_twin;              // of each triangle as it was given; empty: none has one
+    std::vector<std::uint32_t> stopping;     // triangles of geometry 0; empty with `all_stop`: all triangles in their
+                                             // order
+    std::vector<FilteredTriangle> filtered;  // triangles of geometry 1
+    std::vector<std::uint8_t> values;        // opacities of their pieces
+    std::vector<bool> has_twin;              // one for each triangle as it was given; empty: none has a twin
     bool all_stop = true;
 
     SceneTriangles() = default;

@@ -1,5 +1,5 @@
 #pragma once
-// What a ray passes through: which triangles do not stop it, and how that is decided.
+// Decides which triangles a ray passes through.
 #include <bit>
 #include <cstdint>
 #include <span>

@@ -44,7 +44,7 @@ double processorSeconds() {
 struct ProbeSums {
     double frames = 0, pose_seconds = 0, trace_seconds = 0;  // tracing scaled up to all vertices
     double store_seconds = 0, stored_bytes = 0, stored_frames = 0;
-    double row_bytes = 0, rows = 0;  // of the bounce matrices, which are kept for one frame at a time
+    double row_bytes = 0, rows = 0;  // bounce matrices; they are kept for one frame at a time
 };
 
 // Chooses the vertices of the probe: kTasks blocks, spread evenly over all.
@@ -58,7 +58,8 @@ std::vector<std::size_t> probedTasks(std::size_t tasks) {
 // Holds consecutive frames of the same vertices, one block of vertices after the other, as the writer's chunks have
 // them.
 struct RunOfFrames {
-    std::vector<std::vector<float>> coefficients, local, indirect, positions, normals;  // of each probed block
+    // one vector for each probed block
+    std::vector<std::vector<float>> coefficients, local, indirect, positions, normals;
     std::size_t frames = 0;
 };
 
@@ -133,8 +134,8 @@ void probeFrame(const BakePlan& plan, const BakeDirections& directions, std::siz
         traced += double(size);
         const auto add = [first = begin, count = size, vertices](std::span<const float> values,
                                                                  std::vector<float>& to) {
-            const std::size_t numbers = values.size() / vertices;
-            append(values.subspan(first * numbers, count * numbers), to);
+            const std::size_t each = values.size() / vertices;
+            append(values.subspan(first * each, count * each), to);
         };
         add(posed.frame.coefficients, run.coefficients[i]);
         add(posed.frame.local_coefficients, run.local[i]);
@@ -176,7 +177,7 @@ BakeEstimate estimateBake(const BakePlan& plan, const BakeOptions& options, int 
     const ProbeSums sums = probe(plan, options, threads);
     const VisibilityHeader& header = plan.header;
     const double frames = double(header.frames.frameCount()), vertices = double(header.mesh.vertexCount());
-    const double moments = double(header.numbersOfVertex());
+    const double moments = double(header.coefficientsOfVertex());
     const double frame_bytes = 4 * vertices * (6 + moments);
     const double matrix = sums.rows > 0 ? vertices * sums.row_bytes / sums.rows : 0;
     const double bounced = header.hasBounces() ? 2 * 4 * 3 * vertices * double(header.coefficientCount()) : 0;

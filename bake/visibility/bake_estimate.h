@@ -7,7 +7,7 @@ namespace penumbra {
 
 struct BakeEstimate {
     double seconds = 0;  // with as many threads as the probe, on a machine that nobody else uses
-    double bytes = 0;    // of the output
+    double bytes = 0;    // size of the output
     double memory = 0;   // bytes
     double journal = 0;  // bytes beside the output until it is whole
     double probe_seconds = 0;

@@ -72,8 +72,9 @@ bool writeAll(int file, std::uint64_t offset, std::span<const std::byte> bytes) 
 
 BakeJournal::BakeJournal(const fs::path& output, const VisibilityHeader& header, Precision precision, Journal use)
     : path_(pathBeside(output, ".journal")), precision_(precision), keep_(use == Journal::kResume) {
-    frame_bytes_ = header.mesh.vertexCount() * header.numbersOfVertex() * (precision == Precision::kFloat16 ? 2u : 4u) +
-                   (header.hasBounces() ? 2 * sizeof(float) : 0);
+    frame_bytes_ =
+        header.mesh.vertexCount() * header.coefficientsOfVertex() * (precision == Precision::kFloat16 ? 2u : 4u) +
+        (header.hasBounces() ? 2 * sizeof(float) : 0);
     open(use);
     if (file_ < 0) return;
     if (!keep_) removeOnStop(path_);
@@ -112,7 +113,7 @@ void BakeJournal::open(Journal use) {
             file_ = -1;
             throw IoError(path_.string() + ": not a regular file");
         }
-        ::close(file_);  // its owner removed it between the two calls
+        ::close(file_);  // the owner removed the file between the two calls
         file_ = -1;
     }
     throw IoError(path_.string() + ": cannot write");
@@ -145,7 +146,7 @@ std::string BakeJournal::adopt(const std::string& key) {
     struct stat status {};
     if (::fstat(file_, &status) != 0 || std::memcmp(head.data(), kMagic.data(), kMagic.size()) != 0 ||
         key_bytes > kMaxKeyBytes || key_bytes > std::uint64_t(status.st_size))
-        return "is no journal of a bake";
+        return "is not the journal of a bake";
     std::vector<std::byte> found(key_bytes + 8);
     if (!readAll(file_, head.size(), found)) return "";
     std::memcpy(&sum, found.data() + key_bytes, 8);

@@ -18,7 +18,7 @@
 
 namespace penumbra {
 
-// What a bake does with the journal of an earlier one that was stopped, and with its own when it is stopped.
+// Whether a bake resumes from the journal of an earlier one that was stopped, or starts again.
 enum class Journal { kResume, kFresh };
 
 class BakeJournal {

@@ -7,7 +7,7 @@
 
 namespace penumbra {
 
-// What the rays of a frame found. Many threads fill it, each the rows of its own vertices.
+// The hits that the rays of a frame found. Many threads fill it, each the rows of its own vertices.
 struct FrameBounces {
     std::vector<BounceRow> rows;  // [V]; empty without bounces
     std::atomic<std::size_t> traced = 0, hits = 0, backs = 0;
@@ -20,7 +20,7 @@ struct FrameBounces {
 struct TracedFrame {
     FrameScene& posed;
     const MomentTracer& tracer;
-    FrameBounces* bounces;  // of a bake of transfer, else null
+    FrameBounces* bounces;  // null unless transfer is baked
 };
 // Traces the vertices [begin, begin + size) and returns the number of rays. May be called from many threads.
 std::size_t traceVertices(const TracedFrame& traced, std::size_t begin, std::size_t size);

@@ -20,10 +20,10 @@ struct BakePlan {
     std::vector<std::filesystem::path> files_read;  // all of them, for provenance and depfiles
     // [V] the vertices of the source that are baked, ascending, where header.mesh is a choice of them; else empty
     std::vector<std::uint32_t> chosen;
-    double rest_diagonal = 0;  // of the character in its rest pose in the model frame: the unit of `bias`
+    double rest_diagonal = 0;  // diagonal of the rest pose in the model frame; the unit of `bias`
     VisibilityHeader header;
     std::string albedo_from;                      // surface_colors.h; empty without bounces
-    std::vector<std::filesystem::path> pictures;  // that the albedo was read from
+    std::vector<std::filesystem::path> pictures;  // files from which the albedo was read
     std::vector<int> source_clip;                 // [C] the source's clip of each of header.frames' clips; -1 = at rest
     float bias = 1e-4f;
     std::vector<float> far_bias;  // far_bias.h; mostly empty
@@ -38,9 +38,9 @@ struct BakePlan {
 
     // The character that blocks rays: all of it, whatever is chosen.
     const Mesh& occluder() const { return header.drawn ? header.drawn->mesh : header.mesh; }
-    std::vector<std::string> notes() const;  // of the source and of the occluders, a line each
+    std::vector<std::string> notes() const;  // notes of the source and of the occluders, one line each
     double rays() const;                     // upper bound: every direction above the horizon of every vertex and frame
-    double bytes(Precision) const;           // of the output before compression
+    double bytes(Precision) const;           // size of the output before compression
 };
 // Reads the source and chooses the frames. Throws UsageError, IoError and InvalidInput.
 BakePlan planBake(const std::vector<std::filesystem::path>& paths, const BakeOptions& options);
@@ -53,7 +53,7 @@ struct BakeTarget {
 
 struct BakeResult {
     double rays_traced = 0;
-    double seconds = 0;           // of tracing, without the time to read the rig
+    double seconds = 0;           // time to trace, without the time to read the rig
     double written_bytes = 0;     // size of the file
     std::size_t frames_kept = 0;  // frames that an earlier bake traced and the journal kept
     std::string note;             // about the journal; "" when there is nothing to tell

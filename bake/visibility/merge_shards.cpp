@@ -1,18 +1,9 @@
-// Merges the shards of a bake.
-//
-// Problem: a farm bakes one animation as many files, each with some of the frames. Put them together to the very file
-// that one bake would have made, byte by byte, and refuse anything that cannot be right: a shard with other options,
-// a missing or a doubled frame, damaged data.
-//
-// Naive: append the files in the order of the command line. That order is the shell's, not the animation's, and with
-// --frames a:b:step or --clips consecutive frames stand in different shards. Nothing would notice a shard that is
-// missing.
-//
-// Here: every shard tells the clips that it was chosen from, their lengths, and the number of each of its frames in
-// its clip (/shard in formats/README.md). From that and the options we list the frames of the whole, look up each
-// shard's frames in that list, and see at once which are missing, doubled or beyond it. Only then frames are copied,
-// in the whole's order, by readers that check the checksums. docs/formulas.md has no section on this, as nothing is
-// computed.
+// Merges the shards of a bake into the very file that one bake would have made, byte by byte. The order of the command
+// line says nothing, because with --frames a:b:step or --clips consecutive frames stand in different shards. So every
+// shard states the clips that it was chosen from, their lengths, and the number of each of its frames in its clip
+// (/shard in formats/README.md). The merge lists the frames of the whole from that, looks up each shard's frames in the
+// list, and refuses shards with other options and frames that are missing, doubled or beyond the list. Only then it
+// copies the frames, by readers that check the checksums.
 #include "bake/visibility/merge_shards.h"
 
 #include <algorithm>
@@ -36,12 +27,12 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kBakeTool = "penumbra-bake visibility";
-constexpr std::size_t kMaxListed = 12;  // of each kind of problem in a message; the report lists them all
+constexpr std::size_t kMaxListed = 12;  // a message lists so many problems of each kind; the report lists all
 
 // Holds what has to be known of a shard while the others are read.
 struct Shard {
     std::string name;
-    std::vector<std::string> told_clips;       // as --clips told this shard
+    std::vector<std::string> told_clips;       // --clips of this shard
     std::vector<std::string> clip_names;       // clips of its frames
     std::vector<std::uint16_t> clip;           // [F] index into clip_names
     std::vector<std::uint32_t> frame_in_clip;  // [F]
@@ -163,7 +154,7 @@ Whole listWhole(const ShardPlace& place, const std::vector<std::string>& names, 
     FrameList all{names, {}, {}};
     for (std::size_t c = 0; c < all.clip_names.size(); ++c) {
         const int known = place.clipNamed(all.clip_names[c]);
-        if (known < 0) throw BadOption("clips", "the shards know no clip '" + all.clip_names[c] + "'");
+        if (known < 0) throw BadOption("clips", "the shards have no clip '" + all.clip_names[c] + "'");
         if (std::count(all.clip_names.begin(), all.clip_names.end(), all.clip_names[c]) > 1)
             throw BadOption("clips", "'" + all.clip_names[c] + "' is asked for twice");
         all.clip.insert(all.clip.end(), place.clip_frames[std::size_t(known)], std::uint16_t(c));
@@ -264,7 +255,7 @@ void addShard(const fs::path& path, std::vector<Shard>& shards, MergePlan& plan)
         plan.problems.different.push_back(path.string() + ": coefficients of another precision");
     plan.shards.push_back(path);
     plan.frames_of_shard.push_back(std::uint32_t(header.frames.frameCount()));
-    if (!sameChoice(*header.shard, *plan.header.shard)) return;  // its frames have no place in the whole
+    if (!sameChoice(*header.shard, *plan.header.shard)) return;  // the whole has no place for its frames
     plan.is_virtual = plan.is_virtual || reader.isVirtual();
     shards.push_back({path.string(), told_clips, header.frames.clip_names, header.frames.clip,
                       header.shard->frame_in_clip, header.frames.time, header.provenance.inputs});
@@ -315,10 +306,10 @@ std::string MergeProblems::sentence() const {
     add("cannot be read: ", joinedUpTo(kMaxListed, unreadable));
     add("cannot be used: ", joinedUpTo(kMaxListed, unusable));
     add("not supported: ", joinedUpTo(kMaxListed, unsupported));
-    add("not of one bake: ", joinedUpTo(kMaxListed, different));
+    add("of different bakes: ", joinedUpTo(kMaxListed, different));
     add("missing frames: ", rangesText(missing, kMaxListed));
-    add("frames there twice: ", joinedUpTo(kMaxListed, twice));
-    add("frames beyond the whole: ", joinedUpTo(kMaxListed, beyond));
+    add("frames that occur twice: ", joinedUpTo(kMaxListed, twice));
+    add("frames that the whole does not have: ", joinedUpTo(kMaxListed, beyond));
     return text;
 }
 
@@ -344,7 +335,7 @@ public:
         // about 96 MB at most (kBlockBytes in visibility_file.cpp).
         constexpr double kBudget = 1e9, kBlocks = 2 * 96e6;
         const VisibilityHeader& header = plan.header;
-        const double frame = 4.0 * double(header.mesh.vertexCount()) * double(header.numbersOfVertex() + 6);
+        const double frame = 4.0 * double(header.mesh.vertexCount()) * double(header.coefficientsOfVertex() + 6);
         most_ = std::size_t(std::clamp(kBudget / std::min(kBlocks, 128 * frame), 2.0, 64.0));
     }
     VisibilityFrame read(FrameSource source) {
@@ -361,7 +352,7 @@ public:
         if (source.frame >= reader.header().frames.frameCount() ||
             reader.header().mesh.vertexCount() != plan_.header.mesh.vertexCount() ||
             reader.header().order != plan_.header.order ||
-            reader.header().numbersOfVertex() != plan_.header.numbersOfVertex())
+            reader.header().coefficientsOfVertex() != plan_.header.coefficientsOfVertex())
             throw IoError(plan_.shards[source.file].string() + ": was replaced while it was read");
         return reader.readFrame(source.frame);
     }

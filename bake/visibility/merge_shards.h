@@ -37,13 +37,13 @@ struct MergeProblems {
 };
 
 struct MergePlan {
-    VisibilityHeader header;  // of the whole
+    VisibilityHeader header;  // header of the whole file
     Precision precision = Precision::kFloat32;
     std::vector<std::filesystem::path> shards;  // the shards that can be read
     std::vector<std::uint32_t> frames_of_shard;
     bool is_virtual = false;          // a shard is an index of other files
     std::vector<FrameSource> source;  // [F] of the whole: where each frame comes from
-    MergeProblems problems;           // when there are any, `source` is incomplete
+    MergeProblems problems;           // if there are any, `source` is incomplete
 };
 // Opens every shard once, one after the other, and plans the merge. Throws UsageError when the options ask for clips
 // or frames that these shards cannot give. Without any shard that can be read, the plan knows neither the whole nor

@@ -222,8 +222,7 @@ BakePlan planBake(const std::vector<std::filesystem::path>& paths, const BakeOpt
         throw BadOption("distance",
                         "does not go with local moments: composed models and their fields hide at any "
                         "distance");
-    if (options.distance > 0 && options.transfer)
-        throw BadOption("distance", "goes with visibility, not with transfer");
+    if (options.distance > 0 && options.transfer) throw BadOption("distance", "is for visibility, not for transfer");
     BakePlan plan;
     RigOptions rig = options.rig;
     if (options.two_sided) rig.sides = RigSides::kFronts;  // each vertex gets its back below
@@ -276,7 +275,7 @@ double BakePlan::rays() const {
 double BakePlan::bytes(Precision precision) const {
     const double vertices = double(header.mesh.vertexCount()), frames = double(header.frames.frameCount());
     const double coefficient = precision == Precision::kFloat16 ? 2 : 4;
-    const double moments = double(header.numbersOfVertex());
+    const double moments = double(header.coefficientsOfVertex());
     const double joints = header.skin ? double(header.skin->jointCount()) : 0;
     const double influences = header.skin ? double(header.skin->influences) : 0;
     const double frame = vertices * (24 + coefficient * moments) + 48.0 * joints + 4.0 * header.pose_size + 10;

@@ -52,7 +52,7 @@ std::vector<Region> regionsOf(const SurfaceSamples& samples, std::span<const int
     for (std::size_t r = 1; r < regions.size(); ++r) {
         if (regions[r].points.empty()) continue;
         const double share = double(regions[r].points.size()) / double(samples.joint.size());
-        const int others = int(regions.size() - 1 - r) * least + 1;  // what later feet and the rest need at least
+        const int others = int(regions.size() - 1 - r) * least + 1;  // least count for later feet and the rest
         regions[r].count = std::clamp(int(std::lround(share * count)), least, std::max(least, left - others));
         left -= regions[r].count;
     }

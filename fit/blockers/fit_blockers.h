@@ -33,13 +33,13 @@ struct FootBlockers {
 
 struct BlockerFit {
     SphereBlockers blockers;
-    double scale = 1;             // what the radii of the method were multiplied by
+    double scale = 1;             // factor on the method's radii
     double mesh_area = 0;         // m^2, mean silhouette of the mesh over poses and views
     double area = 0;              // m^2, mean silhouette of the spheres over the same
     double silhouette_error = 0;  // rms over poses and views of the area of the spheres - that of the mesh, / mesh_area
     double rigid_share = 0;       // share of the points whose own joint is that of their sphere
     std::size_t poses = 0, views = 0;
-    std::vector<FootBlockers> feet;  // of kArea
+    std::vector<FootBlockers> feet;  // set by kArea
     std::optional<RadiusRefinement> refinement;
 };
 

@@ -20,11 +20,11 @@ namespace penumbra {
 
 namespace {
 
-constexpr double kMargin = 0.1;       // of a silhouette's extent
-constexpr double kDifference = 0.01;  // of a log radius, for derivatives
-constexpr double kPull = 0.05;        // of a log radius towards 0, as a share of the mesh's rms band
+constexpr double kMargin = 0.1;       // in extents of a silhouette
+constexpr double kDifference = 0.01;  // step of a log radius for derivatives
+constexpr double kPull = 0.05;        // pull of a log radius towards 0, as a share of the mesh's rms band
 constexpr int kMaxRadiusSteps = 12;
-constexpr double kMinGain = 1e-4;  // of the squares; a smaller one ends the search
+constexpr double kMinGain = 1e-4;  // relative decrease of the squares; a smaller one ends the search
 
 class BandFit {
 public:
@@ -77,7 +77,7 @@ private:
     std::span<const Vec3d> views_;
     int threads_;
     const SphereBlockers& blockers_;
-    std::vector<double> bands_;  // of the mesh, [poses, views, kSilhouetteBands]
+    std::vector<double> bands_;  // bands of the mesh, [poses, views, kSilhouetteBands]
     std::vector<SilhouetteRange> ranges_;
     double rms_ = 0;
 

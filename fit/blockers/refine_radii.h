@@ -11,12 +11,12 @@ namespace penumbra {
 // The poses that silhouettes are compared in.
 struct SilhouettePoses {
     std::vector<std::vector<Affine>> bones;
-    std::vector<std::vector<Vec3>> positions;  // of the mesh
+    std::vector<std::vector<Vec3>> positions;  // positions of the mesh
 };
 
 struct RadiusRefinement {
     double before = 0, after = 0;  // rms over poses, views and bands of spheres - mesh, / the rms of the mesh
-    int steps = 0;                 // that made it smaller
+    int steps = 0;                 // steps that made it smaller
 };
 
 // Least squares over the logarithms of the radii; centers stay. What is compared is the silhouette in

@@ -10,7 +10,7 @@ namespace penumbra {
 
 // One place, seen by one camera that did not move, at K exposures.
 struct BracketPictures {
-    std::string name;                      // of the file that lists them, for messages
+    std::string name;                      // name of the file that lists them, for messages
     std::vector<TexturePicture> pictures;  // [K], all of one size, at least 2
     std::vector<double> exposures;         // [K], all different, > 0
 };

@@ -38,10 +38,10 @@ constexpr double kTrustedCodes = 1.5;
 // Slope of g, per code, of a place that has weight 1; steeper ones weigh less.
 constexpr double kFullSlope = 0.01;
 
-// What one picture says of one place: g(code) = ln E + log_exposure.
+// The equation that one picture gives for one place: g(code) = ln E + log_exposure.
 struct Term {
     int code = 0;         // the lower one
-    double fraction = 0;  // of the next one
+    double fraction = 0;  // weight of the next one
     double log_exposure = 0, weight = 0;
 };
 using Place = std::vector<Term>;

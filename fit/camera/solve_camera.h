@@ -20,7 +20,7 @@ struct SolvedCamera {
     std::vector<CameraPose> poses;  // [shot]
     std::vector<double> residuals;  // [shot] rms distance of the points, pixels
     double residual = 0;            // the same over all shots
-    std::size_t points = 0;         // that count
+    std::size_t points = 0;         // points that count
     std::size_t strays = 0;         // left out, because they are far off
     // Standard deviations of f, cx, cy (pixels), k1 and k2 that follow from the residual.
     std::array<double, 5> deviations{};

@@ -62,7 +62,7 @@ std::vector<SeenPoint> seenGridCorners(const TagGrid& grid, std::span<const Dete
         if (tag.family != grid.family || tag.id >= grid.columns * grid.rows) continue;
         if (!once.try_emplace(tag.id, &tag).second)
             throw InvalidInput(std::string("tag ") + nameOf(tag.family) + ":" + std::to_string(tag.id) +
-                               " is there twice: a picture must show one grid alone");
+                               " occurs twice: a picture must show only one grid");
     }
     const double pitch = grid.side + grid.gap;
     std::vector<SeenPoint> out;

@@ -23,10 +23,11 @@ namespace penumbra {
 
 namespace {
 
-constexpr int kAngleSweeps = 30;  // of step 1; 12 clusters in a ring settle to a millionth of a radian in about as many
-constexpr int kBlendSweeps = 24;  // of step 2; a jump then spreads over about ten vertices
+constexpr int kAngleSweeps = 30;  // sweeps of step 1; 12 clusters in a ring settle to a millionth of a radian in about
+                                  // as many
+constexpr int kBlendSweeps = 24;  // sweeps of step 2; a jump then spreads over about ten vertices
 
-using Turn = std::complex<double>;  // of length 1: a turn about the normal
+using Turn = std::complex<double>;  // a turn about the normal, of length 1
 using TurnsToNeighbours = std::vector<std::map<std::uint32_t, Turn>>;
 
 std::vector<std::vector<std::uint32_t>> neighboursOf(std::span<const Triangle> triangles, std::size_t vertices) {

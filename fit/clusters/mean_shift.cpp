@@ -25,7 +25,7 @@ namespace {
 
 constexpr float kBinsPerUnit = 8;
 constexpr int kMaxSteps = 300;
-constexpr double kStopStep = 1e-3;  // as a part of the bandwidth
+constexpr double kStopStep = 1e-3;  // relative to the bandwidth
 
 struct WeightBins {
     MatrixF points;                        // [B, J] mean weights of each bin's members

@@ -83,7 +83,7 @@ HotPixel findHotPixel(const EnvironmentMap& map) {
     HotPixel brightest;
     double whole = 0, most = 0;
     for (int y = 0; y < map.image.height; ++y) {
-        const double of_row = mapSteradians(map.shape(), 0.5, y + 0.5);  // of lat-long, the same all along
+        const double of_row = mapSteradians(map.shape(), 0.5, y + 0.5);  // a lat-long row has the same everywhere
         for (int x = 0; x < map.image.width; ++x) {
             const Vec3 pixel = map.image.pixels[std::size_t(y) * std::size_t(map.image.width) + std::size_t(x)];
             const double flux =

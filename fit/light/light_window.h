@@ -20,7 +20,7 @@ WindowChoice parseWindow(const std::string& text);
 // result is right to 1e-6.
 double leastRadiance(int order, std::span<const double> sh);
 
-constexpr double kMaxRinging = 0.01;  // as a part of the mean
+constexpr double kMaxRinging = 0.01;  // relative to the mean
 struct WindowReport {
     std::vector<double> weights;  // [order]; all are 1 when there is no window
     // `irradiance_change` is relative and over all normals.

@@ -21,7 +21,7 @@ struct StartPlan {
     std::size_t neurons = 16;
     std::uint64_t seed = 1;
     int rounds = 1;
-    int starts = 8, first_iterations = 30, kept = 2;  // of each round
+    int starts = 8, first_iterations = 30, kept = 2;  // for each round
 };
 
 // Returns the best net of all searches. Its `iterations` and `evaluations` are summed over all of them. The searches

@@ -11,7 +11,7 @@ namespace penumbra {
 
 namespace {
 
-constexpr double kMinGroupWeight = 0.003;  // as a part of the largest group weight
+constexpr double kMinGroupWeight = 0.003;  // relative to the largest group weight
 
 // Keeps an input within its range over training frames, widened at both ends.
 float clampedInput(float x, float least, float most) {

@@ -52,7 +52,7 @@ constexpr double kWorthLessPrior = 0.005;
 // Without prior: the prior as a part of the units' largest energy. Less lets rounding grow where there are more units
 // than frames.
 constexpr double kNoAdditivePrior = 1e-10;
-constexpr float kMinIdleWeight = 0.05f;  // as a part of the largest group weight
+constexpr float kMinIdleWeight = 0.05f;  // relative to the largest group weight
 
 struct Candidates {
     std::vector<std::size_t> group;  // index into the model's groups

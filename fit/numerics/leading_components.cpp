@@ -30,8 +30,8 @@ using Rows = EigenRows<float>;
 
 constexpr std::size_t kMinExtra = 20, kExtraShare = 5;  // columns beside those asked for: 20, or a fifth of them
 constexpr int kMaxSweeps = 12;
-constexpr double kConverged = 1e-5;   // of the total energy
-constexpr double kMinEnergy = 1e-10;  // of the total energy; floats do not resolve smaller components
+constexpr double kConverged = 1e-5;   // relative to the total energy
+constexpr double kMinEnergy = 1e-10;  // relative to the total energy; floats do not resolve smaller components
 constexpr Index kTile = 64;           // columns or rows that one task multiplies; fixed, so results are too
 
 // Numbers in [-1, 1) that depend on the place alone, so that every machine starts alike (splitmix64).

@@ -9,7 +9,7 @@ namespace penumbra {
 
 namespace {
 
-constexpr double kRankTolerance = 1e-12;  // of the total energy; smaller energies are below what float rows resolve
+constexpr double kRankTolerance = 1e-12;  // relative to the total energy; float rows do not resolve smaller energies
 constexpr Eigen::Index kBlock = 512;      // columns (or rows) that are converted to double at a time
 
 // Returns the lower triangle of rows rows^T if `from_rows`, else of rows^T rows.

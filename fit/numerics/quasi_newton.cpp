@@ -42,7 +42,7 @@ public:
 
 private:
     const SearchOptions& options_;
-    std::vector<double> values_;  // of every iteration
+    std::vector<double> values_;  // values of all iterations
 };
 
 }  // namespace
@@ -54,7 +54,7 @@ SearchResult minimise(const Objective& objective, const SearchOptions& options, 
     ceres::GradientProblemSolver::Options settings;
     settings.line_search_direction_type = options.method == QuasiNewton::kBfgs ? ceres::BFGS : ceres::LBFGS;
     settings.line_search_type = ceres::WOLFE;
-    settings.use_approximate_eigenvalue_bfgs_scaling = true;  // of the curvature along the newest step
+    settings.use_approximate_eigenvalue_bfgs_scaling = true;  // scales by the curvature along the newest step
     settings.max_num_iterations = options.iterations;
     settings.function_tolerance = 0;  // `stop` judges progress
     settings.gradient_tolerance = options.least_gradient;

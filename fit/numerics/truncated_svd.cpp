@@ -27,7 +27,7 @@ using Eigen::MatrixXd;
 constexpr Index kDirect = 128;       // up to this many rows or columns the whole decomposition is cheaper
 constexpr Index kExtra = 32;         // vectors of the space beside those asked for
 constexpr int kMaxPasses = 100;      // no BRDF needed more than 9
-constexpr double kResidual = 1e-11;  // as a part of the largest singular value
+constexpr double kResidual = 1e-11;  // relative to the largest singular value
 
 // Copies the first `count` triples. The entry of largest magnitude of each u is made positive.
 TruncatedSvd stored(const MatrixXd& u, const Eigen::VectorXd& sigma, const MatrixXd& v, std::size_t count) {

@@ -9,7 +9,7 @@ namespace penumbra {
 
 struct PageSection {
     std::string id, title;  // id: its anchor on the page
-    std::string html;       // what stands in it, its heading included
+    std::string html;       // its contents, including the heading
 };
 
 struct Page {

@@ -79,7 +79,7 @@ auto parseKinds(const char* option, const std::vector<std::string>& words, const
     for (const std::string& word : words) {
         const auto kind = kindNamed(known, word);
         if (!kind)
-            throw UsageError(std::string(option) + ": '" + word + "' is none of " +
+            throw UsageError(std::string(option) + ": '" + word + "' is not one of " +
                              joined(known, ", ", [](auto one) { return nameOf(one); }));
         if (std::find(kinds.begin(), kinds.end(), *kind) == kinds.end()) kinds.push_back(*kind);
     }
@@ -93,8 +93,8 @@ std::vector<double> parseNumbers(const char* option, const std::vector<std::stri
         char* end = nullptr;
         const double number = std::strtod(word.c_str(), &end);
         if (*end != '\0' || !(number >= least && number <= most))
-            throw UsageError(std::string(option) + ": '" + word + "' is no number from " + shortNumber(least) + " to " +
-                             shortNumber(most));
+            throw UsageError(std::string(option) + ": '" + word + "' is not a number from " + shortNumber(least) +
+                             " to " + shortNumber(most));
         numbers.push_back(number);
     }
     std::sort(numbers.begin(), numbers.end());
@@ -305,7 +305,7 @@ void printPlan(const TransferCompareOptions& options, const OutputFiles& files, 
 void runTransfer(const CompareCommand& command, const OutputFiles& files, const VisibilityReader& reader,
                  const CommonOptions& common, Report& report) {
     for (const CLI::Option* option : command.of_visibility)
-        if (option->count() > 0) throw UsageError(option->get_name() + " is of no use to a comparison of transfer");
+        if (option->count() > 0) throw UsageError(option->get_name() + " cannot be used in a comparison of transfer");
     const VisibilityHeader& header = reader.header();
     const TransferCompareOptions options = transferOptions(command, common, header);
     std::optional<VisibilityReader> other;
@@ -376,7 +376,7 @@ void run(const CompareCommand& command, const CommonOptions& common, Report& rep
     writeWholeFile(files.json, compareJson(comparison, figures, source));
     writeWholeFile(files.csv, compareCsv(comparison));
     writeWholeFile(files.html, comparePage(comparison, figures, source));
-    const Table table = summaryTable(comparison);  // of every model at the reference
+    const Table table = summaryTable(comparison);  // rows for every model at the reference
     report.figures["fits"] = comparison.fits.size();
     for (const auto& row : table.rows)
         for (std::size_t c = 1; c < row.size(); ++c) report.figures["reference"][row[0]][table.columns[c]] = row[c];

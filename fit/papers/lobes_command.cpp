@@ -61,10 +61,10 @@ void printFit(const LobeModelFit& fit, const FrameList& frames) {
 LobeFitOptions optionsOf(const LobesCommand& command, const FitOptions& shared) {
     const CLI::App& app = *command.app;
     for (const char* name : {"--fields", "--local-model", "--parts", "--output-variance"})
-        if (app.count(name) > 0) throw UsageError(std::string(name) + " is of no use to --model zh-lobes");
+        if (app.count(name) > 0) throw UsageError(std::string(name) + " cannot be combined with --model zh-lobes");
     if (app.count("--features") > 0 && shared.features != FeatureKind::kJointAngles)
         throw UsageError(std::string("--features ") + nameOf(shared.features) +
-                         ": --model zh-lobes knows joint-angles alone");
+                         ": --model zh-lobes reads only joint-angles");
     LobeFitOptions options;
     if (app.count("--convention") > 0) {
         if (shared.convention.below != BelowHorizon::kBlocked || shared.convention.order < 2)

@@ -38,7 +38,7 @@ Eigen::MatrixXd shaded(const Eigen::MatrixXd& lit, const std::array<Eigen::Matri
 // The radiance of all scenes, and the albedo: what each view reflects of a light of 1 everywhere, summed over the
 // channels.
 struct Radiance {
-    std::vector<double> radiance;  // as bruteForceRadiance() returns it
+    std::vector<double> radiance;  // in the layout of bruteForceRadiance()
     std::vector<double> albedo;    // [views]
 };
 

@@ -25,7 +25,7 @@ struct Step {
 // The interval that ends at a step, with the exact slices of its middle.
 struct Interval {
     Step middle;
-    double error;  // of interpolation there, relative
+    double error;  // relative error of interpolation there
 };
 
 // Slices belong to orthonormal functions of the incident and of the outgoing direction, so the norm of a difference is

@@ -31,9 +31,9 @@ std::vector<double> bruteForceRadiance(const ShadingTest& test, const RgbBrdf& b
 // The scenes of a test, and what a BRDF truly shows of them.
 struct ShadingTruth {
     ShadingTest test;
-    std::vector<double> radiance;  // of bruteForceRadiance()
+    std::vector<double> radiance;  // result of bruteForceRadiance()
 };
-ShadingTruth shadingTruth(const RgbBrdf& brdf, int threads);  // of the reference scenes
+ShadingTruth shadingTruth(const RgbBrdf& brdf, int threads);  // for the reference scenes
 
 // Returns the relative RMSE, all channels together, of L = l . (f x v) against the truth. `slices_of_views` holds the f
 // of every view, [views, J^2, 3], where J = slice_order may be up to kMaxProductOrder. v is in `convention`, and the

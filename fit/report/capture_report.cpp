@@ -12,13 +12,13 @@ namespace penumbra {
 
 namespace {
 
-constexpr double kFewDark = 0.005, kManyHoles = 0.05;  // of the sphere
-constexpr double kMuchUncertain = 0.02;                // of the irradiance
+constexpr double kFewDark = 0.005, kManyHoles = 0.05;  // share of the sphere
+constexpr double kMuchUncertain = 0.02;                // share of the irradiance
 constexpr int kReadableCode = 16;
 
 nlohmann::ordered_json listOf(Vec3d v) { return {v.x, v.y, v.z}; }
 
-// What the paper would reflect if the light were right: R = pi L / E. 0 where no paper was measured.
+// Returns the reflectance that the paper would have if the light were right: R = pi L / E. 0 if no paper was measured.
 Vec3d impliedReflectance(const CaptureSummary& s) {
     if (!s.paper.found()) return {};
     Vec3d out;
@@ -125,7 +125,7 @@ double missingShare(const CaptureSummary& s) {
 double missingShorter(const CaptureSummary& s) {
     if (!(s.clipped > 0)) return 0;
     double stops = std::max(1.0, s.step);
-    // What is clipped must bring what the paper has beyond the light that is sure.
+    // The clipped light must supply the irradiance of the paper that exceeds the certain light.
     if (const double known = luminance(s.uncertain); missingShare(s) > kMuchUncertain && known > 0)
         stops = std::max(stops, std::log2((luminance(irradianceOfPaper(s)) - luminance(s.irradiance) + known) / known));
     if (s.raised)

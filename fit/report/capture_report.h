@@ -1,5 +1,5 @@
 #pragma once
-// What `penumbra-fit capture` tells of the light that it found: what was seen, and how sure it is.
+// Reports the light that `penumbra-fit capture` found: its properties, and how certain they are.
 #include <optional>
 #include <string>
 
@@ -11,7 +11,7 @@
 namespace penumbra {
 
 struct CaptureSummary {
-    std::string name;  // of the file that is written
+    std::string name;  // name of the file that is written
     std::size_t pictures = 0;
     double shortest = 0, longest = 0;  // exposures
     double step = 0;                   // stops from the shortest exposure to the next
@@ -20,7 +20,7 @@ struct CaptureSummary {
     double clipped = 0, dark = 0;  // parts of the sphere
     Vec3d irradiance, uncertain;   // on the ground, and the part that is a lower bound
     PaperMeasure paper;
-    double reflectance = 0;  // of the paper; 0 where it was not asked for
+    double reflectance = 0;  // reflectance of the paper; 0 if it was not asked for
     std::optional<RaiseReport> raised;
 };
 
@@ -32,7 +32,7 @@ double darkStops(const CameraResponse& response);
 double missingShorter(const CaptureSummary& summary);
 double missingLonger(const CaptureSummary& summary);
 
-// Of the irradiance on the ground.
+// Returns the uncertain share of the irradiance on the ground.
 double uncertainShare(const CaptureSummary& summary);
 // How much of the irradiance that the paper has is missing in the light, if white paper reflects 0.8; 0 where no paper
 // was measured, where nothing is clipped, or where nothing is missing.

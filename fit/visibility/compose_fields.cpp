@@ -44,7 +44,7 @@ void checkOccluder(const VisibilityHeader& header, const std::string& file, cons
         !fields.provenance.inputs.empty() && std::any_of(baked.begin(), baked.end(), [&](const ProvenanceInput& input) {
             return input.sha256 == fields.provenance.inputs.front().sha256;
         });
-    if (!known) throw InvalidInput(name + ": is no occluder that " + file + " was baked with");
+    if (!known) throw InvalidInput(name + ": is not an occluder that " + file + " was baked with");
     if (fields.motion.moves)
         throw BadOption("fields", name + " moves; its fields need inputs with a point that it moves with");
     if (fields.motion.follows.empty()) return;

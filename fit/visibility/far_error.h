@@ -16,7 +16,7 @@ struct FarSample {
 };
 
 struct FarError {
-    std::size_t vertices = 0, train_frames = 0, held_out_frames = 0;        // what was looked at
+    std::size_t vertices = 0, train_frames = 0, held_out_frames = 0;        // size of the sample
     ErrorFigures fields_train, fields_held_out, rays_train, rays_held_out;  // without their ambient errors
     // [own parts] rms V between field and rays, over those of the sample's receivers of which the part is a far one
     std::vector<double> part_rms;

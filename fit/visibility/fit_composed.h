@@ -14,7 +14,7 @@ struct ComposedProblem {
     ClusterProblem local;     // its recipe sees the nearby joints; not clamped
     ClusterProblem residual;  // neither clamped nor with ambient weights
     const FarTables* far = nullptr;
-    const VertexSet* vertices = nullptr;  // those of the cluster
+    const VertexSet* vertices = nullptr;  // vertices of the cluster
     std::span<const PosedPart> posed;     // [F, P]
     const NearProblem* near = nullptr;    // null: the model has no near parts
 };
@@ -22,10 +22,10 @@ struct ComposedProblem {
 struct ComposedFit {
     ClusterFit local, residual;
     std::vector<std::uint8_t> near_gains;  // [Vc, Composition::near_count]
-    FrameErrors errors;                    // of local x far + residual
-    FrameErrors without_residual;          // of local x far alone
-    FrameErrors with_mean;                 // of local x far + the mean of the residual
-    FrameErrors split;                     // of the true local x far: what no local model can do better
+    FrameErrors errors;                    // errors of local x far + residual
+    FrameErrors without_residual;          // errors of local x far alone
+    FrameErrors with_mean;                 // errors of local x far + the mean of the residual
+    FrameErrors split;                     // errors of the true local x far, the limit for every local model
     // Energies over training frames of what the product leaves: as it is, about the mean of the other folds, and about
     // the mean of all, which is what the residual model is to predict.
     double left_as_it_is = 0, left_about_others = 0, left = 0;

@@ -13,8 +13,8 @@ struct IndirectFitOptions {
 // Errors of the indirect transfer over some frames, each as a share of the direct transfer: rms over vertices,
 // channels and coefficients of the error over rms of the direct transfer.
 struct IndirectShares {
-    double without = 0;  // of no indirect light at all: what the indirect light is
-    double mean = 0;     // of each vertex' mean over training frames
+    double without = 0;  // error without any indirect light, so the share of the indirect light itself
+    double mean = 0;     // error of each vertex' mean over training frames
     double model = 0;
     double ambient_error = 0;  // mean |E_ind of the model - true E_ind| / pi in luminance, under uniform light
 };

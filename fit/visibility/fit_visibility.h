@@ -16,11 +16,11 @@ struct NearReport {
     double local_alone = 0, with_near = 0;
 };
 
-// What the parts of a composed model do, each over training and held-out frames.
+// Errors of the parts of a composed model, each over training and held-out frames.
 struct ComposedReport {
-    ErrorFigures local_train, local_held_out;      // of the local model, against local moments
-    ErrorFigures without_train, without_held_out;  // of local x far, without the residual
-    ErrorFigures split_train, split_held_out;      // of the true local moments x far: the limit of any local model
+    ErrorFigures local_train, local_held_out;      // the local model against local moments
+    ErrorFigures without_train, without_held_out;  // local x far, without the residual
+    ErrorFigures split_train, split_held_out;      // true local moments x far: the limit for any local model
     double residual_cross_validated = 0;           // relative error of the residual model; 1 is as good as none
     bool residual_kept = false;
     bool near_kept = false;

@@ -21,7 +21,7 @@ namespace penumbra {
 // Throws InvalidInput "FILE: FIELD ...".
 AssetView viewOfAsset(const fbs::Asset& asset, const std::string& file);
 
-// The parts of it that stand in asset_checks_look.cpp. `at` is the field itself; for slots it is the file.
+// Readers of materials and lights. `at` names the field in errors; for slots it names the file.
 struct Field;
 std::vector<MaterialView> materialsOf(const fbs::Asset& asset, const Field& at);
 std::vector<LightView> lightsOf(const fbs::Asset& asset, const Field& at);

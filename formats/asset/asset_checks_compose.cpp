@@ -15,7 +15,7 @@ namespace {
 constexpr float kLargestLength = 1e15f;
 
 Vec3 pointOf(const flatbuffers::Vector<float>* stored, const Field& at) {
-    if (!stored || stored->size() != 3) at.fail("has not 3 elements");
+    if (!stored || stored->size() != 3) at.fail("must have 3 elements");
     const Vec3 point{stored->Get(0), stored->Get(1), stored->Get(2)};
     for (int i = 0; i < 3; ++i) at.require(std::abs(point[i]) <= kLargestLength, "is not finite, or above 1e15");
     return point;
@@ -30,7 +30,7 @@ FieldBox boxOf(const fbs::FieldBox& stored, const Field& at) {
     FieldBox box;
     box.low = pointOf(stored.low(), at / "low");
     box.high = pointOf(stored.high(), at / "high");
-    if (!stored.size() || stored.size()->size() != 3) (at / "size").fail("has not 3 elements");
+    if (!stored.size() || stored.size()->size() != 3) (at / "size").fail("must have 3 elements");
     for (int i = 0; i < 3; ++i) {
         (at / "high").require(box.low[i] < box.high[i], "is not above low");
         box.size[std::size_t(i)] = stored.size()->Get(flatbuffers::uoffset_t(i));
@@ -46,11 +46,11 @@ PartFieldView partOf(const fbs::PartField& stored, const Field& at, std::size_t 
     if (stored.joint() != kStillJoint) checkRange(at / "joint", stored.joint(), 0, std::int64_t(joints) - 1);
     part.field.center = pointOf(stored.center(), at / "center");
     part.field.radius = lengthOf(stored.radius(), at / "radius");
-    if (!stored.boxes() || stored.boxes()->size() != 2) (at / "boxes").fail("has not 2 elements");
+    if (!stored.boxes() || stored.boxes()->size() != 2) (at / "boxes").fail("must have 2 elements");
     for (std::size_t b = 0; b < 2; ++b)
         part.field.boxes[b] = boxOf(*stored.boxes()->Get(flatbuffers::uoffset_t(b)), (at / "boxes")[b]);
     constexpr std::size_t kScales = kFieldLevels * kFieldOrder;
-    if (!stored.scale() || stored.scale()->size() != kScales) (at / "scale").fail("has not 18 elements");
+    if (!stored.scale() || stored.scale()->size() != kScales) (at / "scale").fail("must have 18 elements");
     for (std::size_t i = 0; i < kScales; ++i) {
         const float scale = stored.scale()->Get(flatbuffers::uoffset_t(i));
         (at / "scale")[i].require(scale >= 0 && scale <= kLargestLength, "is not in [0, 1e15]");
@@ -58,7 +58,7 @@ PartFieldView partOf(const fbs::PartField& stored, const Field& at, std::size_t 
     }
     part.field.distance_scale = lengthOf(stored.distance_scale(), at / "distance_scale");
     part.bytes.values = spanOf<std::int8_t>(stored.values(), at / "values");
-    checkCount(at / "values", part.bytes.values, std::uint64_t(part.field.pointCount()) * kFieldNumbers);
+    checkCount(at / "values", part.bytes.values, std::uint64_t(part.field.pointCount()) * kFieldCoefficients);
     part.bytes.distances = spanOf<std::int8_t>(stored.distances(), at / "distances");
     checkCount(at / "distances", part.bytes.distances, part.field.boxes[0].pointCount());
     return part;

@@ -66,7 +66,7 @@ void setPlayback(const fbs::Animation& stored, const Field& at, const AssetView&
     checkCount(at / "positions", playback.positions,
                3 * std::uint64_t(asset.animation.frameCount()) * asset.mesh.pointCount());
     if (!stored.positions_origin() || stored.positions_origin()->size() != 3)
-        (at / "positions_origin").fail("has not 3 elements");
+        (at / "positions_origin").fail("must have 3 elements");
     const auto bounded = [](float number) { return std::abs(number) <= 1e30f; };  // false for NaN
     for (int i = 0; i < 3; ++i) {
         playback.origin[i] = stored.positions_origin()->Get(flatbuffers::uoffset_t(i));
@@ -86,7 +86,7 @@ InputJointView inputJointOf(const fbs::InputJoint& stored, const Field& at, std:
     input.joint = stored.joint();
     checkRange(at / "joint", input.joint, joint, joint);
     input.columns = stored.columns();
-    (at / "columns").require(input.columns == 1 || input.columns == 3, "is neither 1 nor 3");
+    (at / "columns").require(input.columns == 1 || input.columns == 3, "must be 1 or 3");
     input.column = stored.column();
     checkRange(at / "column", stored.column(), 0,
                std::int64_t(animation.input_names.size()) - std::int64_t(input.columns));

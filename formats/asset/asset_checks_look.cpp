@@ -68,7 +68,7 @@ void checkChange(const fbs::Material& stored, const Field& at, MaterialView& mat
     material.step_lobes = stored.step_lobes();
     const Field lobes = at / "step_lobes";
     lobes.require(material.step_lobes != 0 && material.step_lobes >> material.lobes.size() == 0,
-                  "names lobes that there are not");
+                  "names lobes that do not exist");
     const BrdfLobe& first = material.lobes[std::size_t(std::countr_zero(material.step_lobes))];
     for (std::size_t i = 0; i < material.lobes.size(); ++i) {
         if (!(material.step_lobes >> i & 1)) continue;
@@ -151,8 +151,8 @@ MaterialView materialOf(const fbs::Material& stored, const Field& at) {
     material.channels = stored.channels();
     checkRange(at / "slice_order", material.slice_order, 1, kMaxOrder);
     checkRange(at / "view_order", material.view_order, 1, kMaxOrder);
-    (at / "channels").require(material.channels == 1 || material.channels == 3, "is neither 1 nor 3");
-    if (!stored.color() || stored.color()->size() != 3) (at / "color").fail("has not 3 elements");
+    (at / "channels").require(material.channels == 1 || material.channels == 3, "must be 1 or 3");
+    if (!stored.color() || stored.color()->size() != 3) (at / "color").fail("must have 3 elements");
     material.color = {stored.color()->Get(0), stored.color()->Get(1), stored.color()->Get(2)};
     (at / "color").require(std::isfinite(dot(material.color, {1, 1, 1})), "is not finite");
     setSlices(stored, at, material);

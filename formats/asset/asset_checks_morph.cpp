@@ -56,7 +56,7 @@ void setMorphs(const fbs::Asset& stored_asset, const Field& file, AssetView& ass
     checkFinite(at / "normals", morphs.normals);
     checkRows(at, morphs);
     checkInputs(at, asset, morphs.count());
-    at.require(!asset.model.deforming && !stored_asset.transfer(), "stand in an asset that cannot have them");
+    at.require(!asset.model.deforming && !stored_asset.transfer(), "are not possible in this kind of asset");
     asset.mesh.morphs = morphs;
 }
 

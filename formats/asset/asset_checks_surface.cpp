@@ -99,7 +99,7 @@ std::optional<SurfaceView> surfaceOfAsset(const fbs::Asset& asset, const Field& 
             made.name = textOf(texture->name());
             if (texture->file()) made.file = textOf(texture->file());
             made.bytes = spanOf<std::byte>(texture->data(), here / "data");
-            here.require(made.file.empty() != made.bytes.empty(), "has not just one of file and data");
+            here.require(made.file.empty() != made.bytes.empty(), "must have exactly one of file and data");
             here.require(made.file.find('\0') == std::string_view::npos, "has a file whose name has a zero");
         }
     checkRange(at / "textures", std::int64_t(surface.textures.size()), 0, kNoTexture - 1);

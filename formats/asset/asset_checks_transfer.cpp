@@ -61,7 +61,7 @@ ModelView layoutOf(const TransferView& transfer, std::size_t vertices) {
 
 void setTransfer(const fbs::Asset& stored, const Field& file, AssetView& asset) {
     const Field at = file / "transfer";
-    at.require(!asset.has_model, "stands beside a model");
+    at.require(!asset.has_model, "cannot stand beside a model");
     at.require(asset.animation.jointCount() > 0, "needs joints");
     (file / "mesh.influences").require(asset.mesh.influences > 0, "is 0 in a file with transfer");
     // A pose has three numbers a joint, and the inputs. This bounds what a few bytes can ask for.

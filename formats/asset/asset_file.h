@@ -21,7 +21,7 @@
 #include "sh/brdf/slice_form.h"
 #include "sh/cast/caster_sphere.h"
 #include "sh/far/part_field.h"
-#include "sh/indirect_numbers.h"
+#include "sh/indirect_coefficients.h"
 #include "sh/light/dominant_light.h"
 #include "sh/morph_rows.h"
 #include "sh/vec3.h"
@@ -175,7 +175,7 @@ struct PartFieldView {
     FieldBytes bytes;
 };
 
-// What makes a model a composed one; asset.fbs has the rule.
+// Extra fields of a composed model; asset.fbs has the rule.
 struct CompositionView {
     int local_steps = 0;
     bool floor = false;
@@ -188,7 +188,7 @@ struct CompositionView {
     std::size_t near_count = 0;                 // N <= kMaxNear; 0: none
     std::span<const std::uint16_t> near_parts;  // [P,N]
     std::span<const std::uint8_t> near_gains;   // [MeshView::firstFollower(),N]
-    std::size_t byteCount() const;              // of the fields
+    std::size_t byteCount() const;              // size of the fields
 };
 
 // Light that bounces; see asset.fbs.
@@ -252,16 +252,17 @@ struct MaterialView {
     std::span<const float> slices;  // [channels, J^2, E] for every form
     OperatorsView operators = {};
     SliceForm slice_form = SliceForm::kGeneral;
-    std::span<const float> stored_slices = {};                     // as in the file: [channels, entries of the form]
+    std::span<const float> stored_slices = {};                     // [channels, entries of the form], in the file's
+                                                                   // order
     std::shared_ptr<const std::vector<float>> unfolded = nullptr;  // the numbers behind `slices` if the form is compact
     std::span<const BrdfLobe> lobes = {};                          // 1..kMaxBrdfLobes, for light from one direction
-    float lobe_error = 0;  // of the lobes against the material, fit/reflectance/shading_error.h; 0: exact
+    float lobe_error = 0;  // error of the lobes against the material (fit/reflectance/shading_error.h); 0: exact
     std::optional<Membrane> membrane = {};  // set: slices and lobes are those of a white Lambertian surface
 
     // Slices at steps of a parameter of some lobes; asset.fbs has the rule.
     std::span<const double> steps = {};                                  // [S] ascending; empty: there are none
     std::span<const float> step_slices = {};                             // [S, channels, J^2, E] for every form
-    std::span<const float> stored_step_slices = {};                      // as in the file
+    std::span<const float> stored_step_slices = {};                      // in the file's order
     std::shared_ptr<const std::vector<float>> unfolded_steps = nullptr;  // the numbers behind `step_slices`, if compact
     std::size_t step_parameter = 0;
     float step_error = 0;

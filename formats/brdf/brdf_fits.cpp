@@ -81,7 +81,7 @@ BrdfReading decodeFits(std::string_view text, const std::string& name, const std
     if (known.empty()) throw InvalidInput(name + ": has no material");
     if (material.empty()) throw BadOption("material", "must name one of the fits of " + name + ": " + known);
     if (found.empty()) throw BadOption("material", "no '" + material + "' in " + name + ": use one of " + known);
-    if (found.size() > 1) throw InvalidInput(name + ": material '" + material + "' is there twice");
+    if (found.size() > 1) throw InvalidInput(name + ": material '" + material + "' occurs twice");
     return {{name + ":" + material, BrdfSymmetry::kIsotropic,
              [fit = found[0]](Vec3d wi, Vec3d wo) { return evalAbc(fit, wi, wo); }},
             {}};

@@ -19,7 +19,8 @@ static_assert(std::endian::native == std::endian::little);
 
 constexpr std::size_t kThetaH = 90, kThetaD = 90, kPhiD = 180;
 constexpr std::size_t kCells = kThetaH * kThetaD * kPhiD, kHeader = 3 * sizeof(std::int32_t);
-constexpr std::array<double, 3> kScale = {1.0 / 1500, 1.15 / 1500, 1.66 / 1500};  // as in the database's own reader
+constexpr std::array<double, 3> kScale = {1.0 / 1500, 1.15 / 1500, 1.66 / 1500};  // the scale in the database's own
+                                                                                  // reader
 constexpr double kMaxReflectance = 1e6;  // 1/sr: more than any measurement; keeps floats and sums finite
 
 // Returns the three dimensions that a file begins with.

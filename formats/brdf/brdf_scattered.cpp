@@ -89,7 +89,7 @@ std::vector<BrdfSample> readSamples(NumberScanner& scanner, const std::vector<Ve
 // than 10 degrees.
 double spacingAtPeak(const std::vector<BrdfSample>& samples) {
     constexpr double kReach = 15 * std::numbers::pi / 180;
-    constexpr int kBands = 9;  // of theta_d
+    constexpr int kBands = 9;  // bands of theta_d
     const auto near = std::count_if(samples.begin(), samples.end(),
                                     [](const BrdfSample& s) { return halfDifference(s.wi, s.wo).theta_h < kReach; });
     return near > 0 ? std::sqrt(std::numbers::pi * kReach * kReach * kBands / double(near)) : kReach;

@@ -20,8 +20,8 @@ struct BrdfSource {
     std::filesystem::path merl = {};           // .binary of the MERL database
     std::filesystem::path table = {};          // scattered .brdf, fits .csv or our own table
     std::string material = {};                 // the row, for a file of fits
-    const char* analytic_option = "analytic";  // what the command line calls `analytic`, for BadOption
-    bool takes_ranges = false;                 // of a parameter, as alpha=0.1..0.6
+    const char* analytic_option = "analytic";  // name of the option behind `analytic`, for BadOption
+    bool takes_ranges = false;                 // accepts a range for a parameter, such as alpha=0.1..0.6
     std::vector<std::filesystem::path> files() const;
 };
 
@@ -30,7 +30,7 @@ struct BrdfSource {
 BrdfSource brdfSource(const std::string& word);
 
 struct BrdfReading {
-    RgbBrdf brdf;  // its name is that of the model, or of the file without its folder
+    RgbBrdf brdf;  // named after the model, or after the file without its folder
     // Counts what a file has and what was done about its faults: samples; unmeasured (cells above the horizon that
     // were filled from their neighbours); clamped (negative values that became 0); outside_rec709 (channels of
     // samples that became 0, because their colour is more saturated than Rec.709 allows).

@@ -34,7 +34,7 @@ struct BrdfTable {
 
 struct Between {
     std::size_t below, above;
-    float share;  // of `above`
+    float share;  // weight of `above`
 
     Between(double angle, const Axis& axis) {
         double at = (angle - axis.first) / axis.step;

@@ -37,7 +37,7 @@ namespace {
 // The two centers around a place, which is 0..1 along an axis of n cells.
 struct BetweenSamples {
     std::size_t below, above;
-    float share;  // of `above`
+    float share;  // weight of `above`
 
     BetweenSamples(double place, int n) {
         const double at = std::clamp(place * n - 0.5, 0.0, double(n - 1));

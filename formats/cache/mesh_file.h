@@ -13,7 +13,7 @@
 namespace penumbra {
 
 struct MeshFile {
-    std::vector<Vec3d> positions;     // as in the file; may be infinite or NaN
+    std::vector<Vec3d> positions;     // unchanged from the file; may be infinite or NaN
     std::vector<Triangle> triangles;  // indices < positions.size(); a face of more corners is a fan from its first one
     // For .obj with o (or g) or usemtl lines: "OBJECT/MATERIAL"; a vertex has that of the first face that uses it.
     // Otherwise empty.

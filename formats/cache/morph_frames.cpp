@@ -22,7 +22,7 @@ namespace penumbra {
 namespace {
 
 constexpr std::size_t kFewestFrames = 8;  // fewer targets, shown one after the other, may well be those of a face
-constexpr double kRounding = 0.01;        // of a weight: files may store them in bytes
+constexpr double kRounding = 0.01;        // in weights: files may store them in bytes
 
 // Returns the place p of a key with these weights, or nothing where they are not those of a place.
 std::optional<double> placeOf(const float* weights, std::size_t targets) {
@@ -74,7 +74,7 @@ bool playsMorphFrames(const std::filesystem::path& path) try {
     bool reaches_last = false;
     for (const MorphChannel& channel : source.morphs) {
         const std::size_t targets = targetsOf(source, channel.node);
-        if (targets == 0) continue;  // of a mesh that is not drawn
+        if (targets == 0) continue;  // the mesh is not drawn
         const std::optional<double> last = targets < kFewestFrames ? std::nullopt : lastFrame(channel);
         if (!last) return false;
         reaches_last = reaches_last || *last > double(targets) - kRounding;

@@ -8,7 +8,7 @@
 namespace penumbra {
 
 struct NumberedFiles {
-    std::string name;  // what stands before the number, without a _, - or . at its end; or the folder's name
+    std::string name;  // the text before the number, without a _, - or . at its end; or the folder's name
     std::vector<std::filesystem::path> files;  // by ascending number, none missing
     std::uint64_t step = 1;                    // between the numbers of two neighbouring files
 };

@@ -11,7 +11,7 @@ struct NumpyArray {
     std::string what;  // for messages: "FILE: 'verts'"
     char kind = 'f';   // f, i (signed), u (unsigned)
     int item_size = 4;
-    bool swapped = false;              // the file has not this machine's byte order
+    bool swapped = false;              // the file's byte order is not this machine's
     std::vector<std::uint64_t> shape;  // empty: a single number
     RandomBytes data;                  // the numbers and nothing else
 

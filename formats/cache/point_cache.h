@@ -25,7 +25,7 @@ constexpr double kCacheFps = 24;
 
 // The caller says with these what a file does not say itself.
 struct PointCacheOptions {
-    double metres = 1;  // of one unit of the file, > 0 (metresOfUnit())
+    double metres = 1;  // length of one unit of the file, > 0 (metresOfUnit())
     bool z_up = false;  // (x, y, z) of the file is (x, z, -y) here
     // Keys at 0, 1/fps, 2/fps, ... whatever the file says; 0: as the file says, else kCacheFps.
     double fps = 0;

@@ -9,7 +9,7 @@ struct CacheFile {
     std::size_t vertex_count = 0;
     std::vector<Vec3d> rest;          // [R]; empty: the first key is the rest pose
     std::vector<Triangle> triangles;  // indices < vertex_count; empty: the path brings no faces
-    std::vector<std::string> slots;   // of source vertices, as in Mesh
+    std::vector<std::string> slots;   // slots of the source vertices, see Mesh
     std::vector<std::uint16_t> slot_of_vertex;
     std::vector<PointCacheClip> clips;  // empty: a mesh only
     // Returns the positions [R] of a key in the file's own space. frame_name is what messages call the key ("FILE:

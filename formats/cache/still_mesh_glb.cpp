@@ -48,7 +48,7 @@ struct Chunks {
 
 Chunks chunksOf(std::span<const std::byte> bytes, const std::string& name) {
     constexpr std::uint32_t kMagic = 0x46546C67, kJson = 0x4E4F534A, kBinary = 0x004E4942;
-    if (bytes.size() < 20 || wordAt(bytes, 0) != kMagic) throw InvalidInput(name + ": is no .glb, or cut short");
+    if (bytes.size() < 20 || wordAt(bytes, 0) != kMagic) throw InvalidInput(name + ": is not a .glb, or is cut short");
     if (wordAt(bytes, 4) != 2) throw Unsupported(name + ": is not of glTF 2");
     Chunks out;
     for (std::size_t at = 12; at + 8 <= bytes.size();) {

@@ -19,7 +19,7 @@ struct ZipMember {
 struct ZipArchive {
     std::string file;  // for messages
     RandomBytes bytes;
-    std::vector<ZipMember> members;  // as the central directory lists them
+    std::vector<ZipMember> members;  // in the order of the central directory
 };
 
 // Opens an archive. Throws InvalidInput where the file is no archive, is cut short or damaged.

@@ -19,7 +19,7 @@ constexpr FileFormat kResponseFormat{"penumbra.camera_response", 1};
 
 // One picture of a track.
 struct TrackFrame {
-    std::string file;  // as it was named when the track was made; "" where the track has no files
+    std::string file;  // name of the file when the track was made; "" if the track has no files
     // None: no tag was found here, and the gap was not filled.
     std::optional<CameraPose> pose;
     double margin = 0;    // how much better this pose fits than its mirror: 1 - error / error of the other, 0..1

@@ -112,7 +112,7 @@ std::map<long, std::pair<Lines, std::string_view>> cameraLines(const std::string
     while (std::optional<std::string_view> line = lines.next()) {
         if (isBlank(*line)) continue;
         const long id = takeWhole(lines, *line, "CAMERA_ID", 1e9);
-        if (!out.try_emplace(id, lines, *line).second) lines.fail("camera " + std::to_string(id) + " stands twice");
+        if (!out.try_emplace(id, lines, *line).second) lines.fail("camera " + std::to_string(id) + " occurs twice");
     }
     return out;
 }
@@ -136,7 +136,7 @@ ColmapImage takeImage(const Lines& lines, std::string_view line) {
     pose.translation.z = takeNumber(lines, line, "TZ", kFarthest);
     out.camera = takeWhole(lines, line, "CAMERA_ID", 1e9);
     const std::size_t start = std::min(line.find_first_not_of(" \t"), line.size());
-    const std::string_view name = line.substr(start);  // which may have blanks
+    const std::string_view name = line.substr(start);  // the name may have blanks
     if (name.empty() || name.size() > kMaxNameLength) lines.fail("has no NAME");
     if (std::ranges::any_of(name, [](unsigned char c) { return c < 0x20; })) lines.fail("NAME has a control character");
     out.frame.file = std::string(name);
@@ -161,7 +161,7 @@ CameraTrack parseColmapModel(const std::string& cameras, const std::string& imag
                               ", and those before of " + std::to_string(*camera) +
                               ": a track has one camera (--ImageReader.single_camera 1)");
         camera = image.camera;
-        if (!names.insert(image.frame.file).second) lines.fail("'" + shown(image.frame.file) + "' stands twice");
+        if (!names.insert(image.frame.file).second) lines.fail("'" + shown(image.frame.file) + "' occurs twice");
         out.frames.push_back(std::move(image.frame));
         if (out.frames.size() > kMaxImages) lines.fail("more than a million images");
         (void)lines.next();  // the points of the image, of which there may be none

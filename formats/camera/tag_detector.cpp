@@ -12,8 +12,8 @@ namespace penumbra {
 namespace {
 
 constexpr const char* kFamilyNames[] = {"36h11", "25h9", "16h5", "4x4_50"};
-constexpr int kFixedBits = 1;        // that may be misread; more of them find tags where there are none
-constexpr double kPaperLevel = 200;  // of 255: what the paper of a tag is brought to
+constexpr int kFixedBits = 1;        // bits that may be misread; with more of them, tags are found where there are none
+constexpr double kPaperLevel = 200;  // level, of 255, to which the paper of a tag is brought
 constexpr float kGains[] = {1, 4, 16};
 
 using DetectorPointer = std::unique_ptr<apriltag_detector_t, void (*)(apriltag_detector_t*)>;
@@ -70,7 +70,7 @@ float median(std::vector<float> values) {
 }
 
 // libapriltag names the corners from the lower left, counter-clockwise, of a tag as its own pictures show it. OpenCV
-// prints AprilTags turned by half a turn against these pictures, and scripts/make_tags does as OpenCV; so the upper
+// prints AprilTags turned by half a turn against these pictures, and scripts/ar/make_tags does as OpenCV; so the upper
 // right corner of theirs is the lower left one of ours.
 void storeCorners(const apriltag_detection_t& found, const Window& in, DetectedTag& out) {
     const std::size_t first = out.family == TagFamily::k4x4_50 ? 0 : 2;
@@ -114,7 +114,7 @@ TagChoice parseTag(const std::string& text) {
             return fail("has an id that is not in 0.." + std::to_string(known->ncodes - 1));
         if (!(out.side > 0 && out.side <= 1000)) return fail("has a side that is not above 0 and at most 1000 metres");
         return out;
-    } catch (const std::logic_error&) {  // of stoi and stod
+    } catch (const std::logic_error&) {  // thrown by stoi and stod
         return fail("has no numbers");
     }
 }

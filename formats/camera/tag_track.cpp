@@ -61,7 +61,7 @@ TagFrame chosenTags(const std::string& file, std::span<const DetectedTag> found,
         for (const DetectedTag& other : out.tags)
             if (other.family == tag.family && other.id == tag.id)
                 throw InvalidInput(file + ": tag " + nameOf(tag.family) + ":" + std::to_string(tag.id) +
-                                   " is there twice");
+                                   " occurs twice");
         out.tags.push_back(tag);
     }
     return out;
@@ -139,7 +139,8 @@ void smoothTrack(std::vector<TrackFrame>& track, double frames) {
             sum += weight;
         };
         add(i);
-        // As far on both sides as poses go without a gap, so that a window is symmetric and has no lag.
+        // The window reaches equally far on both sides, up to the first missing pose, so it is symmetric and has no
+        // lag.
         for (std::ptrdiff_t d = 1; d <= reach; ++d) {
             const std::ptrdiff_t before = i - d, after = i + d;
             if (before < 0 || after >= std::ptrdiff_t(track.size())) break;

@@ -14,10 +14,10 @@
 
 namespace penumbra {
 
-// What was found in one picture.
+// The tags found in one picture.
 struct TagFrame {
     std::string file;
-    std::vector<DetectedTag> tags;  // of the chosen ones alone, each once
+    std::vector<DetectedTag> tags;  // only the chosen tags, each once
 };
 
 // Keeps of what was detected the tags that were chosen. Throws InvalidInput, which names the picture, where one of them

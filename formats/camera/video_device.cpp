@@ -127,7 +127,7 @@ bool VideoDevice::tryFormat(std::uint32_t pixels, int width, int height) {
 
 void VideoDevice::chooseFormat(int width, int height) {
     v4l2_capability about{};
-    if (request(VIDIOC_QUERYCAP, &about) < 0) throw Unsupported(name_ + ": is no camera (" + reason(errno) + ")");
+    if (request(VIDIOC_QUERYCAP, &about) < 0) throw Unsupported(name_ + ": is not a camera (" + reason(errno) + ")");
     const std::uint32_t can = about.capabilities & V4L2_CAP_DEVICE_CAPS ? about.device_caps : about.capabilities;
     if (!(can & V4L2_CAP_VIDEO_CAPTURE) || !(can & V4L2_CAP_STREAMING))
         throw Unsupported(name_ + ": takes no pictures, or cannot stream them");

@@ -9,7 +9,7 @@ namespace penumbra {
 
 struct BracketPose {
     PoseEstimate estimate;
-    int pictures = 0;      // whose corners were taken
+    int pictures = 0;      // number of pictures whose corners were used
     bool clipped = false;  // the tag's paper is clipped in all of them: the pose is less exact
 };
 // Takes the corners in every picture whose paper is neither clipped nor dark, or else in the clipped ones, and fits one

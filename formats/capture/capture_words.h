@@ -1,6 +1,6 @@
 #pragma once
-// What people write of a capture: the mirror ball, the place where light is wanted, and tags. Each function throws
-// std::invalid_argument, which says what is wrong. Only the files of verbs include this.
+// Parses the options with which people describe a capture: the mirror ball, the place where light is wanted, and tags.
+// Each function throws std::invalid_argument, which says what is wrong. Only the files of verbs include this.
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -51,7 +51,7 @@ inline CLI::Option* addTagOption(CLI::App& app, std::vector<TagChoice>& tags, co
             const TagChoice tag = readTag(text);
             for (const TagChoice& other : tags)
                 if (other.family == tag.family && other.id == tag.id)
-                    throw std::invalid_argument("'" + text + "' is there twice");
+                    throw std::invalid_argument("'" + text + "' occurs twice");
             tags.push_back(tag);
         } catch (const std::invalid_argument& error) {
             throw CLI::ValidationError("--tag", error.what());

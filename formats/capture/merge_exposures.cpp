@@ -8,11 +8,11 @@ namespace penumbra {
 
 namespace {
 
-// What each code of one picture says, so that a pixel costs a look-up.
+// Tables for the codes of one picture, so that a pixel costs one look-up.
 struct CodeTable {
     std::array<std::array<float, 256>, 3> numerator{}, radiance{};  // w t x, and x / t
     std::array<float, 256> denominator{};                           // w t^2
-    std::array<float, 3> bound{};                                   // of clipped codes
+    std::array<float, 3> bound{};                                   // bound for clipped codes
 };
 
 CodeTable tableOf(double exposure, double longest, const CameraResponse& response) {

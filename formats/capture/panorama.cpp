@@ -13,9 +13,9 @@ namespace penumbra {
 
 namespace {
 
-constexpr double kLargeHole = 0.05;    // of the sphere
+constexpr double kLargeHole = 0.05;    // share of the sphere
 constexpr double kRim = 20 * kDegree;  // around smaller holes
-constexpr float kSeenEnough = 0.5f;    // of a pixel
+constexpr float kSeenEnough = 0.5f;    // weight from which a pixel counts as seen, in pixels
 constexpr double kPi = std::numbers::pi;
 
 Vec3d directionOf(const Panorama& p, std::size_t pixel) {

@@ -19,14 +19,13 @@ Panorama makePanorama(int width);
 // Returns the solid angle of a pixel of this row, exactly.
 double steradiansOfRow(const Panorama& panorama, int row);
 
-// What a photograph shows of one direction. `uncertain` and `dark` as above.
+// The light that a photograph shows in one direction. `uncertain` and `dark` as above.
 struct SeenLight {
     Vec3 radiance, uncertain;
     float dark = 0, weight = 0;  // weight 0: not seen
 };
 
-// What is known of z = 0 in the marker's frame: a level ground that goes on, or nothing, so that all counts as far
-// away.
+// How z = 0 in the marker's frame continues: as a level ground, or not at all, so that everything counts as far away.
 enum class Ground { kLevel, kNone };
 
 struct HoleReport {
@@ -47,7 +46,7 @@ Vec3d uncertainIrradianceOn(const Panorama& panorama, Vec3d normal);
 
 struct RaiseReport {
     Vec3d wanted, found;            // irradiance of the paper, and of the panorama before
-    Vec3d factor{1, 1, 1};          // by which clipped pixels were raised
+    Vec3d factor{1, 1, 1};          // factor by which clipped pixels were raised
     bool nothing_to_raise = false;  // a channel has too little light, and no clipped pixel to give it to
 };
 // Multiplies what is only a lower bound so that a surface with this normal gets the irradiance `wanted`. Channels that

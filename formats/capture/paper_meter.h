@@ -10,15 +10,15 @@ namespace penumbra {
 
 // The white margin around a tag is as wide as one of its modules, and its middle is measured.
 struct PaperTag {
-    double side = 0;  // of the black square, metres
-    int modules = 8;  // that its side has: 8 of 36h11, 7 of 25h9, 6 of 16h5 and of 4x4_50
+    double side = 0;  // side of the black square, metres
+    int modules = 8;  // modules along its side: 8 for 36h11, 7 for 25h9, 6 for 16h5 and for 4x4_50
 };
 
 struct PaperMeasure {
     Vec3d radiance;            // median of the places below; 0 without any
-    std::size_t places = 0;    // that were measured
-    std::size_t clipped = 0;   // that were clipped in every exposure
-    std::size_t pictures = 0;  // that show the paper
+    std::size_t places = 0;    // measured places
+    std::size_t clipped = 0;   // places that were clipped in every exposure
+    std::size_t pictures = 0;  // pictures that show the paper
     bool found() const { return places > clipped; }
 };
 // Measures the paper of the tag in the middle of the marker's frame. A picture counts where the margin is at least 3

@@ -11,7 +11,7 @@ namespace penumbra {
 
 struct PosedPicture {
     RadiancePicture picture;
-    PinholeCamera camera;  // of the picture's size
+    PinholeCamera camera;  // has the picture's size
     CameraPose pose;
 };
 
@@ -19,7 +19,7 @@ struct PosedPicture {
 std::optional<PixelPoint> pixelOfPlace(const PosedPicture& shot, Vec3d place);
 std::optional<PixelPoint> pixelOfRay(const PosedPicture& shot, Vec3d ray);
 
-// What the picture shows there, with bilinear interpolation and weight 1.
+// Returns the picture's light at a pixel, with bilinear interpolation and weight 1.
 SeenLight lightAt(const RadiancePicture& picture, PixelPoint pixel);
 
 // Returns where a ray from `from` in this unit direction meets a level ground z = 0. None where it goes up or level,

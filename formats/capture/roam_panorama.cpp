@@ -7,7 +7,7 @@ namespace penumbra {
 
 namespace {
 
-constexpr float kClippedWeight = 1e-3f;  // of a picture that is clipped there
+constexpr float kClippedWeight = 1e-3f;  // weight of a picture where it is clipped
 
 // Falls from 1 in the middle of a picture to 0 at its border, so that seams do not show.
 float weightAt(const PinholeCamera& camera, PixelPoint pixel) {

@@ -14,10 +14,10 @@ namespace {
 constexpr int kProfiles = 48;                      // an edge
 constexpr double kAlong = 0.85;                    // part of an edge that is used, away from the corners
 constexpr double kMaxReach = 6, kMinReach = 1.5;   // pixels to both sides of an edge
-constexpr double kPart = 0.4;                      // of a module, to both sides
+constexpr double kPart = 0.4;                      // in modules, to both sides
 constexpr double kStep = 0.25;                     // pixels
 constexpr double kMinContrast = 3;                 // white over black
-constexpr std::size_t kMinPlaces = kProfiles / 2;  // of an edge
+constexpr std::size_t kMinPlaces = kProfiles / 2;  // per edge
 
 struct Line {
     PixelPoint middle;
@@ -63,7 +63,7 @@ Line lineThrough(const std::vector<PixelPoint>& places) {
         const double x = p.x - out.middle.x, y = p.y - out.middle.y;
         xx += x * x, xy += x * y, yy += y * y;
     }
-    const double angle = std::atan2(2 * xy, xx - yy) / 2;  // of the line
+    const double angle = std::atan2(2 * xy, xx - yy) / 2;  // direction of the line
     out.nx = -std::sin(angle);
     out.ny = std::cos(angle);
     return out;

@@ -1,16 +1,11 @@
-// Runs work that may crash in a process of its own.
+// Runs work that may crash in a process of its own: a library that reads files of strangers may abort, write beyond its
+// arrays, or never return. Then the program goes on and says which file it was.
 //
-// Problem: a library that reads files of strangers aborts on some of them, writes beyond its arrays on others, and may
-// never come back. The program has to go on and say which file it was.
-//
-// Naive: start a helper program for it. Then every test program, every user of our libraries and every place of
-// installation needs to find that helper, and the two have to agree on a version.
-//
-// Here, for our own code: fork() without exec. The child works on a copy of this process' memory, writes its result
-// into a pipe and ends with _exit(), which runs no destructor and flushes no stream of the parent. A process with
-// threads may do so, because the child needs no other thread: `work` starts none, takes no lock of ours, and glibc
-// makes its own (those of malloc and of streams) usable in the child. A program of others is started from such a child,
-// once it has confined itself.
+// Our own code runs after fork() without exec, so no helper program has to be installed and found. The child works on a
+// copy of this process' memory, writes its result into a pipe and ends with _exit(), which runs no destructor and
+// flushes no stream of the parent. A process with threads may do so, because the child needs no other thread: `work`
+// starts none, takes no lock of ours, and glibc makes its own (those of malloc and of streams) usable in the child.
+// Other programs are started from such a child, once it has confined itself.
 #include "formats/common/child_process.h"
 
 #include <fcntl.h>
@@ -158,7 +153,7 @@ public:
         return status_;
     }
 
-    // As end(), but a child that has closed its pipe may end by itself until the deadline.
+    // Same as end(), but a child that has closed its pipe may end by itself until the deadline.
     int endItself(Clock::time_point deadline) {
         siginfo_t ended{};
         while (Clock::now() < deadline) {
@@ -257,7 +252,7 @@ Child start(const std::function<void(int pipe, pid_t parent)>& body) {
 namespace {
 
 constexpr std::size_t kMaxOutput = std::size_t(1) << 20;
-constexpr rlim_t kLargestFile = rlim_t(4) << 30;  // of a .glb
+constexpr rlim_t kLargestFile = rlim_t(4) << 30;  // limit for a .glb
 
 std::vector<std::string> environmentOf(const ProgramCall& call) {
     std::vector<std::string> lines = {"HOME=" + call.folder.string(), "TMPDIR=" + call.folder.string()};

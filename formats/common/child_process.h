@@ -37,7 +37,7 @@ struct ProgramCall {
 };
 struct ProgramResult {
     int status = 0;      // exit status
-    std::string output;  // what it wrote to stdout and stderr, at most the first MiB
+    std::string output;  // the first MiB of its stdout and stderr
     Confinement confinement;
 };
 // Runs another program, confined to its folder (confine.h), with nothing on stdin and an environment of PATH,

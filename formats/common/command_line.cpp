@@ -79,7 +79,7 @@ void addCommonOptions(CLI::App& app, CommandLine& line) {
         ->check(within(1, kMaxThreads))
         ->default_str("all cores")
         ->group(kCommonGroup);
-    addChoice(app, "--progress", line.progress, kProgressStyles, "How progress is told; auto: a bar on a terminal")
+    addChoice(app, "--progress", line.progress, kProgressStyles, "How progress is shown; auto: a bar on a terminal")
         ->group(kCommonGroup);
     app.add_option("--report", common.report, "Write what was done, figures and seconds a phase, as JSON")
         ->type_name("FILE")
@@ -226,7 +226,7 @@ bool sameFile(const fs::path& first, const fs::path& second) {
 }
 
 void checkReplaceable(const fs::path& path, const Run& run) {
-    if (path == "-") throw UsageError("-: nothing is written to standard output: name a file (./- is one, too)");
+    if (path == "-") throw UsageError("-: nothing is written to standard output: name a file (./- names one, too)");
     for (const fs::path& input : run.inputs())
         if (sameFile(input, path)) throw UsageError(path.string() + ": is input and output");
     std::error_code error;

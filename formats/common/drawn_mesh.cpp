@@ -21,7 +21,7 @@ struct PointSearch {
     const SurfaceMesh& drawn;
     const Sheets* sheets;
     SurfaceTree tree;
-    double normal_cost = 0;  // of a normal that is the other way
+    double normal_cost = 0;  // cost of a normal that points the opposite way
 
     bool sameSheet(std::uint32_t triangle, std::size_t v) const {
         return !sheets || sheets->from[from.mesh.triangles[triangle][0]] == sheets->drawn[v];

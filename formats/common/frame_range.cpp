@@ -22,7 +22,8 @@ FrameRange parseFrameRange(const std::string& text) {
         at = next + 1;
     }
     if (count < 2 || numbers[0] >= numbers[1] || numbers[2] == 0) throw bad();
-    return {numbers[0], numbers[1], std::min(numbers[2], numbers[1] - numbers[0])};  // so that no sum overflows
+    return {numbers[0], numbers[1], std::min(numbers[2], numbers[1] - numbers[0])};  // keeps later sums from
+                                                                                     // overflowing
 }
 
 void checkFrameRange(const FrameRange& range, std::size_t count) {

@@ -48,15 +48,15 @@ public:
         std::string place;
         for (const Level& one : levels_)
             place += "/" + (one.object ? printableKey(one.key) : std::to_string(one.values - 1));
-        throw InvalidInput(name_ + ": " + place + ": stands twice in one object");
+        throw InvalidInput(name_ + ": " + place + ": occurs twice in one object");
     }
 
 private:
     struct Level {
         bool object = false;
         std::set<std::string> keys;
-        std::string key;         // of an object, the one that came last
-        std::size_t values = 0;  // that have begun
+        std::string key;         // the latest key of an object
+        std::size_t values = 0;  // values that have begun
     };
     bool value() {
         if (!levels_.empty()) ++levels_.back().values;

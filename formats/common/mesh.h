@@ -29,9 +29,9 @@ struct Mesh {
     // negated normal, and the same slot and skin row. Triangle Ts + t is triangle t from behind: {a, b, c} becomes
     // {a, c, b}, each + Vs. source_vertex leads to fronts.
     bool two_sided = false;
-    // What weights in the pose add to rest positions and rest normals before bones move them. Mostly empty.
+    // Offsets that weights in the pose add to rest positions and rest normals before bones move them. Mostly empty.
     MorphTargets morphs;
-    // Of triangles that do not stop all rays. It lists fronts alone.
+    // Opacity of the triangles that do not stop all rays. It lists front triangles only.
     Opacity opacity;
 
     std::size_t vertexCount() const { return rest_positions.size(); }

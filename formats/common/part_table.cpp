@@ -34,7 +34,7 @@ std::vector<std::size_t> parentsFirst(const std::vector<std::int32_t>& parents) 
     return order;
 }
 
-// What a joint and those that merged into it own.
+// Bounds of the vertices owned by a joint and by the joints merged into it.
 struct Owned {
     std::optional<BoundingBox> box;
 

@@ -14,12 +14,12 @@ struct ProvenanceInput {
 
 struct Provenance {
     std::string tool;     // "penumbra-bake visibility"
-    std::string version;  // of Penumbra
+    std::string version;  // version of Penumbra
     // An object with every option that changes the result, defaults included, but without threads and paths.
     std::string
         options_json;  // an object: every option that changes the result, defaults included; no threads, no paths
     std::vector<ProvenanceInput> inputs;
-    std::vector<std::string> notes = {};  // what the readers of the inputs did not do as these say, a line each
+    std::vector<std::string> notes = {};  // deviations from the inputs that their readers report, one line each
 };
 
 std::string_view penumbraVersion();

@@ -12,7 +12,7 @@ namespace penumbra {
 
 enum class TextureWrap : std::uint8_t { kRepeat, kMirror, kClamp };
 
-// What a picture says of a material, as glTF 2.0 has it (sections 3.9.2 and 3.9.3).
+// The role of a picture in a material, as in glTF 2.0 (sections 3.9.2 and 3.9.3).
 enum class TextureRole : std::uint8_t {
     kBaseColor,          // sRGB, times the base colour
     kMetallicRoughness,  // green times the roughness, blue times the metalness
@@ -29,7 +29,7 @@ constexpr std::size_t kMaxRoughnessSteps = 3;
 struct TextureUse {
     std::uint16_t texture = kNoTexture;
     std::uint8_t uv_set = 0;
-    std::uint8_t wrap = 0;  // of u + 3 * of v, as TextureWrap
+    std::uint8_t wrap = 0;  // u + 3 * v, see TextureWrap
 
     bool any() const { return texture != kNoTexture; }
     TextureWrap wrapU() const { return TextureWrap(wrap % 3); }
@@ -41,8 +41,9 @@ constexpr std::uint8_t wrapByte(TextureWrap u, TextureWrap v) { return std::uint
 // The cut-off of a slot that lets through what alpha leaves (alphaMode BLEND).
 constexpr float kBlendAlpha = -1;
 
-// What the vertices of a part show before its pictures are seen: radiance of materials of the asset. D is of the
-// diffuse one, A and B of those that multiply f0 and f90 of Schlick's Fresnel term, at up to three roughnesses.
+// The materials of the asset with which the vertices of a part are shaded before its pictures are applied. D is the
+// radiance of the diffuse material. A and B are those of the materials that multiply f0 and f90 of Schlick's Fresnel
+// term, at up to three roughnesses.
 struct SurfaceMaterials {
     std::array<float, kMaxRoughnessSteps> roughness{};  // ascending
     std::uint16_t diffuse = 0, steps = 0;               // steps: of the roughness; 0: A and B are nothing

@@ -29,7 +29,7 @@ class SurfaceTree {
 public:
     SurfaceTree(std::span<const Triangle> triangles, std::span<const Vec3> positions);
 
-    // What a point of the surface costs beside its squared distance, >= 0. Infinity: it does not count.
+    // Cost of a point of the surface, added to its squared distance, >= 0. Infinity: it does not count.
     using Cost = std::function<double(std::uint32_t triangle, const std::array<double, 3>& weights)>;
     // Returns the point with the least sum of squared distance and cost; of equal ones that of the first triangle.
     // Unset where no point counts. May be called from many threads.

@@ -109,7 +109,7 @@ namespace {
 
 // Returns the file that a chain of symbolic links leads to, which need not exist.
 fs::path followLinks(fs::path path) {
-    constexpr int kMaxLinks = 40;  // as Linux has it
+    constexpr int kMaxLinks = 40;  // same limit as Linux
     const fs::path given = path;
     std::error_code error;
     for (int i = 0; fs::is_symlink(path, error); ++i) {

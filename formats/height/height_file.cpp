@@ -40,7 +40,7 @@ Numbers numbersOfPicture(const std::filesystem::path& path, const std::string& c
     const PictureKind* kind = findPictureKind(bytes);
     if (!kind || !kind->gray)
         throw InvalidInput(path.string() +
-                           ": is no file of heights, which are .npy, .npz, grey PNG, OpenEXR, .bil and .raw");
+                           ": is not a file of heights, which are .npy, .npz, grey PNG, OpenEXR, .bil and .raw");
     const GrayImage image = kind->gray(bytes, path.string(), {channel, kMaxHeightSide});
     return {image.height, image.width, {image.numbers.begin(), image.numbers.end()}};
 }
@@ -123,7 +123,7 @@ HeightSequence::HeightSequence(HeightSource source) : source_(std::move(source))
 void HeightSequence::openFiles() {
     const std::string extension = extensionOf(source_.file);
     if (extension == ".npy" && !source_.array.empty())
-        throw InvalidInput(source_.at + "/array: is of .npz and .exr files");
+        throw InvalidInput(source_.at + "/array: is only for .npz and .exr files");
     if ((extension == ".npy" || extension == ".npz") && !namesSequence(source_.file)) {
         files_ = {source_.file};
         array_ = extension == ".npy" ? openNumpy(openBytes(source_.file), source_.file.string())
@@ -145,7 +145,7 @@ void HeightSequence::openFiles() {
     files_ = framesOf(source_.file);
     frames_ = files_.size();
     if (!source_.array.empty() && extensionOf(files_.front()) != ".exr")
-        throw InvalidInput(source_.at + "/array: is of .npz and .exr files");
+        throw InvalidInput(source_.at + "/array: is only for .npz and .exr files");
     const Numbers first = numbersOf(files_.front(), source_.array);
     grid_.rows = first.rows;
     grid_.columns = first.columns;
@@ -187,7 +187,7 @@ void HeightSequence::read(double seconds, std::span<float> heights) const {
         const auto frame = std::size_t(std::fmod(std::max(at, 0.0), double(frames_)));
         return readFrame(std::min(frame, frames_ - 1), heights);
     }
-    constexpr int kRows = 16;  // that a thread takes at once
+    constexpr int kRows = 16;  // rows that a thread takes at once
     parallelFor(std::size_t((grid_.rows + kRows - 1) / kRows), 0, [&](std::size_t piece) {
         const int first = int(piece) * kRows, end = std::min(first + kRows, grid_.rows);
         const auto columns = std::size_t(grid_.columns);

@@ -12,8 +12,8 @@ struct HeightSource {
     std::string at;                 // where a file says so, for messages; may be empty
     std::filesystem::path file;     // or, if empty:
     std::string analytic;           // AnalyticHeights
-    int rows = 256, columns = 256;  // of the analytic one
-    std::string array;              // of an .npz: "" is the only one of two or three axes; of an .exr a channel
+    int rows = 256, columns = 256;  // size of the analytic field
+    std::string array;              // array in an .npz ("": the only one with two or three axes), or channel of an .exr
     double cell_rows = 1, cell_columns = 1;  // metres between neighbouring points
     double scale = 1, offset = 0;
     HeightBorder border = HeightBorder::kClamped;

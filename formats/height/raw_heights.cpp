@@ -26,14 +26,15 @@ double numberOf(const std::string& text, const std::string& where, double least,
     double value = 0;
     const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (problem != std::errc() || end != text.data() + text.size() || !(value >= least && value <= most))
-        throw InvalidInput(where + ": \"" + text.substr(0, 40) + "\" is no number of " + std::to_string(least) +
+        throw InvalidInput(where + ": \"" + text.substr(0, 40) + "\" is not a number of " + std::to_string(least) +
                            " to " + std::to_string(most));
     return value;
 }
 
 int wholeOf(const std::string& text, const std::string& where, double least, double most) {
     const double value = numberOf(text, where, least, most);
-    if (value != std::floor(value)) throw InvalidInput(where + ": \"" + text.substr(0, 40) + "\" is no whole number");
+    if (value != std::floor(value))
+        throw InvalidInput(where + ": \"" + text.substr(0, 40) + "\" is not a whole number");
     return int(value);
 }
 
@@ -83,7 +84,8 @@ RawHeights readRawHeights(const std::filesystem::path& path) {
     std::filesystem::path header_path = path;
     header_path.replace_extension(".hdr");
     const RandomBytes header_bytes = openBytes(header_path);
-    if (header_bytes.size > kMaxHeaderBytes) throw InvalidInput(header_path.string() + ": is no header of 64 KiB");
+    if (header_bytes.size > kMaxHeaderBytes)
+        throw InvalidInput(header_path.string() + ": is longer than a header may be, 64 KiB");
     const std::vector<std::byte> text = readBytes(header_bytes, 0, std::size_t(header_bytes.size));
     const RawHeader header =
         parseRawHeader({reinterpret_cast<const char*>(text.data()), text.size()}, header_path.string());

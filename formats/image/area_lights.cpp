@@ -25,19 +25,19 @@ namespace penumbra {
 
 namespace {
 
-constexpr int kRows = 96, kColumns = 2 * kRows;           // of the picture that is searched
-constexpr int kSkyRows = 24, kSkyColumns = 2 * kSkyRows;  // of the surroundings
-constexpr double kAroundLight = 35 * kDegree;             // what the surroundings of a pixel are
+constexpr int kRows = 96, kColumns = 2 * kRows;           // size of the picture that is searched
+constexpr int kSkyRows = 24, kSkyColumns = 2 * kSkyRows;  // size of the picture of the surroundings
+constexpr double kAroundLight = 35 * kDegree;             // angle within which the surroundings of a pixel are taken
 constexpr double kBlur = 14 * kDegree;  // to the end of the kernel; two lamps this far apart have two maxima
 constexpr double kReach = 8 * kDegree;  // standard deviation of what a light takes of the pixels around it
 constexpr double kEnd = 28 * kDegree;   // where nothing of that is left
 constexpr double kAlone = 0.05;         // a pixel is shared out where the lights' parts exceed this
 constexpr std::size_t kMaxMaxima = 32;  // the highest ones
-constexpr double kMinMaximum = 0.01;    // of the highest
+constexpr double kMinMaximum = 0.01;    // relative to the highest
 constexpr double kMinParted = 0.02, kParted = 0.15;               // depth of a saddle, as a part of the lower maximum
 constexpr double kMuchLower = 0.85;                               // a maximum this much below its neighbour is none
-constexpr double kMinWorth = 0.006, kFullWorth = 0.015;           // of the light of a level ground
-constexpr double kNarrow = 14.5 * kDegree, kWide = 18 * kDegree;  // as measured: between them a light fades
+constexpr double kMinWorth = 0.006, kFullWorth = 0.015;           // shares of the light of a level ground
+constexpr double kNarrow = 14.5 * kDegree, kWide = 18 * kDegree;  // measured: a light fades out between these widths
 constexpr double kFullHeight = 0.2;  // sine of the elevation from which on a light that rises has its whole share
 constexpr double kFullLead = 1.5;    // over the light after the last one, where a light has its whole share
 
@@ -161,9 +161,9 @@ public:
 
 private:
     const Plane& plane_;
-    std::vector<int> label_;                    // of a pixel: its region
-    std::vector<int> parent_;                   // of a region
-    std::vector<std::vector<std::size_t>> in_;  // of a region: its maxima among those that are kept
+    std::vector<int> label_;                    // region of each pixel
+    std::vector<int> parent_;                   // parent of each region
+    std::vector<std::vector<std::size_t>> in_;  // for each region, its maxima among those that are kept
     std::vector<Maximum> maxima_;
 
     int root(int region) const {
@@ -223,7 +223,7 @@ std::vector<Maximum> weightedMaxima(const Plane& plane) {
 // The pixels of the picture that are brighter than their surroundings.
 struct BrightPixel {
     std::size_t place = 0;        // in the picture
-    Vec3d direction, flux;        // of what is above the surroundings
+    Vec3d direction, flux;        // after the surroundings are subtracted
     double bright = 0, part = 0;  // its luminance above the surroundings; as a part of the pixel's own
 };
 
@@ -242,7 +242,7 @@ std::vector<BrightPixel> brightPixels(const EnvironmentMap& map, const Plane& sk
     return pixels;
 }
 
-// What each maximum takes of a pixel, [maxima]. The sum is below 1.
+// Shares the light of a pixel out among the maxima, `parts` [maxima]. The sum is below 1.
 void shareOut(const std::vector<Maximum>& maxima, Vec3d direction, std::vector<double>& parts) {
     double sum = kAlone;
     for (std::size_t i = 0; i < maxima.size(); ++i) {

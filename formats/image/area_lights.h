@@ -10,8 +10,8 @@ namespace penumbra {
 
 struct AreaLight {
     SunD sun;          // with its share already in the irradiance
-    double worth = 0;  // of the light of a level ground: what its shadow shows that SH do not
-    double share = 0;  // of what was found, 0 .. 1; the rest stays in the picture
+    double worth = 0;  // part of the light of a level ground that its shadow shows and SH do not
+    double share = 0;  // part of the light found here that becomes the sun, 0 .. 1; the rest stays in the picture
 };
 struct AreaLights {
     std::vector<AreaLight> lights;  // by descending worth, each above the horizon

@@ -78,7 +78,7 @@ void checkPrimaries(const Primaries& p) {
     if (p.white.y < 1e-3) throw std::invalid_argument("the white point has no luminance");
     const Vec3d cones = kBradford * xyzOf(p.white);
     if (!(std::min({cones.x, cones.y, cones.z}) > 1e-3))
-        throw std::invalid_argument("the white point is no colour that an eye can adapt to");
+        throw std::invalid_argument("an eye cannot adapt to the colour of the white point");
 }
 
 }  // namespace

@@ -218,7 +218,7 @@ MapLayout guessLayout(const Image& image, const std::string& name) {
                            " may be an angular map, a mirror ball or a face of a cube: layout angular or ball must be "
                            "given, or cube for a face with five more beside it");
     throw InvalidInput(name + ": " + sizeOf(image) +
-                       " is no layout: lat-long is 2:1, cube crosses are 3:4 or 4:3, cubes of six faces below one "
+                       " is not a layout: lat-long is 2:1, cube crosses are 3:4 or 4:3, cubes of six faces below one "
                        "another 1:6, angular maps and balls are square");
 }
 
@@ -242,10 +242,10 @@ MapLayout chooseLayout(const Image& image, std::string_view layout, const std::s
     return layout == "angular" ? MapLayout::kAngular : MapLayout::kBall;
 }
 
-// What the file says of its layout counts where nothing was asked for.
+// Returns the layout that was asked for, or else the one that the file states.
 std::string layoutOf(const FilePicture& picture, std::string_view asked, PictureNotes& notes) {
     const std::string& stated = picture.info.layout;
-    if (stated == "cross") return "cube";  // of six files
+    if (stated == "cross") return "cube";  // the cross was made of six files
     if (stated.empty() || asked == stated) return std::string(asked);
     if (asked.empty()) return stated;
     notes.warnings.push_back("the file says that it is " + stated + "; it is read as " + std::string(asked) +

@@ -32,7 +32,7 @@ struct EnvironmentMap {
     Image image;
     std::size_t negative_pixels = 0;  // pixels that makeEnvironmentMap() found and mended (negative_radiance.h)
     double negative_share = 0;        // their share of the light
-    PictureNotes notes;               // of the reader
+    PictureNotes notes;               // notes of the reader
 
     MapShape shape() const { return {layout, image.width, image.height}; }
 };

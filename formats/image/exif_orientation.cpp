@@ -48,7 +48,7 @@ int orientationOfTiff(std::span<const std::byte> tiff) {
 
 int exifOrientation(std::span<const std::byte> jpeg) {
     constexpr unsigned kStart = 0xffd8, kApp1 = 0xffe1, kScan = 0xffda;
-    constexpr char kExif[] = "Exif\0";  // and a zero at its end
+    constexpr char kExif[] = "Exif\0";  // the literal adds a second zero at the end
     const ExifBytes in{jpeg};
     if (in.two(0) != kStart) return 1;
     for (std::size_t place = 2; place + 4 <= jpeg.size();) {

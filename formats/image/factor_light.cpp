@@ -118,7 +118,8 @@ std::vector<SunD> takeSuns(LightParts& parts, int most) {
 
 LightSuns factorLight(std::span<const AnalyticLight> lights, const LightFactorChoice& choice) {
     LightParts parts = partsOf(lights);
-    const int width = std::max(512, 4 * choice.picture_width);  // of what is painted and then made small
+    const int width = std::max(512, 4 * choice.picture_width);  // width at which the picture is painted before it is
+                                                                // reduced
     if (choice.mode == FactorMode::kPaper) {
         LightSuns light = sunsOfSh(projectLights(parts, kFactorOrder), choice);
         removeSuns(paintLights(parts, width), choice.picture_width, light);

@@ -13,16 +13,16 @@ namespace penumbra {
 struct LightFactorChoice {
     int suns = 1;  // at most, 1..kMaxSuns
     FactorMode mode = FactorMode::kHandOver;
-    int picture_width = 128;  // of the picture without the suns, even, 0: none
+    int picture_width = 128;  // width of the picture without the suns, even; 0: none
 };
 
-// What was found, a row a sun.
+// The suns that were found, one row each.
 struct FactorReport {
     struct SunReport {
         // q and c of sh/light/dominant_light.h, c without what a wide sun loses; of several suns of a picture the
         // worth and the share of area_lights.h
         double dominance = 1, share = 1;
-        std::size_t flat_pixels = 0;  // of a picture: pixels at the peak (sun_picture.h)
+        std::size_t flat_pixels = 0;  // only for pictures: pixels at the peak (sun_picture.h)
     };
     std::vector<SunReport> suns;
     double clamped = 0;  // flux of the picture, as a part of all, that half floats cannot hold
@@ -31,7 +31,7 @@ struct FactorReport {
 struct LightSuns {
     std::vector<SunD> suns;
     std::string factor;    // how they were found: "hand-over", "paper" or "exact"
-    LightPicture picture;  // of the light without them
+    LightPicture picture;  // the light without the suns
     FactorReport report;
 };
 

@@ -16,7 +16,7 @@ namespace penumbra {
 struct ExrLayer {
     int part = 0;
     std::string prefix;                // before the last dot of its channels' names
-    std::string shown;                 // as messages and --layer name it; "" for R, G, B of the only part
+    std::string shown;                 // its name in messages and for --layer; "" for R, G, B of the only part
     std::array<std::string, 3> color;  // whole names of channels; Y alone is three times the same
     std::string alpha;                 // "" where there is none
     bool has_chroma = false;           // Y with RY and BY

@@ -1,4 +1,4 @@
-// What is in an OpenEXR file, and which of it is the picture.
+// Lists the layers of an OpenEXR file and chooses the one that is the picture.
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfPartType.h>

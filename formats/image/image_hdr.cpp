@@ -23,7 +23,7 @@ namespace {
 struct HdrHeader {
     int width = 0, height = 0;
     bool bottom_up = false, right_to_left = false, is_xyze = false;
-    std::array<double, 3> divisor{1, 1, 1};  // of EXPOSURE and COLORCORR
+    std::array<double, 3> divisor{1, 1, 1};  // product of the EXPOSURE and COLORCORR lines
     std::optional<Primaries> primaries;
 };
 
@@ -266,7 +266,7 @@ private:
     std::string name_;
     HdrHeader header_;
     RgbePlanes row_;
-    std::array<std::array<double, 256>, 3> scale_{};  // what 1 stands for, by the exponent
+    std::array<std::array<double, 256>, 3> scale_{};  // value of mantissa 1, for each exponent
     std::array<float, 256> power_{};                  // the same without a divisor
     int done_ = 0;
 };

@@ -25,7 +25,7 @@ struct PngReader {
     std::jmp_buf out;
     char problem[200] = {};
     std::uint8_t* pixels = nullptr;  // where readPixels() writes
-    std::size_t channels = 3;        // of these, 4 where the file has alpha
+    std::size_t channels = 3;        // channels of `pixels`; 4 if the file has alpha
 };
 
 [[noreturn]] void stop(png_structp png, png_const_charp message) {

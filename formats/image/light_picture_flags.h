@@ -25,7 +25,7 @@ inline void addLightPictureOptions(CLI::App& app, PictureOptions& options) {
         ->group(kGroup);
     app.add_option("--layer", options.layer, "layer or part of an OpenEXR file that has several")->group(kGroup);
     app.add_option("--colorspace", options.colorspace,
-                   "colours of a file that states none: acescg, aces2065-1, rec2020, p3-d65 or srgb-linear")
+                   "colour space of a file that states none: acescg, aces2065-1, rec2020, p3-d65 or srgb-linear")
         ->check(readableBy(primariesOf))
         ->group(kGroup);
     app.add_option_function<std::string>(
@@ -47,7 +47,7 @@ inline void addLightPictureOptions(CLI::App& app, PictureOptions& options) {
 
 // Refuses options of pictures where the light is none: `light` is what it is, as "--analytic".
 inline void refuseReading(const PictureOptions& options, const std::string& light) {
-    if (const char* given = givenOption(options)) throw BadOption(given, "is of pictures, not of " + light);
+    if (const char* given = givenOption(options)) throw BadOption(given, "is for pictures, not for " + light);
 }
 
 }  // namespace penumbra

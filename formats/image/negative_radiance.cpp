@@ -16,7 +16,7 @@ constexpr int kCodecBlock = 8;  // pixels; the side of a block of the codec
 
 struct Around {
     std::vector<std::size_t> pixels;
-    double flux = 0, largest = 0;  // of the values above 0
+    double flux = 0, largest = 0;  // sum and maximum of the values above 0
 };
 
 Around lookAround(const EnvironmentMap& map, const std::vector<double>& steradians, int x, int y, int channel) {

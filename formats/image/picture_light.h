@@ -17,15 +17,15 @@ struct LargePictures {
 };
 
 struct PictureLightChoice {
-    int order = 4;                         // of the SH that will be asked for
-    int suns = 1;                          // that will be looked for at most
+    int order = 4;                         // order of the SH that will be asked for
+    int suns = 1;                          // largest number of suns that will be looked for
     std::function<void(double)> progress;  // called with the share that is read, or none
     LargePictures large = {};
 };
 
 struct PictureLight {
     EnvironmentMap map;  // the picture, or the means of its boxes
-    MapShape shape;      // of the picture in the file
+    MapShape shape;      // shape of the picture in the file
     // The projection of the file's own pixels where map has boxes or was mended (negative_radiance.h): of kFactorOrder
     // or more.
     std::optional<MapProjection> whole;

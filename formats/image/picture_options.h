@@ -12,7 +12,7 @@ namespace penumbra {
 
 struct PictureOptions {
     std::string layout;        // latlong, angular, ball or cube; "": what the file says, else by the picture's shape
-    std::string layer;         // of OpenEXR: a layer or a part; "": the picture, or the only layer
+    std::string layer;         // an OpenEXR layer or part; "": the picture, or the only layer
     std::string colorspace;    // a name of color_space.h; "": what the file says, else linear Rec.709
     std::optional<Vec3> fill;  // colour of pixels that a cropped file lacks, in the file's own colours
     bool any_shape = false;    // a photograph: no shape of a light is looked for
@@ -28,11 +28,11 @@ inline const char* givenOption(const PictureOptions& options) {
     return options.repair ? "repair" : nullptr;
 }
 
-// What a reader tells of a picture, for verbs to print: whole sentences without the file's name.
+// Notes of a reader about a picture, for verbs to print: whole sentences without the file's name.
 struct PictureNotes {
     std::vector<std::string> lines, warnings;
     std::size_t repaired_pixels = 0;
-    double repaired_share = 0;  // of the picture's pixels
+    double repaired_share = 0;  // share of the picture's pixels
 };
 
 }  // namespace penumbra

@@ -15,7 +15,8 @@ namespace penumbra {
 struct PictureInfo {
     int width = 0, height = 0;
     bool has_alpha = false;
-    std::string layout;              // that the file states: "", "latlong" or "cube" (six faces, one below the other)
+    std::string layout;              // layout that the file states: "", "latlong" or "cube" (six faces, one below the
+                                     // other)
     std::optional<Mat3d> to_rec709;  // none: the colours are linear Rec.709. It is not applied to what next() gives
     bool from_the_top = true;        // false: the rows come from the bottom up
     PictureNotes notes;
@@ -71,7 +72,7 @@ public:
 private:
     RandomBytes bytes_;
     std::vector<std::byte> buffer_;
-    std::uint64_t position_ = 0, start_ = 0;  // of the next byte; of the buffer
+    std::uint64_t position_ = 0, start_ = 0;  // positions of the next byte and of the buffer
     std::size_t held_ = 0;
 };
 

@@ -155,10 +155,10 @@ Mat3d toModelFrame(MapLayout layout) {
     return {};
 }
 
-// What all rows of a picture share.
+// Tables that all rows of a picture share.
 struct RowTables {
-    RowWaves waves;  // of lat-long pictures
-    DiscBasis disc;  // of discs
+    RowWaves waves;  // for lat-long pictures
+    DiscBasis disc;  // for discs
 };
 
 RowTables tablesOf(const EnvironmentMap& map, int order) {

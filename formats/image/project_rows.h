@@ -45,7 +45,7 @@ private:
     PictureSides sides_;
     int order_;
     RowWaves waves_;
-    std::array<std::vector<float>, kMaxOrder> cosine_, sine_;  // of a quarter of a row
+    std::array<std::vector<float>, kMaxOrder> cosine_, sine_;  // for a quarter of a row
     std::array<std::array<std::vector<float>, 2>, 2> folded_;  // [m odd][of sines]: a quarter of a row
     std::vector<float> both_;                                  // half of a row: f(p) with f(p + pi)
     PartialProjection sum_;

@@ -10,7 +10,7 @@ namespace penumbra {
 struct SunDisc {
     Vec3d direction;              // center of the light in the disc
     double radius = 0;            // radians
-    std::size_t flat_pixels = 0;  // that have exactly the luminance of the brightest one
+    std::size_t flat_pixels = 0;  // pixels that have exactly the luminance of the brightest one
 };
 // Measures the sun near a direction. What is within 35 degrees loses its median, or where that is above half of the
 // brightest pixel, the value that a tenth lies below; e is the flux of the pixels above 5% of the peak that is left. A

@@ -150,7 +150,8 @@ void rgbFromPlanes(const Y4mHeader& header, std::span<const std::uint8_t> planes
     const int width = half ? header.width / 2 : header.width, height = half ? header.height / 2 : header.height;
     const ChromaPlane cb{planes.subspan(luma, size), width, height},
         cr{planes.subspan(luma + size, size), width, height};
-    const float to_left = header.chroma == Y4mChroma::k420Mpeg2 ? 0.0f : 0.25f;  // of chroma to luma, in its pixels
+    const float to_left = header.chroma == Y4mChroma::k420Mpeg2 ? 0.0f : 0.25f;  // offset of chroma from luma, in
+                                                                                 // pixels of chroma
     for (int y = 0; y < header.height; ++y)
         for (int x = 0; x < header.width; ++x) {
             const std::size_t i = std::size_t(y) * std::size_t(header.width) + std::size_t(x);

@@ -12,18 +12,18 @@ namespace penumbra {
 
 struct GrowingGlb {
     std::filesystem::path path;         // for messages
-    nlohmann::ordered_json document;    // its JSON, keys in the order of the file
+    nlohmann::ordered_json document;    // its JSON, with the keys in the file's order
     std::vector<unsigned char> binary;  // the bytes of buffer 0: those of the file, and behind them what was added
     std::vector<unsigned char> chunks;  // chunks behind the binary one, as they stand
     std::vector<std::filesystem::path> files_read;
-    std::vector<std::string> notes;  // what else had to change, a line each
+    std::vector<std::string> notes;  // further changes that were necessary, one line each
 };
 
 // Reads a .glb, whose JSON and binary chunk stay as they are, or a .gltf. Buffers and pictures in other files are taken
 // into the binary chunk, so that the result is one file; a note says so. Throws IoError and InvalidInput.
 GrowingGlb openGrowingGlb(const std::filesystem::path& path);
 
-// What an accessor is for: a vertex attribute; the times of keys, which need their range; or the values of keys.
+// The use of an accessor: a vertex attribute; the times of keys, which need their range; or the values of keys.
 enum class AccessorUse : std::uint8_t { kVertices, kTimes, kValues };
 
 // Adds an accessor of floats with 1 to 4 `components` an element, and returns its index.

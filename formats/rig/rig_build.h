@@ -21,7 +21,7 @@ struct SourceSkin {
 // The name of parts that have no material.
 constexpr const char* kDefaultSlot = "default";
 
-// What a file hides takes part only where --nodes has the very name of its node or slot.
+// Hidden nodes and slots take part only if --nodes has their exact name.
 enum class Visible : std::uint8_t { kShown, kHidden };
 
 // The triangles that one node draws with one list of vertices.
@@ -31,7 +31,7 @@ struct SourcePart {
     Visible visible = Visible::kShown;
     std::string material = kDefaultSlot;
     PartColor color;
-    SourceLook look;  // that of glTF's default where there is no material
+    SourceLook look;  // glTF's default if there is no material
     std::vector<Vec3> positions;
     std::vector<Vec3> normals;          // [vertices] unit, in the space of positions; empty: the file has none
     std::vector<Triangle> triangles;    // indices into positions
@@ -40,7 +40,7 @@ struct SourcePart {
     std::vector<double> weights;        // [vertices, influences], not yet normalised
     // Only with morph targets: what each adds to the positions at weight 1 (empty: nothing), and the weights at rest.
     std::vector<std::vector<Vec3>> targets;
-    std::vector<std::vector<Vec3>> target_normals;  // what each adds to the normals; empty as above
+    std::vector<std::vector<Vec3>> target_normals;  // offset of each target's normals; may be empty, too
     std::vector<double> rest_weights;               // one for each target
     std::vector<std::string> target_names;          // one for each target, or none; "" where it has none
     GltfPlace gltf = {};
@@ -173,7 +173,7 @@ struct SourceVertices {
 // Returns the number of the part's "NODE/MATERIAL" in `slots`, and adds it where it is new.
 std::uint16_t slotOf(const RigSource& source, const SourcePart& part, std::vector<std::string>& slots);
 SourceVertices gatherVertices(const RigSource& source, const JointTable& table);
-// What welding makes besides.
+// Further results of welding.
 struct WeldedPoints {
     std::vector<Vec3> rest_normals;            // [V] unit
     std::vector<std::size_t> vertex_of_point;  // [V] the first vertex of each shading point

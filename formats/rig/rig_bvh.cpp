@@ -104,7 +104,7 @@ private:
         const char *first = text_.data() + at_, *end = text_.data() + text_.size();
         if (first != end && *first == '+') ++first;
         const auto [last, error] = std::from_chars(first, end, value);
-        if (error != std::errc() || (last != end && !isSpace(*last))) fail("'" + peek() + "' is no number");
+        if (error != std::errc() || (last != end && !isSpace(*last))) fail("'" + peek() + "' is not a number");
         if (!(std::abs(value) < 1e30)) fail("a number is not finite");
         at_ = std::size_t(last - text_.data());
         return value;
@@ -143,9 +143,9 @@ private:
             const std::size_t axis = std::string("xyz").find(word[0]);
             const std::string kind = word.substr(1);
             if (axis == std::string::npos || (kind != "position" && kind != "rotation"))
-                fail("'" + word + "' is no channel");
+                fail("'" + word + "' is not a channel");
             const bool rotates = kind == "rotation";
-            if (std::exchange(taken[rotates][axis], true)) fail("channel '" + word + "' is there twice");
+            if (std::exchange(taken[rotates][axis], true)) fail("channel '" + word + "' occurs twice");
             channels_.push_back({joint, rotates, axis});
         }
     }
@@ -187,7 +187,7 @@ private:
         if (frames * double(channels_.size()) > double(kMaxBvhValues))
             throw Unsupported(source_.file.string() + ": too many frames");
         makeClip(std::size_t(frames), std::max(frame_time, 0.0));
-        if (!peek().empty()) fail("values stand behind the last frame");
+        if (!peek().empty()) fail("values follow the last frame");
     }
 
     void makeClip(std::size_t frames, double frame_time) {

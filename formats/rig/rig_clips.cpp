@@ -128,7 +128,7 @@ void takeClip(RigSource& rig, const RigSource& from, std::size_t c, const std::v
 }  // namespace
 
 void makeAnimatable(RigSource& source, int n, const std::string& by) {
-    constexpr double kShear = 1e-4;  // of the largest column; exporters write six digits
+    constexpr double kShear = 1e-4;  // relative to the largest column; exporters write six digits
     Node& node = source.nodes[std::size_t(n)];
     if (!node.matrix) return;
     const Matrix m = restTransform(node);

@@ -24,7 +24,7 @@ namespace penumbra {
 namespace {
 
 constexpr double kBetweenLayers = 150;    // degrees: corners that turn by more lie on two layers
-constexpr std::size_t kMaxPartners = 64;  // of a corner at one edge, so that no file takes forever
+constexpr std::size_t kMaxPartners = 64;  // partners of a corner at one edge, so that no file takes forever
 
 // One corner of a triangle.
 struct Corner {
@@ -72,11 +72,11 @@ std::vector<Vec3d> normalsOf(const std::vector<Triangle>& triangles, const std::
     return normals;
 }
 
-// What every place asks.
+// Inputs that all places share.
 struct CornerJob {
     const SourceVertices& vertices;
     std::span<const std::uint32_t> place_of_vertex;
-    const std::vector<Vec3d>& normals;  // of the triangles
+    const std::vector<Vec3d>& normals;  // normals of the triangles
     double least_cosine;
 };
 

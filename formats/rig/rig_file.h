@@ -40,7 +40,7 @@ struct Clip {
     std::string name;  // unique in the rig; unnamed clips become "clip0", ...
     double duration = 0;
     std::vector<Channel> channels;
-    int gltf_animation = -1;  // of the .glb or .gltf that the rig comes from; -1: the clip comes from another file
+    int gltf_animation = -1;  // index in the rig's own .glb or .gltf; -1: the clip comes from another file
     double moved_by = 0;      // seconds that the times of the file were moved by
 };
 
@@ -80,8 +80,8 @@ struct MaterialColor {
     TextureWrap wrap_u = TextureWrap::kRepeat, wrap_v = TextureWrap::kRepeat;
     std::string problem;  // a whole message that says why the colour cannot be known; "" when it can
     AlphaMode alpha_mode = AlphaMode::kOpaque;
-    float alpha_cutoff = 0.5f;  // of kMask
-    float alpha = 1;            // of the base colour; the texture and the vertices have more factors of it
+    float alpha_cutoff = 0.5f;  // for kMask
+    float alpha = 1;            // alpha of the base colour; the texture and the vertices multiply it
     bool double_sided = false;
 };
 
@@ -90,24 +90,24 @@ struct PartTexture {
     TextureRole role = TextureRole::kNormal;
     std::shared_ptr<const Texture> texture;
     TextureWrap wrap_u = TextureWrap::kRepeat, wrap_v = TextureWrap::kRepeat;
-    float strength = 1;                     // of normals: the factor on what leaves the plane; of occlusion
+    float strength = 1;                     // normals: factor on the part in the plane; occlusion: its strength
     std::vector<std::array<double, 2>> uv;  // [vertices] v points down
 };
 
-// What the surface of one part of the source looks like: the product of base, texture and tint.
+// The appearance of one part of the source: the product of base, texture and tint.
 struct PartColor {
     MaterialColor material;
     std::vector<std::array<double, 2>> uv;  // [vertices] v points down; empty without texture
     std::vector<Vec3> tints;                // [vertices] linear; empty: white
     std::vector<float> alphas;              // [vertices]; empty: 1
-    std::vector<PartTexture> textures;      // of other roles than kBaseColor, each at most once
+    std::vector<PartTexture> textures;      // for other roles than kBaseColor, each at most once
     std::string textures_problem = "";      // a message that says why `textures` are not all; "" when they are
     std::vector<TangentTurn> turns = {};    // [vertices] of the normal map; empty: none
 };
 
 // Where a part stands in the .glb or .gltf that it comes from; -1: it comes from another file.
 struct GltfPlace {
-    int node = -1, primitive = -1;  // of the document: a node, and one of the primitives of its mesh
+    int node = -1, primitive = -1;  // a node of the document, and a primitive of its mesh
     bool operator==(const GltfPlace&) const = default;
 };
 
@@ -115,7 +115,7 @@ struct GltfPlace {
 struct ColoredPart {
     PartColor color;
     std::uint16_t slot = 0;
-    std::size_t first_vertex = 0, vertices = 0;  // of source_vertex
+    std::size_t first_vertex = 0, vertices = 0;  // range of source_vertex
     std::vector<Triangle> triangles;             // indices into the part's vertices
     GltfPlace gltf = {};
     // Row-major 3x4, from the positions of the file to Mesh::rest_positions.
@@ -151,7 +151,7 @@ struct Rig {
     // The rig and every file that it refers to. Depfiles and provenance list them.
     std::vector<std::filesystem::path> files_read;
     std::vector<RigNote> notes;    // each once
-    std::vector<std::string> log;  // who read the files how, for -v
+    std::vector<std::string> log;  // how which reader read each file, for -v
     // The .glb that the first file was converted to. Only with RigOptions::keep_converted; null if it was not.
     std::shared_ptr<const std::vector<std::byte>> converted;
 };

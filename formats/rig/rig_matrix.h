@@ -15,7 +15,7 @@ constexpr Matrix kIdentityMatrix{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
 Matrix toMatrix(const Affine& a);
 Matrix multiply(const Matrix& a, const Matrix& b);
 Vec3d transformPoint(const Matrix& a, Vec3d p);
-double determinant(const Matrix& a);  // of the linear part
+double determinant(const Matrix& a);  // determinant of the linear part
 // Returns nothing where the columns of the linear part are linearly dependent to 1e-12 (for instance a scale of 0).
 std::optional<Matrix> inverse(const Matrix& a);
 bool allFinite(const Matrix& a);

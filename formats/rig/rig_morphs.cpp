@@ -37,7 +37,7 @@ const MorphChannel* channelOf(const RigSource& source, int clip, int node) {
 // A target of a node's mesh.
 struct NodeTarget {
     int node = 0;
-    std::size_t target = 0, targets = 0;  // of how many
+    std::size_t target = 0, targets = 0;  // the target's index, and how many there are
     float rest = 0;
     bool operator==(const NodeTarget&) const = default;
 };
@@ -257,7 +257,7 @@ bool sameMorphs(const SourceMorphs& morphs, std::size_t a, std::size_t b, double
 
 namespace {
 
-// What one target does to all points.
+// Offsets of all points for one target.
 struct DenseTarget {
     std::vector<Vec3> moves, turns;  // [V]
 };

@@ -14,7 +14,7 @@
 
 namespace penumbra {
 
-// What one weight changes of one vertex of the source. `turn` is what it adds to the normal that the file gives.
+// The change of one vertex of the source for one weight. `turn` is what it adds to the normal that the file gives.
 struct MorphChange {
     std::uint32_t weight = 0;
     Vec3 move, turn;
@@ -26,7 +26,7 @@ struct SourceMorphs {
     std::vector<float> rest_weights;                  // [M]
     std::vector<std::vector<std::uint32_t>> of_node;  // [nodes] the weight of each target of the node's mesh
     std::vector<std::uint32_t> first;                 // [R + 1] vertex r has the changes first[r] <= i < first[r + 1]
-    std::vector<MorphChange> changes;                 // of a vertex by ascending weight
+    std::vector<MorphChange> changes;                 // changes of a vertex, by ascending weight
     // [R] the file's normal in the space of rest positions, at the scale of the turns; 0 where the file gives none
     std::vector<Vec3> normals;
 

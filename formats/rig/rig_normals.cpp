@@ -105,7 +105,7 @@ namespace {
 
 // Vertices of one place whose normals have been joined.
 struct Joined {
-    Vec3d sum;                            // of their normals
+    Vec3d sum;                            // sum of their normals
     std::vector<std::uint32_t> vertices;  // ascending
 };
 

@@ -1,5 +1,5 @@
 #pragma once
-// What a user may choose about the character that a file holds. All defaults stand here.
+// Options about the character that a file holds. All defaults stand here.
 #include <cstdint>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>

@@ -51,7 +51,7 @@ Vec3d normalOf(std::span<const Vec3> points, std::span<const std::uint32_t> c) {
     return sum;
 }
 
-// What is left of a polygon while ears are cut off.
+// The rest of a polygon while ears are cut off.
 struct Rest {
     std::span<const Vec3> points;
     Vec3d normal;  // unit

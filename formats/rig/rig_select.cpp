@@ -41,7 +41,7 @@ bool means(const RigSource& source, const SourcePart& part, const std::string& p
     return false;
 }
 
-// What a file hides is not meant by a pattern that others match, too.
+// Tells whether a pattern may choose a hidden part: only the exact name of its node or slot does.
 bool meansHidden(const RigSource& source, const SourcePart& part, const std::string& pattern) {
     return pattern == source.nodes[std::size_t(part.node)].name || pattern == slotName(source, part);
 }

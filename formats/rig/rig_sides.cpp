@@ -26,7 +26,7 @@ namespace penumbra {
 
 namespace {
 
-constexpr double kHidden = 0.02;  // of the area of a surface: holes that show nothing of its inside
+constexpr double kHidden = 0.02;  // share of a surface's area: smaller holes show nothing of its inside
 
 // Numbers of places: points with the same coordinates have one number.
 std::vector<std::uint32_t> placesOfPoints(const std::vector<Vec3>& positions) {

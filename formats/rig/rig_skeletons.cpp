@@ -15,8 +15,8 @@ namespace {
 constexpr double kAxesTolerance = 10;  // degrees: joints of one family of characters differ by so much at rest
 constexpr double kSaidAxes = 2;        // degrees: more is said
 constexpr double kSameDirection = 20;  // degrees: characters have wide and narrow hips
-constexpr double kLongBone = 0.1;      // of the skeleton's extent: shorter bones tell no direction
-constexpr double kAnyBone = 0.01;      // of the extent: shorter bones are none
+constexpr double kLongBone = 0.1;      // in extents of the skeleton: shorter bones tell no direction
+constexpr double kAnyBone = 0.01;      // in extents: shorter bones do not count as bones
 constexpr double kSameSize = 2e-3;     // sizes nearer to 1 are rounding
 constexpr int kFewConfirmed = 3;       // so many joints must tell that only their axes differ
 
@@ -259,7 +259,8 @@ double sizeRatio(const Skeletons& s, Relation relation) {
         if (s.clip_of[n] < 0) continue;
         const double of_rig = s.rig_rest.positions[n].y, of_clip = s.clip_rest.positions[s.clipNode(int(n))].y;
         if (!(of_rig > 0.1 * s.rig_extent && of_clip > 0.1 * s.clip_extent && of_rig > 0 && of_clip > 0)) continue;
-        // Of two characters of other proportions the legs count. A scene in which the clip is raised is not meant.
+        // The length of the legs decides between characters of different proportions, unless the clip's whole scene is
+        // raised.
         if (!has_bones || std::abs(std::log(of_rig / of_clip / ratio)) < std::log(1.5)) ratio = of_rig / of_clip;
         break;
     }

@@ -13,7 +13,7 @@ struct RestPose {
     std::vector<Vec3d> positions;
 };
 
-// What of the two rest poses is different.
+// How the rest poses of a rig and of a clip differ.
 enum class Relation : std::uint8_t {
     kSameAxes,   // the joints have the same axes
     kOtherAxes,  // the bones point the same ways, but the joints have other axes

@@ -55,7 +55,7 @@ void addSlot(SurfaceBuilder& builder, std::size_t p) {
         slot.use(TextureRole::kBaseColor) = builder.use(material.texture, wrapByte(material.wrap_u, material.wrap_v),
                                                         builder.setOf(p, part.color.uv, where));
     for (const PartTexture& texture : part.color.textures) {
-        if (texture.uv.empty()) continue;  // what textures_problem is about
+        if (texture.uv.empty()) continue;  // reported by textures_problem
         slot.use(texture.role) =
             builder.use(texture.texture, wrapByte(texture.wrap_u, texture.wrap_v), builder.setOf(p, texture.uv, where));
         if (texture.role == TextureRole::kNormal) slot.normal_scale = texture.strength;

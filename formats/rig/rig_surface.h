@@ -10,7 +10,7 @@ namespace penumbra {
 
 struct RigSurface {
     MeshSurface surface;
-    std::vector<std::string> notes;  // what the materials say and pictures do not show
+    std::vector<std::string> notes;  // properties of the materials that the pictures do not show
 };
 
 // Returns the surface of the rig's mesh with the base colours, pictures and numbers of its materials. Texture files are

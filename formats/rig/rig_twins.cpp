@@ -22,9 +22,9 @@ namespace penumbra {
 
 namespace {
 
-constexpr double kNear = 0.05;        // of the box's diagonal: how near the surfaces and the sides of the boxes are
-constexpr double kMax = 0.9;          // of the vertices
-constexpr double kRound = 1e-5;       // of the diagonal
+constexpr double kNear = 0.05;        // in box diagonals: largest distance of the surfaces and of the boxes' sides
+constexpr double kMax = 0.9;          // share of the vertices
+constexpr double kRound = 1e-5;       // in diagonals
 constexpr std::size_t kFew = 8;       // times fewer points
 constexpr std::size_t kTested = 512;  // vertices of a mesh at most
 constexpr std::size_t kMaxShells = 2048;

@@ -10,12 +10,12 @@
 namespace penumbra {
 
 struct SourceLook {
-    std::string material = {};  // its name in the file; "" where it has none
+    std::string material = {};  // the material's name in the file; "" if it has none
     Principled principled = {};
-    // What it has pictures for, in words: "base color", "normal", .. Factors are in `principled`, pictures are not. So
-    // are colours of vertices ("vertex colors").
+    // The roles for which the material has pictures, in words: "base color", "normal", .. Factors are in `principled`,
+    // pictures are not. So are colours of vertices ("vertex colors").
     std::vector<std::string> textures = {};
-    // What it says beyond that, and what was done about it: "KHR_materials_clearcoat is not read".
+    // Further properties of the material, and what was done about them: "KHR_materials_clearcoat is not read".
     std::vector<std::string> notes = {};
     std::string problem = {};  // a whole sentence that says why the material cannot be known; "" when it can
 

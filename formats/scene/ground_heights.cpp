@@ -64,7 +64,7 @@ void GroundHeights::castingPoints(std::vector<Vec3>& points) const {
 }
 
 Vec3 GroundHeights::normal(int row, int column) const {
-    const Vec3 n = field_.normal(row, column);  // its x is the scene's z
+    const Vec3 n = field_.normal(row, column);  // the field's x is the scene's z
     return {n.y, n.z, n.x};
 }
 

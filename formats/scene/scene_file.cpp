@@ -19,14 +19,14 @@ SceneCasts readCasts(const JsonNode& node) {
     const std::string word = node.text();
     if (word == "fields") return SceneCasts::kFields;
     if (word == "spheres") return SceneCasts::kSpheres;
-    if (word != "nothing") node.fail("is none of fields, spheres and nothing");
+    if (word != "nothing") node.fail("must be fields, spheres or nothing");
     return SceneCasts::kNothing;
 }
 
 ScenePose readPose(const JsonNode& character, const std::filesystem::path& folder) {
     const JsonNode node = character.at("pose");
     for (const char* other : {"clip", "time"})
-        if (character.has(other)) node.fail("stands beside a \"" + std::string(other) + "\"; one or the other");
+        if (character.has(other)) node.fail("cannot stand beside a \"" + std::string(other) + "\": give one of them");
     node.requireKeys({"file", "frame"});
     const std::string file = node.required("file").text();
     if (file.empty()) node.at("file").fail("is empty");
@@ -38,7 +38,8 @@ ScenePose readPose(const JsonNode& character, const std::filesystem::path& folde
 // Reads "asset", which "real" stands for where it names a file itself.
 void readAsset(const JsonNode& node, const std::filesystem::path& folder, SceneCharacter& out) {
     const bool named = node.has("real") && !node.at("real").isFlag();
-    if (named && node.has("asset")) node.at("real").fail("names a file beside an \"asset\"; one or the other");
+    if (named && node.has("asset"))
+        node.at("real").fail("names a file, and there is an \"asset\" too: give one of them");
     const JsonNode file = named ? node.at("real") : node.required("asset");
     if (file.text().empty()) file.fail("is empty");
     out.asset = folder / file.text();
@@ -70,7 +71,7 @@ SceneCharacter readCharacter(const JsonNode& node, const std::filesystem::path& 
     if (node.has("on_ground")) out.on_ground = node.at("on_ground").flag();
     if (node.has("yaw")) out.yaw = node.at("yaw").number(-1e4, 1e4);
     if (node.has("scale") && node.at("scale").number(-kFar, kFar) != 1)
-        node.at("scale").fail("is not 1; fields and models hold for one size");
+        node.at("scale").fail("must be 1: fields and models are made for one size");
     if (node.has("material")) out.material = node.at("material").text();
     if (node.has("slots"))
         for (const auto& [slot, value] : node.at("slots").members()) out.slots.emplace_back(slot, value.text());
@@ -82,7 +83,7 @@ HeightBorder readBorder(const JsonNode& node) {
     const std::string word = node.text();
     if (word == "clamped") return HeightBorder::kClamped;
     if (word == "periodic") return HeightBorder::kPeriodic;
-    if (word != "open") node.fail("is none of clamped, periodic and open");
+    if (word != "open") node.fail("must be clamped, periodic or open");
     return HeightBorder::kOpen;
 }
 
@@ -90,9 +91,9 @@ void readSource(const JsonNode& node, const std::filesystem::path& folder, Heigh
     source.at = node.place();
     if (node.has("file") == node.has("analytic")) node.fail("has either a \"file\" or an \"analytic\"");
     for (const char* key : {"rows", "columns"})
-        if (node.has(key) && !node.has("analytic")) node.at(key).fail("is of \"analytic\"; a file has its own");
+        if (node.has(key) && !node.has("analytic")) node.at(key).fail("is only for \"analytic\"; a file has its own");
     for (const char* key : {"array", "no_data", "fill", "fps"})
-        if (node.has(key) && !node.has("file")) node.at(key).fail("is of a \"file\"");
+        if (node.has(key) && !node.has("file")) node.at(key).fail("is only for a \"file\"");
     if (node.has("analytic")) {
         source.analytic = node.at("analytic").text();
         if (source.analytic.empty()) node.at("analytic").fail("is empty");
@@ -107,7 +108,7 @@ void readSource(const JsonNode& node, const std::filesystem::path& folder, Heigh
     if (node.has("cell"))
         source.cell_rows = source.cell_columns = node.at("cell").number(double(kMinCell), double(kMaxCell));
     if (node.has("cells")) {  // along x and z, as the vectors of a scene
-        if (node.has("cell")) node.at("cells").fail("stands beside a \"cell\"; one or the other");
+        if (node.has("cell")) node.at("cells").fail("cannot stand beside a \"cell\": give one of them");
         const std::vector<float> cells = node.at("cells").numbers(2, double(kMinCell), double(kMaxCell));
         source.cell_columns = double(cells[0]);
         source.cell_rows = double(cells[1]);
@@ -134,7 +135,7 @@ SceneHeights readHeights(const JsonNode& node, const std::filesystem::path& fold
     if (node.has("time")) out.seconds = node.at("time").number(0, 1e6);
     if (node.has("order")) out.order = node.at("order").whole(4, 5);
     if (node.has("step")) out.step = node.at("step").whole(1, 8);
-    if (out.step & (out.step - 1)) node.at("step").fail("is none of 1, 2, 4 and 8");
+    if (out.step & (out.step - 1)) node.at("step").fail("must be 1, 2, 4 or 8");
     if (node.has("refine")) out.refine = readRefine(node.at("refine"));
     return out;
 }
@@ -151,10 +152,10 @@ SceneGround readGround(const JsonNode& node, const std::filesystem::path& folder
     if (node.has("catcher")) out.catcher = node.at("catcher").flag();
     if (node.has("casts")) out.casts = node.at("casts").flag();
     for (const char* key : {"size", "resolution", "casts"})
-        if (node.has(key) && out.heights) node.at(key).fail("is of a ground without heights");
+        if (node.has(key) && out.heights) node.at(key).fail("is only for a ground without heights");
     if (node.has("material")) {
-        if (!out.heights) node.at("material").fail("is of a ground with heights");
-        if (node.has("albedo")) node.at("material").fail("stands beside an \"albedo\"; one or the other");
+        if (!out.heights) node.at("material").fail("is only for a ground with heights");
+        if (node.has("albedo")) node.at("material").fail("cannot stand beside an \"albedo\": give one of them");
         out.material = node.at("material").text();
     }
     return out;

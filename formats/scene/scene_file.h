@@ -18,21 +18,21 @@ constexpr FileFormat kSceneFormat{"penumbra.scene", 1};
 constexpr std::size_t kMaxSceneCharacters = 10000;
 constexpr int kMaxGroundResolution = 2048;
 
-// What a character casts by: what its asset has, which is fields before spheres, or one of these, or nothing.
+// By which form a character casts a shadow. kWhatItHas: fields if its asset has them, else spheres, else nothing.
 enum class SceneCasts { kWhatItHas, kFields, kSpheres, kNothing };
 
 // A pose of a file (bone_poses.h) instead of a frame of the asset.
 struct ScenePose {
-    std::string at;  // as SceneCharacter::at
+    std::string at;  // see SceneCharacter::at
     std::filesystem::path file;
-    std::size_t frame = 0;  // which of the file's poses
+    std::size_t frame = 0;  // index of the pose in the file
 };
 
 // Something that stands in a scene. Its asset's frame is turned about y (degrees; positive turns +z towards +x) and
 // then moved (metres).
 struct SceneCharacter {
     std::string at;    // the file and the JSON pointer, for messages
-    std::string name;  // of its own; by default the asset's stem, with a number behind it where it is not the only one
+    std::string name;  // the character's name; by default the asset's stem, numbered if there are several
     std::filesystem::path asset;
     std::string clip;                    // "": the first
     double seconds = 0;                  // into the clip; the nearest sampled frame
@@ -40,7 +40,8 @@ struct SceneCharacter {
     Vec3 position;
     bool on_ground = false;  // position.y counts from the ground at x and z
     double yaw = 0;
-    std::string material;                                         // of all parts; "": what the asset gives each
+    std::string material;                                         // material of all parts; "": the asset chooses one
+                                                                  // for each
     std::vector<std::pair<std::string, std::string>> slots = {};  // slot, material; after `material`
     SceneCasts casts = SceneCasts::kWhatItHas;
     // A prop that stands in the photograph already: it hides and it receives shadows, and it is not drawn. Its asset
@@ -66,7 +67,8 @@ struct SceneGround {
     int resolution = 128;                      // vertices a side
     Vec3 albedo{0.5f, 0.5f, 0.5f};             // linear
     std::optional<SceneHeights> heights = {};  // then size and resolution are theirs
-    std::string material = {};                 // of the light's asset, for heights; "": Lambertian with the albedo
+    std::string material = {};                 // material for heights, from the light's asset; "": Lambertian with the
+                                               // albedo
     // It stands in the photograph already: it is not drawn, and shows shadows only as a share of its light.
     bool catcher = false;
     bool casts = true;  // a level one hides light from what stands on it, and sends light back
@@ -74,7 +76,7 @@ struct SceneGround {
 
 // The camera that took a photograph, in the frame of the marker (sh/pinhole_camera.h).
 struct SceneCamera {
-    std::string at;  // as SceneCharacter::at
+    std::string at;  // see SceneCharacter::at
     // The camera and its pose, or a file of poses (formats/camera/camera_file.h) and which of its frames comes first.
     PinholeCamera camera;
     CameraPose pose;
@@ -83,7 +85,7 @@ struct SceneCamera {
 };
 
 struct SceneLight {
-    std::string at;               // as SceneCharacter::at
+    std::string at;               // see SceneCharacter::at
     std::filesystem::path asset;  // empty: the first character's
     std::string name;             // "": the first
     std::string rotation;         // sh/light/light_rotation.h
@@ -110,7 +112,7 @@ SceneDescription readScene(const std::filesystem::path& path);
 std::vector<std::filesystem::path> filesNamedIn(const SceneDescription& scene);
 // Names what has no name. Throws InvalidInput for names that stand twice.
 void nameAll(SceneDescription& scene);
-// As readScene(), for text; `name` stands in messages, and paths are relative to `folder`.
+// Same as readScene(), for text. Messages contain `name`; paths are relative to `folder`.
 SceneDescription parseScene(const std::string& text, const std::string& name, const std::filesystem::path& folder);
 
 }  // namespace penumbra

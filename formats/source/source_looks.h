@@ -10,7 +10,7 @@
 namespace penumbra {
 
 struct SlotLook {
-    std::string slot;  // as Mesh::slots
+    std::string slot;  // see Mesh::slots
     SourceLook look;
 };
 

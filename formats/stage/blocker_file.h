@@ -15,12 +15,12 @@ namespace penumbra {
 constexpr FileFormat kBlockersFormat{"penumbra.blockers", 1};
 
 struct BlockerFile {
-    // What tells a character from another; see checkCharacter().
+    // Identifies the character; see checkCharacter().
     std::vector<std::string> joint_names;  // [J]
     std::string mesh_sha256, skin_sha256;
     SphereBlockers blockers;
     std::string method;    // "area" or "paper" (fit/blockers/fit_blockers.h)
-    double scale = 1;      // what the radii of the method were multiplied by, > 0
+    double scale = 1;      // factor on the method's radii, > 0
     double mesh_area = 0;  // m^2, mean silhouette of the mesh over poses and views, > 0
     double area = 0;       // m^2, mean silhouette of the spheres over the same, > 0
     Provenance provenance;

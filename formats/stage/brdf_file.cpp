@@ -124,7 +124,7 @@ BrdfOperators readOperators(const Hdf5Reader& in, const std::vector<int>& even_i
     const bool literal = operators.source == "literal";
     if (!literal && operators.source != "table" && operators.source != "slices")
         throw InvalidInput(in.name + ": /operators: source \"" + operators.source +
-                           "\" is none of table, slices, literal");
+                           "\" is not table, slices or literal");
     operators.order = int(readIntegerAttribute(in, "/operators", "order", 1, kMaxOrder));
     std::vector<hsize_t> index_shape{literal ? 0 : even_index.size()};
     for (std::int64_t index :
@@ -212,14 +212,14 @@ Vec3 readEmission(const Hdf5Reader& in) {
 
 // Finds a fault of which lobes a step changes, and of the parameter's place; empty: there is none.
 std::string problemOfChange(const BrdfFile& brdf, const BrdfSteps& steps) {
-    if (steps.lobes == 0 || steps.lobes >> brdf.lobes.size() != 0) return ": lobes names lobes that there are not";
+    if (steps.lobes == 0 || steps.lobes >> brdf.lobes.size() != 0) return ": lobes names lobes that do not exist";
     const char* name = nullptr;
     float value = 0;
     for (std::size_t i = 0; i < brdf.lobes.size(); ++i) {
         if (!(steps.lobes >> i & 1)) continue;
         const std::span<const BrdfParameter> known = parametersOf(brdf.lobes[i].model);
         if (known.empty()) return std::string(": ") + nameOf(brdf.lobes[i].model) + " has no parameter";
-        if (steps.parameter >= known.size()) return ": parameter is none of the lobe's";
+        if (steps.parameter >= known.size()) return ": parameter is not one of the lobe's";
         const float own = brdf.lobes[i].parameters[steps.parameter];
         if (name && (std::string_view(name) != known[steps.parameter].name || own != value))
             return ": the lobes have no parameter in common";

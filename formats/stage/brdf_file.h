@@ -50,7 +50,7 @@ struct BrdfFile {
     Provenance provenance;
     BrdfOperators operators;
     std::vector<BrdfLobe> lobes;  // 1..kMaxBrdfLobes that add up to the material, for light from one direction
-    double lobe_error = 0;        // of that sum, fit/reflectance/shading_error.h; 0: exact
+    double lobe_error = 0;        // error of that sum (fit/reflectance/shading_error.h); 0: exact
     // Set: the slices and lobes are those of a white Lambertian surface, and the membrane says what it makes of them.
     std::optional<Membrane> membrane;
     std::optional<BrdfSteps> steps;  // set: `slices` are those of the parameter that the lobes have

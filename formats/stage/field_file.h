@@ -30,8 +30,8 @@ struct OccluderMotion {
 };
 
 struct FieldFile {
-    // What tells a character from another: a fit refuses fields of another one by these names. A mesh without joints
-    // has none, and its only part has joint 0.
+    // Identifies the character: a fit refuses fields whose names differ. A mesh without joints has none, and its only
+    // part has joint 0.
     std::vector<std::string> joint_names;      // [J]
     std::vector<std::uint16_t> part_of_joint;  // [J], < P of the whole, also in a shard
     std::vector<std::uint8_t> steps;           // [P, P] of the whole, PartTable::steps

@@ -12,7 +12,8 @@ void initHdf5() {
     // where it happens. HDF5 must hear this before it starts.
     static std::once_flag once;
     std::call_once(once, [] { H5dont_atexit(); });
-    thread_local const herr_t silent = H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // its error stacks are per thread
+    thread_local const herr_t silent = H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // HDF5 has one error stack per
+                                                                                     // thread
     (void)silent;
 }
 

@@ -89,7 +89,7 @@ std::optional<haddr_t> addressOf(const Hdf5Reader& in, const std::string& path) 
         if (H5Lexists(in.file, part.c_str(), H5P_DEFAULT) <= 0) return std::nullopt;
         H5L_info_t link;
         if (H5Lget_info(in.file, part.c_str(), &link, H5P_DEFAULT) < 0 || link.type != H5L_TYPE_HARD)
-            throw InvalidInput(in.name + ": " + part + ": is no plain link");
+            throw InvalidInput(in.name + ": " + part + ": is not a plain link");
         if (end == std::string::npos) return link.u.address;
     }
 }
@@ -184,7 +184,7 @@ Hdf5Dataset openDataset(const Hdf5Reader& in, const std::string& path) {
     const std::optional<haddr_t> address = addressOf(in, path);
     if (!address) throw InvalidInput(label + ": missing");
     if (storedElsewhere(in.bytes(), *address, label)) throw InvalidInput(label + ": is stored outside of the file");
-    return {fromFile(H5Dopen2(in.file, path.c_str(), H5P_DEFAULT), H5Dclose, label, "is no dataset"), label, {}, {}};
+    return {fromFile(H5Dopen2(in.file, path.c_str(), H5P_DEFAULT), H5Dclose, label, "is not a dataset"), label, {}, {}};
 }
 
 // Opens numbers of `type_class` and checks their type, shape and storage.
@@ -224,7 +224,7 @@ void cacheOneFrame(const Hdf5Reader& in, const std::string& path, Hdf5Dataset& d
     const Hdf5Handle access(H5Pcreate(H5P_DATASET_ACCESS), H5Pclose, dataset.label);
     H5Pset_chunk_cache(access, 12421, std::max<std::size_t>(2 * bytes, 1 << 20), 0.75);
     dataset.id = Hdf5Handle();  // closed first: a second handle on an open dataset shares the first one's cache
-    dataset.id = fromFile(H5Dopen2(in.file, path.c_str(), access), H5Dclose, dataset.label, "is no dataset");
+    dataset.id = fromFile(H5Dopen2(in.file, path.c_str(), access), H5Dclose, dataset.label, "is not a dataset");
 }
 
 Hdf5Dataset openFloats(const Hdf5Reader& in, const std::string& path, std::vector<hsize_t>& expected) {

@@ -10,8 +10,9 @@ namespace penumbra {
 
 namespace {
 
-constexpr std::array<char, 5> kSignature{'G', 'C', 'O', 'L', 1};  // and the version
-constexpr std::size_t kHeaderBytes = 16;  // of a heap (signature, version, size) and of an object (index, uses, size)
+constexpr std::array<char, 5> kSignature{'G', 'C', 'O', 'L', 1};  // signature and version
+constexpr std::size_t kHeaderBytes = 16;  // size of a heap's header (signature, version, size) and of an object's
+                                          // (index, uses, size)
 
 template <class T>
 T numberAt(std::span<const std::byte> bytes, std::size_t offset) {

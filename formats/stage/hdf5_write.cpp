@@ -73,7 +73,8 @@ std::size_t elementCount(const std::vector<hsize_t>& shape) {
 
 // Returns the chunk of a dataset that is not compressed: all of it, within HDF5's limit of 4 GB a chunk.
 std::vector<hsize_t> wholeRows(const std::vector<hsize_t>& shape) {
-    constexpr hsize_t kMaxEntries = hsize_t(1) << 26;  // of at most 8 bytes; text is shorter than 64 bytes a name
+    constexpr hsize_t kMaxEntries = hsize_t(1) << 26;  // entries of at most 8 bytes; text is shorter than 64 bytes a
+                                                       // name
     std::vector<hsize_t> chunk = shape;
     chunk[0] = std::clamp<hsize_t>(kMaxEntries / std::max<hsize_t>(1, elementCount(shape) / shape[0]), 1, shape[0]);
     return chunk;

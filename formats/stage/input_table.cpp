@@ -64,7 +64,7 @@ double parseNumber(const std::string& text, const std::string& column, const Pla
     const char* end = text.data() + text.size();
     const auto [stop, error] = std::from_chars(text.data() + (text.starts_with('+') ? 1 : 0), end, value);
     if (error != std::errc() || stop != end || !std::isfinite(value) || !std::isfinite(float(value)))
-        place.fail(column + ": '" + text + "' is no number");
+        place.fail(column + ": '" + text + "' is not a number");
     return value;
 }
 
@@ -81,7 +81,7 @@ void checkNames(const std::vector<std::string>& names, const Place& place) {
     for (const std::string& name : names) {
         if (name.empty()) place.fail("a column has no name");
         if (name == "frame" || name == "time" || name == "clip" || !seen.insert(name).second)
-            place.fail("column '" + name + "' is there twice, or not where it belongs");
+            place.fail("column '" + name + "' occurs twice, or not where it belongs");
     }
     for (std::size_t i = 0; i < names.size(); ++i) {
         const auto [point, axis] = pointColumn(names[i]);
@@ -96,7 +96,7 @@ void checkNames(const std::vector<std::string>& names, const Place& place) {
 
 // Tells what each column holds.
 struct Columns {
-    std::vector<std::string> names;  // of all
+    std::vector<std::string> names;  // names of all columns
     std::size_t clip = 0;            // 0: none
 };
 
@@ -130,7 +130,7 @@ void readRow(std::string_view line, const Columns& columns, InputTable& table, c
             continue;
         }
         if (!(value >= 0) || (table.by_frame && (value > kMaxFrame || value != std::floor(value))))
-            place.fail(columns.names[0] + ": '" + fields[c] + "' is no " +
+            place.fail(columns.names[0] + ": '" + fields[c] + "' is not a " +
                        (table.by_frame ? "number of a frame (0, 1, 2, ...)" : "time in seconds, from 0"));
         table.keys.push_back(value);
     }
@@ -157,7 +157,7 @@ InputTable readInputTable(const std::filesystem::path& path) {
         text.remove_prefix(std::min(end + 1, text.size()));
         if (line.ends_with('\r')) line.remove_suffix(1);
         if (line.find_first_not_of(" \t") == std::string_view::npos) continue;
-        if (line.find('\0') != std::string_view::npos) place.fail("is no text");
+        if (line.find('\0') != std::string_view::npos) place.fail("is not text");
         if (columns.names.empty())
             columns = readHeader(line, table, place);
         else

@@ -95,7 +95,7 @@ LightLobesFit readLobes(const Hdf5Reader& in, int order) {
     requireLightNumbers(in, "/light/lobes/coefficients", lobes.coefficients);
     lobes.mode = readTextAttribute(in, group, "mode");
     if (lobes.mode != "greedy" && lobes.mode != "joint" && lobes.mode != "fixed")
-        fail(" mode: \"" + lobes.mode + "\" is none of greedy, joint, fixed");
+        fail(" mode: \"" + lobes.mode + "\" is not greedy, joint or fixed");
     lobes.residual = readError(in, group, "residual");
     lobes.irradiance_error = readError(in, group, "irradiance_error");
     return lobes;
@@ -140,7 +140,7 @@ void readFactor(const Hdf5Reader& in, LightFile& light) {
     if (!has_suns && !has_picture && !hasAttribute(in, "/light", "factor")) return;
     light.factor = readTextAttribute(in, "/light", "factor");
     if (light.factor != "hand-over" && light.factor != "paper" && light.factor != "exact")
-        throw InvalidInput(in.name + ": /light factor: \"" + light.factor + "\" is none of hand-over, paper, exact");
+        throw InvalidInput(in.name + ": /light factor: \"" + light.factor + "\" is not hand-over, paper or exact");
     if (has_suns) light.suns = readSuns(in);
     if (has_picture) light.picture = readPicture(in);
 }

@@ -27,7 +27,7 @@ struct LobeModel {
     std::vector<Vec3> rest_normals;   // [V]
     std::vector<Vec3> rest_tangents;  // [V] as in Model
     Skin skin;
-    std::vector<std::string> input_names;          // of the last numbers of the pose
+    std::vector<std::string> input_names;          // names of the pose's last numbers
     std::vector<std::uint32_t> cluster_of_vertex;  // [V]
     std::vector<int> joint_of_cluster;             // carries the tangents of the cluster
     std::vector<float> pose_mean;                  // [P]
@@ -41,7 +41,7 @@ struct LobeModel {
     Provenance provenance;
 
     std::size_t inputs() const { return pose_mean.empty() ? 0 : pose_basis.size() / pose_mean.size(); }
-    std::size_t numbersOfVertex() const { return lobes * (2 + std::size_t(order)); }
+    std::size_t valuesOfVertex() const { return lobes * (2 + std::size_t(order)); }
 };
 
 // The bytes of the floats that a run time would need. Nowrouzezahrai 2008 counts its models so: 6 numbers a lobe for

@@ -13,7 +13,7 @@
 #include "formats/common/part_fields.h"
 #include "formats/common/provenance.h"
 #include "sh/far/near_parts.h"
-#include "sh/indirect_numbers.h"
+#include "sh/indirect_coefficients.h"
 #include "sh/visibility_convention.h"
 
 namespace penumbra {
@@ -97,12 +97,11 @@ struct InputJoint {
     bool operator==(const InputJoint&) const = default;
 };
 
-// What makes a model a composed one (docs/formulas.md, section 7). The clusters of such a model predict what a vertex
-// sees past the nearby parts of the skeleton alone. The fields say how much the far parts block, for any pose. A
-// vertex' numbers, in convention D, are
-//   local x product over its far parts of their visibilities + residual,
-// where near parts count as far ones with a gain each. The sum is moved to where its ambient visibility lies in [0, 1].
-// farParts() (sh/far/far_visibility.h) lists the far parts of each part.
+// Parameters of a composed model (docs/formulas.md, section 7). The clusters of such a model predict what a vertex sees
+// past the nearby parts of the skeleton alone. The fields say how much the far parts block, for any pose. A vertex'
+// numbers, in convention D, are local x product over its far parts of their visibilities + residual, where near parts
+// count as far ones with a gain each. The sum is moved to where its ambient visibility lies in [0, 1]. farParts()
+// (sh/far/far_visibility.h) lists the far parts of each part.
 struct Composition {
     int local_steps = 2;
     bool floor = false;  // an infinite floor hides every direction with y < 0, for all vertices; it is no part
@@ -114,16 +113,16 @@ struct Composition {
     std::size_t near_count = 0;             // at most kMaxNear; 0: the model has none
     std::vector<std::uint16_t> near_parts;  // [P, near_count], kNoPart where a part has fewer
     std::vector<std::uint8_t> near_gains;   // [V, near_count], times kPerGain
-    // What the product leaves, as clusters of the same vertices and joints. Empty when that did not pay.
+    // Clusters that model the remainder after the product, for the same vertices and joints. Empty if that did not pay.
     std::vector<ClusterModel> residual;
     // Share of the energy that the residual takes from training frames which it also took in cross-validation, 0..1.
     // Its components count for so much where bytes are short.
     double residual_worth = 1;
 };
 
-// The light that reaches a vertex from other surfaces, as a function of the pose: kIndirectNumbers numbers
-// (sh/indirect_numbers.h) of the indirect transfer in the local frame, predicted as visibility is, but not clamped. The
-// clusters have the vertices and joints of Model::clusters, and see all joints.
+// The light that reaches a vertex from other surfaces, as a function of the pose: kIndirectSize numbers
+// (sh/indirect_coefficients.h) of the indirect transfer in the local frame, predicted as visibility is, but not
+// clamped. The clusters have the vertices and joints of Model::clusters, and see all joints.
 struct IndirectModel {
     int bounces = 3;
     ColorAxes axes;
@@ -139,7 +138,7 @@ struct Model {
     Mesh mesh;
     Skin skin;
     std::vector<Vec3> rest_normals;   // [V]
-    std::optional<DrawnMesh> drawn;   // as VisibilityHeader::drawn: what an asset draws
+    std::optional<DrawnMesh> drawn;   // the mesh that an asset draws, see VisibilityHeader::drawn
     std::vector<Vec3> rest_tangents;  // [V], unit, orthogonal to rest_normals, carried by the cluster joint's rotation
     FrameList frames;                 // all frames of the visibility file, training and held out
     std::vector<Affine> bones;        // [F, J]

@@ -76,7 +76,7 @@ void writeRows(hid_t file, const std::string& dataset, const std::vector<std::ve
 void writePartFields(hid_t file, const PartFields& fields) {
     writeParts(file, fields.parts);
     writeNumberAttribute(file, "/", "fade", fields.fade);
-    writeRows(file, "/fields/values", fields.values, kFieldNumbers);
+    writeRows(file, "/fields/values", fields.values, kFieldCoefficients);
     writeRows(file, "/fields/distances", fields.distances, 1);
 }
 
@@ -140,7 +140,7 @@ std::vector<PartField> readParts(const Hdf5Reader& in, const PartJoints& joints)
     for (std::size_t p = 0; p < count; ++p) {
         const bool own = joint[p] < std::int64_t(joints.own), still = joint[p] == kStillJoint && joints.may_stand;
         if (!own && !still && joint[p] >= std::int64_t(joints.own + joints.inputs))
-            refuse(in, "/parts/joint", p, "moves with joint " + std::to_string(joint[p]) + ", which there is not");
+            refuse(in, "/parts/joint", p, "moves with joint " + std::to_string(joint[p]) + ", which does not exist");
         if (p > 0 && own && joint[p] <= joint[p - 1]) refuse(in, "/parts/joint", p, "does not have a later joint");
         if (!(radius[p] > 0)) refuse(in, "/parts/radius", p, "has a radius that is not above 0");
         parts[p] = {std::uint32_t(joint[p]), center[p], radius[p], {boxes[kBoxes * p], boxes[kBoxes * p + 1]}, {}, 0};
@@ -184,7 +184,7 @@ PartFields readPartFields(const Hdf5Reader& in, const PartJoints& joints) {
         points.push_back(part.pointCount());
         fine_points.push_back(part.boxes[0].pointCount());
     }
-    fields.values = readBytes(in, "/fields/values", points, kFieldNumbers);
+    fields.values = readBytes(in, "/fields/values", points, kFieldCoefficients);
     fields.distances = readBytes(in, "/fields/distances", fine_points, 1);
     return fields;
 }

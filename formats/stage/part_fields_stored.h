@@ -8,8 +8,8 @@
 namespace penumbra {
 
 void writePartFields(hid_t file, const PartFields& fields);
-// What the parts of a file may move with: the joints [0, own), by ascending joints, and in models also the `inputs`
-// joints after them; or they stand still (kStillJoint).
+// Joints to which parts may be attached: the file's own joints [0, own), in models also the `inputs` joints after them.
+// With may_stand, a part may also stand still (kStillJoint). Parts are sorted by joint.
 struct PartJoints {
     std::size_t own = 1, inputs = 0;
     bool may_stand = false;

@@ -3,7 +3,7 @@
 
 namespace penumbra {
 
-// What a model of a skinned character knows of its bake.
+// The properties of the bake that a model of a skinned character keeps.
 struct CharacterParts {
     const Mesh& mesh;
     const Skin& skin;

@@ -240,8 +240,7 @@ void writeSkin(hid_t file, const Skin& skin) {
 void checkUnique(const Hdf5Reader& in, const std::string& dataset, const std::vector<std::string>& names) {
     std::unordered_set<std::string> seen;
     for (const std::string& name : names)
-        if (!seen.insert(name).second)
-            throw InvalidInput(in.name + ": " + dataset + ": \"" + name + "\" is there twice");
+        if (!seen.insert(name).second) throw InvalidInput(in.name + ": " + dataset + ": \"" + name + "\" occurs twice");
 }
 
 namespace {

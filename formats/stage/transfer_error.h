@@ -11,8 +11,8 @@ namespace penumbra {
 
 // Sums over vertices and frames.
 struct TransferSums {
-    double difference = 0, variance = 0;           // of |t' - t|^2 and |t - mean|^2 over the sphere
-    double transfer_error = 0, transfer_norm = 0;  // of E of t' - t and of t
+    double difference = 0, variance = 0;           // |t' - t|^2 and |t - mean|^2 over the sphere
+    double transfer_error = 0, transfer_norm = 0;  // E of t' - t and E of t
     std::size_t count = 0;                         // vertices times frames
 
     void add(const TransferSums& other);

@@ -39,7 +39,7 @@ struct TransferModel {
     std::vector<float> weights;            // [n, k + 1, m] X^c; the last row is the bias
     std::vector<float> basis;              // [m, V] of pca, else empty: m = V
     std::vector<float> mean;               // [V] of pca, else empty
-    double alpha = 0;                      // of the ridge regression (Nowrouzezahrai 2007, section 4.2)
+    double alpha = 0;                      // ridge parameter (Nowrouzezahrai 2007, section 4.2)
     std::vector<std::string> holdout_clips;
     Provenance provenance;
 

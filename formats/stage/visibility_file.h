@@ -34,15 +34,15 @@ struct LocalMoments {
 };
 constexpr int kMinLocalOrder = 5, kMaxLocalOrder = 6, kMaxLocalSteps = 8;
 
-// What a file holds of each vertex and frame: V is the visibility of a direction s, N the normal.
+// The quantities that a file can hold for each vertex and frame: V is the visibility in a direction s, N the normal.
 constexpr const char* kHemisphereVisibility = "hemisphere_visibility";  // integral over s.N >= 0 of V y_i
-constexpr const char* kMirroredVisibility = "mirrored_visibility";      // of predictions of D models
+constexpr const char* kMirroredVisibility = "mirrored_visibility";      // predictions of D models
 // t0_i, the integral over s.N >= 0 of V cos y_i, and with bounces the indirect transfer ("Light that
 // bounces" in docs/formulas.md).
 constexpr const char* kDiffuseTransfer = "diffuse_transfer";
 constexpr int kMaxBounces = 16;
 
-// What a surface does with the light that reaches it, in linear RGB: it reflects `albedo` and lets `transmission`
+// The reaction of a surface to light that reaches it, in linear RGB: it reflects `albedo` and lets `transmission`
 // through to its other side, both diffusely. Only two-sided meshes transmit.
 struct SurfaceColors {
     std::vector<Vec3> albedo;             // [V] 0 <= albedo < 1; empty: nothing is known
@@ -59,8 +59,8 @@ struct VisibilityHeader {
     std::string quantity = kHemisphereVisibility;
     int rays = 0;  // directions above the horizon
     std::uint64_t seed = 0;
-    int bounces = 0;                    // of diffuse transfer: how often light is reflected, 0..kMaxBounces; else 0
-    SurfaceColors colors;               // of diffuse transfer with bounces, else empty
+    int bounces = 0;                    // for diffuse transfer: how often light is reflected, 0..kMaxBounces; else 0
+    SurfaceColors colors;               // for diffuse transfer with bounces, else empty
     std::optional<LocalMoments> local;  // set when the file has local moments
     std::optional<float> ground_y;      // height of the ground plane that blocked rays, if there was one
     std::optional<float> distance;  // metres at which occluders ceased to count (bake/trace/ray_reach.h), if they did
@@ -81,7 +81,7 @@ struct VisibilityHeader {
     bool hasBounces() const { return quantity == kDiffuseTransfer && bounces > 0; }
     std::size_t indirectCount() const { return hasBounces() ? 3 * coefficientCount() : 0; }
     // All numbers of one vertex in one frame that the bake traces.
-    std::size_t numbersOfVertex() const {
+    std::size_t coefficientsOfVertex() const {
         return coefficientCount() + (local ? local->coefficientCount() : 0) + indirectCount();
     }
 };

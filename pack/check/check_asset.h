@@ -21,7 +21,8 @@ struct ErrorFigures {
     bool held_out = false;
     std::size_t frames = 0;
     double relative_error = 0, rms_v = 0, ambient_error = 0;
-    // What 99.9% of the errors of E over (vertex, frame) pairs do not exceed, to 1 / ErrorTail::kBins, and the largest.
+    // The bound that 99.9% of the errors of E over (vertex, frame) pairs stay below, to 1 / ErrorTail::kBins, and the
+    // largest error.
     double ambient_p999 = 0, ambient_max = 0;
     double truncation = 0;  // the part of the truth outside the span of the stored mean and components; NaN if composed
     double regression = 0;  // the rest: scores that are not the best ones; NaN if composed
@@ -42,9 +43,9 @@ struct ErrorFigures {
     // The same of a sample, with the parts by their fields and by rays (formats/common/far_by_rays.h), relative to what
     // all vertices and frames vary.
     double far_by_fields = 0, far_by_rays = 0;
-    std::size_t far_frames = 0;   // of the sample
+    std::size_t far_frames = 0;   // frames in the sample
     double local = 0;             // the difference of these two products: what the local model costs
-    double local_truncation = 0;  // of that, what changes when the true local visibility is moved into the span of the
+    double local_truncation = 0;  // the part that comes from moving the true local visibility into the span of the
                                   // stored mean and components
     double local_regression = 0;  // the rest: from there to the model's local visibility
 };
@@ -63,7 +64,7 @@ struct CheckResult {
     ErrorFigures training, held_out;  // frames = 0: there were no such frames
     // True if the mean of the truth was taken over its training frames; otherwise it is the model's stored mean.
     bool mean_from_truth = false;
-    std::size_t far_vertices = 0;  // of the sample of far_by_fields and far_by_rays; 0: there is none
+    std::size_t far_vertices = 0;  // vertices in the sample of far_by_fields and far_by_rays; 0: there is none
 };
 
 // The other files that the asset is compared with. Each is null if it was not given.
@@ -71,7 +72,7 @@ struct CheckReferences {
     const VisibilityReader* predictions = nullptr;  // predictions of the same model
     const VisibilityReader* second_bake = nullptr;  // the same frames or some of them, with another seed or other rays
     const AssetView* unpacked = nullptr;            // the model that the asset was made of, as F32 with all components
-    FarQuality quality = FarQuality::kFull;         // of composed assets
+    FarQuality quality = FarQuality::kFull;         // only matters for composed assets
     WorstPairs* worst = nullptr;                    // gets E of every frame
 };
 

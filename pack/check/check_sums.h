@@ -44,16 +44,16 @@ struct ClipSums {
     std::vector<CheckSums> of_cluster;
     std::vector<double> truth_sum;  // [V * stride], asset order
     FarSums far = {};
-    std::size_t far_frames = 0;  // that `far` was measured in
-    ErrorTail tail{};            // of the errors of E
+    std::size_t far_frames = 0;  // frames in which `far` was measured
+    ErrorTail tail{};            // tail of the errors of E
 };
 
-// What was measured beside the error itself. Figures of anything else are NaN.
+// Inputs that were available beside the error itself. Figures that need a missing one are NaN.
 struct CheckMeasured {
     bool composed = false;      // the asset's model is a composed one
     bool true_local = false;    // the truth has the local moments that such a model stands for
     bool unpacked = false;      // the unpacked model was given
-    std::size_t vertices = 0;   // of the asset
+    std::size_t vertices = 0;   // vertices of the asset
     bool spanned = true;        // every vertex has components: none of them follows points
     bool local_spanned = true;  // the local components span what `true_local` has: there are no near parts
 };

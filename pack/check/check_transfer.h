@@ -16,7 +16,7 @@ struct TransferCheckRow {
     std::size_t frames = 0;
     TransferErrors errors;                     // the relative error is NaN where the truth has no training frame
     double ambient_error = 0;                  // mean |E(model) - E(truth)|, E = 2 / sqrt(pi) t_0
-    double ambient_p999 = 0, ambient_max = 0;  // as in ErrorFigures
+    double ambient_p999 = 0, ambient_max = 0;  // see ErrorFigures
 };
 
 struct TransferCheck {

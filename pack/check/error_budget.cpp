@@ -1,11 +1,7 @@
-// Splits the error of an asset by its sources.
-//
-// Problem: an asset is wrong by so much; which stage should be improved? Stages work on one another's results, so
-// their errors cannot be measured alone.
-//
-// Here: each row compares numbers in one common unit. Rows that are orthogonal add up in squares, which gives the
-// rows that cannot be measured: the regression is what the unpacked model's error leaves beside the output PCA. The
-// lines of docs/formulas.md, section 5, tell what each row means.
+// Splits the error of an asset by its sources. Stages work on one another's results, so their errors cannot be measured
+// alone. Each row compares numbers in one common unit. Rows that are orthogonal add up in squares, which gives the rows
+// that cannot be measured: the regression is the rest of the unpacked model's error beside the output PCA.
+// docs/formulas.md, section 5, explains each row.
 #include "pack/check/error_budget.h"
 
 #include <algorithm>

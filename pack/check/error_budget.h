@@ -10,7 +10,7 @@ namespace penumbra {
 struct BudgetRow {
     std::string name;
     double relative = 0, rms_v = 0;  // NaN: not measured
-    std::string option;              // what would measure it, or ""
+    std::string option;              // option that would measure it, or ""
 };
 
 // Returns these rows:

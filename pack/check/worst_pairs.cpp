@@ -9,7 +9,7 @@ namespace penumbra {
 
 namespace {
 
-constexpr std::size_t kCandidates = 1024;  // of each pair that is wanted
+constexpr std::size_t kCandidates = 1024;  // candidates for each pair that is wanted
 
 bool worse(const PlaceError& a, const PlaceError& b) {
     if (a.size() != b.size()) return a.size() > b.size();

@@ -12,8 +12,8 @@ namespace penumbra {
 
 // E of one vertex in one frame of a bake.
 struct PlaceError {
-    std::size_t frame = 0;     // of the bake
-    std::uint32_t vertex = 0;  // of the asset
+    std::size_t frame = 0;     // index in the bake
+    std::uint32_t vertex = 0;  // index in the asset
     float e_model = 0, e_truth = 0;
 
     float size() const { return std::abs(e_model - e_truth); }
@@ -44,7 +44,7 @@ private:
     const FrameList& frames_;
     PlaceSpread spread_;
     std::span<const Vec3> rest_;
-    float distance_ = 0;                            // of a neighbourhood, in the space of the rest positions
+    float distance_ = 0;                            // radius of a neighbourhood, in the space of the rest positions
     std::vector<std::uint32_t> cell_of_vertex_;     // cubes as large as a neighbourhood
     std::vector<PlaceError> candidates_, of_cell_;  // of_cell_: the worst pair of each cell in one frame
 

@@ -10,16 +10,16 @@
 
 namespace penumbra {
 
-// What adds most to the error of a place, in its direction.
+// The part of the model that adds most to the error of a place, in the error's direction.
 enum class PlaceCause {
     kSunkenDark,   // the vertex is inside a far part, which darkens it; the truth does so less
     kSunkenLight,  // the vertex is at or inside the surface of a far part; the truth darkens it more
-    kFarParts,     // what far parts hide from it is wrong in another way
+    kFarParts,     // far parts hide the wrong amount in another way
     kComponents,   // the local components cannot say what the truth has
-    kRegression,   // their scores are wrong
+    kRegression,   // the scores of the components are wrong
     kOutOfRange,   // the same, in a pose that is far from all training poses
     kBorder,       // the local model or the residual jumps where two clusters meet
-    kResidual,     // what the residual adds
+    kResidual,     // the residual adds the error
     kPacking,      // dropped components and bytes
     kUnknown       // the truth has no local moments, or the model has none
 };
@@ -41,7 +41,7 @@ constexpr double kFarOutOfRange = 0.2;
 // far_rest + components + regression + residual + packing = e_model.
 struct WorstPlace {
     std::string clip, part;  // part: joint of the part that the vertex belongs to
-    std::size_t number = 0;  // of the frame in its clip
+    std::size_t number = 0;  // index of the frame in its clip
     double time = 0;         // seconds
     bool held_out = false;
     std::uint32_t point = 0;  // vertex of the bake
@@ -50,10 +50,10 @@ struct WorstPlace {
     double out_of_range = 0;  // Evaluator::outOfRange()
     bool border = false;      // a triangle at the vertex has a vertex of another cluster
     double border_jump = 0;   // largest difference of the error over such a triangle edge
-    // Of composed assets.
-    double e_local_truth, e_local_spanned, e_local_model;  // of local visibility: the truth's, the same projected on
-                                                           // the components, and the model's
-    double e_far;                                          // of what far parts leave visible
+    // The following are set for composed assets.
+    double e_local_truth, e_local_spanned, e_local_model;  // E of the true local visibility, of its projection on the
+                                                           // components, and of the model's local visibility
+    double e_far;                                          // E of the visibility past far parts
     double darkening;                                      // being inside of far parts
     double far_rest;                                       // all else that true local x far has wrong
     // Where the model has near parts, `regression` is all that the local model has wrong, `components` is 0, and

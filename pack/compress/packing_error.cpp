@@ -11,7 +11,7 @@ namespace penumbra {
 double PackingSums::relative() const { return signal > 0 ? std::sqrt(difference / signal) : 0; }
 
 std::vector<std::size_t> packingFrames(const AssetView& asset) {
-    constexpr std::size_t kMax = 100;  // of a composed model
+    constexpr std::size_t kMax = 100;  // frames for a composed model
     std::vector<std::size_t> frames;
     for (const ClipView& clip : asset.animation.clips)
         for (std::size_t f = clip.first_frame; f < clip.first_frame + std::size_t(clip.frame_count); ++f)
@@ -51,7 +51,7 @@ PackingSums comparePacked(const AssetView& packed, const AssetView& exact, int t
     const std::size_t stride = std::size_t(exact.model.stride), clusters = evaluate_exact.clusterCount();
     const bool composed = evaluate_exact.composed();
     std::vector<float> a(evaluate_exact.vertexCount() * stride), b(a.size());
-    std::vector<float> far(composed ? evaluate_exact.vertexCount() * kFarNumbers : 0);
+    std::vector<float> far(composed ? evaluate_exact.vertexCount() * kFarCoefficients : 0);
     std::vector<ClusterSums> of_cluster(clusters);
     const AnimationView& animation = exact.animation;
     const std::vector<std::size_t> frames = packingFrames(exact);

@@ -18,7 +18,7 @@ SpanProjector::SpanProjector(const std::vector<float>& basis, std::size_t length
     const auto columns = Eigen::Index(length > 0 ? basis.size() / length : 0);
     Eigen::MatrixXd directions =
         Eigen::Map<const Eigen::MatrixXf>(basis.data(), Eigen::Index(length), columns).cast<double>();
-    for (Eigen::Index k = 0; k < columns; ++k) directions.col(k).normalize();  // which leaves zeros alone
+    for (Eigen::Index k = 0; k < columns; ++k) directions.col(k).normalize();  // leaves columns of zeros alone
     axes_ = orthonormalSpan(directions, 3e-5);
 }
 

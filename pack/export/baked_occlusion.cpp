@@ -13,7 +13,8 @@ namespace penumbra {
 
 namespace {
 
-// Of band 1: y_1 = sqrt(3 / 4 pi) (-y, z, -x), so that the integral of V s over the hemisphere is that vector / kBand1.
+// Factor of band 1. y_1 = sqrt(3 / 4 pi) (-y, z, -x), so the integral of V s over the hemisphere is that vector /
+// kBand1.
 const float kBand1 = float(std::sqrt(3 / (4 * std::numbers::pi)));
 // Irradiance of a coefficient of band 0 under a light of radiance 1, over pi.
 const float kBand0 = float(std::sqrt(4 * std::numbers::pi) / std::numbers::pi);

@@ -82,7 +82,7 @@ struct VertexColors {
 VertexColors ownColors(ExportedGlb& out, const GlbTarget& target, int components);
 // A morph target of the file adds this to COLOR_0.
 struct ColorMorph {
-    std::size_t morph = 0;      // of the primitive's targets
+    std::size_t morph = 0;      // index among the primitive's targets
     std::vector<float> values;  // [vertices, components]; an alpha that the file does not have is 0
 };
 std::vector<ColorMorph> ownColorMorphs(ExportedGlb& out, const GlbTarget& target, int components);

@@ -1,5 +1,5 @@
 #pragma once
-// What a user may choose about an export.
+// The options of an export.
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -14,7 +14,7 @@ enum class ExportKind : std::uint8_t {
     kTable,   // a picture with a row for each frame, and texture coordinates that find a vertex in it
     kNumpy,   // an array of NumPy, [frames, source vertices]
 };
-// What the numbers of a table are.
+// The quantity that a table holds.
 enum class TableValue : std::uint8_t { kOcclusion, kBounced, kBent };
 
 // Whether COLOR_0 is written, which is what most programs show, or _OCCLUSION alone.
@@ -26,10 +26,10 @@ struct ExportOptions {
     ExportKind kind = ExportKind::kStatic;
     std::vector<std::string> clips;  // names; empty: all
     double rate = 0;                 // frames a second; 0: those of the bake, or kModelRate of a model
-    std::size_t components = 16;     // of kPlay; 0: as many as max_error asks, or all where that is 0
-    double max_error = 0;            // of kPlay: rms of ambient visibility, above 0 where `components` is 0
+    std::size_t components = 16;     // for kPlay; 0: as many as max_error needs, or all if that is 0 too
+    double max_error = 0;            // for kPlay: rms of ambient visibility, above 0 if `components` is 0
     ColorAttribute color = ColorAttribute::kWritten;
-    TableValue value = TableValue::kOcclusion;  // of kTable; kBounced also of COLOR_0 of kStatic
+    TableValue value = TableValue::kOcclusion;  // for kTable; kBounced also for COLOR_0 of kStatic
     ExportMesh mesh = ExportMesh::kSame;
 };
 

@@ -17,7 +17,7 @@ namespace {
 
 using GlbTree = nlohmann::ordered_json;
 
-constexpr std::size_t kMaxNumbers = std::size_t(1) << 28;  // of all frames and points, 1 GB
+constexpr std::size_t kMaxNumbers = std::size_t(1) << 28;  // limit for all frames and points, 1 GB
 
 // The frames that are played: which animation of the file each is of, and when it is.
 struct PlayedFrames {

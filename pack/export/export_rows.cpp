@@ -21,7 +21,8 @@ namespace penumbra {
 namespace {
 
 constexpr double kSamePlace = 1e-4;                           // diagonals of the source at rest
-constexpr double kFarthestLevel = 0.02, kMaxFarLevel = 0.01;  // as of levels of detail in assets (lod_mesh.h)
+constexpr double kFarthestLevel = 0.02, kMaxFarLevel = 0.01;  // same limits as for levels of detail in assets
+                                                              // (lod_mesh.h)
 
 void takePoint(ExportRows& rows, std::size_t row, std::uint32_t point) {
     rows.points.corners[row] = {point, point, point};
@@ -139,7 +140,7 @@ ExportRows matchLevel(const OcclusionSource& source, const Rig& rig, int threads
     if (double(far) > kMaxFarLevel * double(distances.distance.size()))
         throw InvalidInput(std::to_string(far) + " of " + std::to_string(distances.distance.size()) +
                            " points are farther than 0.02 diagonals from the surface of the source, or look the other "
-                           "way: it is no level of detail of that character");
+                           "way: it is not a level of detail of that character");
     for (const std::uint32_t point : rig.mesh.source_vertex) {
         rows.points.corners.push_back(of_points.corners[point]);
         rows.points.weights.push_back(of_points.weights[point]);

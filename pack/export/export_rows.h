@@ -17,7 +17,7 @@ struct ExportRows {
     std::vector<std::size_t> parts;     // indices of Rig::part_colors that take part, ascending
     std::vector<std::string> left_out;  // slots of those that the source does not have
     std::size_t by_place = 0;           // rows that were found by where they are, not by their number
-    double max_distance = 0;            // of a level of detail, in diagonals of the source
+    double max_distance = 0;            // for a level of detail, in diagonals of the source
 
     std::size_t count() const { return points.corners.size(); }
 };

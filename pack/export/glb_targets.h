@@ -11,8 +11,8 @@ namespace penumbra {
 
 // A primitive as one node draws it. Its vertices have one range of rows for each instance, which share their values.
 struct GlbTarget {
-    std::size_t node = 0, mesh = 0, primitive = 0;  // of the document
-    std::vector<std::size_t> parts;                 // of Rig::part_colors, at least one
+    std::size_t node = 0, mesh = 0, primitive = 0;  // indices in the document
+    std::vector<std::size_t> parts;                 // indices into Rig::part_colors, at least one
 };
 
 // Finds the primitives of the rows' parts, in the order of the file. A mesh that several nodes draw has another

@@ -1,5 +1,5 @@
 #pragma once
-// Who tells an export how much of its sky each vertex sees: a bake, or the model of an asset.
+// The source from which an export takes the share of sky that each vertex sees: a bake, or the model of an asset.
 #include <cstdint>
 #include <memory>
 #include <vector>

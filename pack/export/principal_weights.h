@@ -12,7 +12,7 @@ struct PrincipalWeights {
     std::vector<float> components;  // [K, V]
     std::vector<float> weights;     // [F, K], the largest of each component is 1 or -1
     double rms = 0, max = 0;        // error of mean + weights x components over all frames and vertices
-    // Of 0, 1, 2, ... components, up to all that there are; without rounding.
+    // The rms with 0, 1, 2, ... components, up to all that there are; without rounding.
     std::vector<double> rms_of_count;
 };
 

@@ -6,7 +6,7 @@
 
 namespace penumbra {
 
-// What moved a point: its bones, or, without influences, the normal that it had and that it has.
+// The motion of a point: its bones, or, without influences, its normal at rest and its normal in the pose.
 struct PointMotion {
     std::span<const std::uint16_t> joints;  // [K]
     std::span<const float> weights;         // [K]

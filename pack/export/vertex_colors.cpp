@@ -65,7 +65,7 @@ void writeColors(ExportedGlb& out, const GlbTarget& target, const VertexColors& 
     const bool has_own = primitive.at("attributes").contains("COLOR_0");
     if (primitive.contains("extras") && !primitive["extras"].is_object()) {
         out.glb.notes.push_back(out.glb.path.string() +
-                                ": the extras of a primitive are no object and stay as they are, so that Penumbra "
+                                ": the extras of a primitive are not an object and stay as they are, so that Penumbra "
                                 "takes the occlusion for colours when it reads the result");
     } else {
         primitive["extras"][kColorMark] = kMarkOfOcclusion;

@@ -98,7 +98,7 @@ PlaybackSection quantizePositions(std::span<const Vec3> positions) {
             const double steps = playback.step > 0 ? (double(p[i]) - low[i]) / playback.step : 0;
             const auto number = std::uint16_t(std::clamp(std::round(steps), 0.0, kSteps));
             playback.positions.push_back(number);
-            const double there = low[i] + playback.step * float(number);  // as readPositions() computes it
+            const double there = low[i] + playback.step * float(number);  // readPositions() computes it in the same way
             squared += (there - p[i]) * (there - p[i]);
         }
         error = std::max(error, squared);

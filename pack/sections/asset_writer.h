@@ -45,7 +45,7 @@ struct MeshSection {
     bool two_sided = false, cull_backs = false;
     std::vector<Triangle> casting = {};  // asset.fbs; empty: all triangles
     MorphTargets morphs = {};
-    // Of the last vertices, which follow points; asset.fbs has the rule.
+    // Points that the last vertices follow; asset.fbs has the rule.
     std::vector<Triangle> point_corners = {};
     std::vector<std::array<float, 3>> point_weights = {};
 };

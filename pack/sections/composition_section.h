@@ -7,7 +7,7 @@ namespace penumbra {
 // The parts and gains of vertices in the order of the asset.
 struct VertexParts {
     std::vector<std::uint16_t> part_of_vertex;
-    std::vector<std::uint8_t> near_gains;  // of the vertices of clusters
+    std::vector<std::uint8_t> near_gains;  // rows of the vertices of clusters
 };
 
 // Writes what makes a model a composed one. `residual` are the clusters of the residual, already written; there may be

@@ -18,7 +18,7 @@ Offset<fbs::Lobes> writeLobes(FlatBufferBuilder& builder, const LightLobesFit& l
     return fbs::CreateLobes(builder, direction_vector, z_vector);
 }
 
-// What a factored light has beside its SH. A light without suns needs no window: nothing is subtracted from it.
+// Extra fields of a factored light. A light without suns needs no window: nothing is subtracted from it.
 struct LightFactorSection {
     Offset<flatbuffers::Vector<float>> suns, window;
     std::uint16_t picture_width = 0;

@@ -1,5 +1,5 @@
 #pragma once
-// What all assets store of lights, and of the materials of a mesh's slots.
+// Writes the lights, and the materials of a mesh's slots, which every kind of asset stores.
 #include <span>
 #include <vector>
 

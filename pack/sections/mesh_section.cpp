@@ -69,7 +69,7 @@ MeshSection denseSection(const Model& model) {
     if (model.deforming) throw Unsupported("a mesh without a skeleton has no chosen points");
     const DrawnMesh& drawn = *model.drawn;
     const std::size_t dense = drawn.mesh.vertexCount(), count = model.mesh.vertexCount();
-    std::vector<std::uint32_t> order, place(count);  // of the points in the section
+    std::vector<std::uint32_t> order, place(count);  // order of the points in the section
     std::vector<bool> taken(dense);
     for (const std::uint32_t point : clusterOrder(model)) {
         place[point] = std::uint32_t(order.size());
@@ -102,9 +102,9 @@ VertexParts partsOf(const Model& model, const MeshSection& section) {
     const std::vector<std::uint16_t>& parts = composition.part_of_vertex;
     const std::size_t columns = composition.near_count;
     if (parts.size() != model.mesh.vertexCount())
-        throw InvalidInput("model.composition.part_of_vertex: has not one part a vertex");
+        throw InvalidInput("model.composition.part_of_vertex: must have one part for each vertex");
     if (composition.near_gains.size() != parts.size() * columns)
-        throw InvalidInput("model.composition.near_gains: has not near_count gains a vertex");
+        throw InvalidInput("model.composition.near_gains: must have near_count gains for each vertex");
     VertexParts out;
     for (const std::uint32_t old : clusterOrder(model)) {
         out.part_of_vertex.push_back(parts[old]);

@@ -14,7 +14,7 @@ MeshSection meshSection(const Model& model);
 MeshSection denseSection(const Model& model);
 
 // Returns the part of each vertex of a section of a composed model, and nothing for others. A vertex that follows
-// points has the part of the one that it has most of, and no gains. Throws InvalidInput where the model has not one
+// points has the part of the one that it has most of, and no gains. Throws InvalidInput if the model does not have one
 // part and one row of gains a vertex.
 VertexParts partsOf(const Model& model, const MeshSection& section);
 

@@ -13,7 +13,7 @@ struct SourceMaterials {
     std::vector<BrdfFile> materials;    // each once; a material's name is its text for penumbra-fit brdf --analytic
     std::vector<std::string> of_slot;   // [slots] its material; "" where the file has no such slot
     std::vector<std::string> said;      // a line for each slot: its material and its textures
-    std::vector<std::string> warnings;  // what is not read, and slots without a material
+    std::vector<std::string> warnings;  // properties that are not read, and slots without a material
 };
 
 // `slots` are those of the mesh. Without any, the materials of all slots of the file are made, or that of the one part

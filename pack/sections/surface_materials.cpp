@@ -66,7 +66,7 @@ void addSlot(PartList& parts, const MeshSurface& surface, SlotSurface& slot) {
     slot.materials.steps = std::uint16_t(steps);
     for (std::size_t s = 0; s < steps; ++s) {
         const double roughness = steps == 1 ? (low + high) / 2 : low + (high - low) * double(s) / double(steps - 1);
-        const double rounded = std::round(roughness * 100) / 100;  // so that slots share their parts
+        const double rounded = std::round(roughness * 100) / 100;  // rounded, so that slots share their parts
         slot.materials.roughness[s] = float(rounded);
         slot.materials.f0[s] = parts.add(principledF0(rounded));
         slot.materials.f90[s] = parts.add(principledF90(rounded));

@@ -15,7 +15,7 @@ enum class TextureStorage { kEmbed, kLink };
 
 // A surface to pack. The materials of its slots index `materials`, which follow the asset's others.
 struct SurfaceLook {
-    MeshSurface surface;  // of the model's mesh
+    MeshSurface surface;  // surface of the model's mesh
     std::vector<BrdfFile> materials;
 };
 

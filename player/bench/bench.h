@@ -15,7 +15,7 @@ struct GlBench {
     std::string context;
     double draw_values = 0;  // upload and drawing of the values that the CPU computed
     double draw_model = 0;   // pose, its upload, evaluation in the compute shader, drawing
-    GpuCost model;           // of it, but for the pose
+    GpuCost model;           // the steps of draw_model except the pose
     double first_frame = 0;  // upload of the asset, compilation of the shaders, and the first draw
     // Pose, skinning, evaluation, shading, upload, drawing and reading an 8-bit picture back, as a window shows it:
     // once with one sample a pixel, and once with as many as the options ask for.
@@ -48,8 +48,8 @@ struct BenchResult {
     CpuBench cpu;
     GlBench gl;
     std::vector<CharactersCost> characters;
-    std::size_t suns = 0;   // of the light, which is shaded as SH with them
-    std::size_t terms = 1;  // of a vertex; more than 1: pictures on the mesh are drawn
+    std::size_t suns = 0;   // suns of the light; with them the rest of it is shaded as SH
+    std::size_t terms = 1;  // terms of a vertex; more than 1: pictures on the mesh are drawn
 };
 
 // Shades with options.brdf and options.light, or draws E when the asset has none. All light is SH, since shadow maps

@@ -17,7 +17,7 @@ struct CpuStage {
     int threads = 1;
     std::size_t working_set = 0;  // bytes that every run reads again
     double roof = 0;              // GFLOP/s that can be attained
-    bool memory_bound = false;    // which of the two roofs that is
+    bool memory_bound = false;    // true if memory is the lower of the two roofs
     double gflops() const { return work.flop / time.best * 1e-6; }
     double gigabytes() const { return double(work.bytes()) / time.best * 1e-6; }
     double intensity() const { return work.flop / double(work.bytes()); }

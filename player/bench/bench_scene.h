@@ -19,7 +19,7 @@ struct CastCost {
     double nanosecondsOfPair() const { return 1e6 * one_thread / double(pairs); }  // on one thread
 };
 
-// What anchors (CastShadow::evaluateRun()) make of E past the casters, against every vertex for itself.
+// Error of E past the casters if anchors are used (CastShadow::evaluateRun()), against each vertex for itself.
 struct AnchorError {
     double rms = 0, largest = 0;
     double hidden = 0;  // mean of 1 - E
@@ -31,18 +31,18 @@ struct WithSuns {
     double ratio() const { return with / without; }
 };
 
-// What the suns of the light cost.
+// Cost of the light's suns.
 struct SunCost {
     std::size_t count = 0;
     double map = 0;        // drawing all maps
-    WithSuns shade, draw;  // what vertices show; upload and drawing, without the maps
+    WithSuns shade, draw;  // shading of the vertices; upload and drawing, without the maps
     WithSuns frame;        // all of it
 };
 
-// What the heights of a ground cost, milliseconds: horizons and numbers of all points, and the same with the heights of
+// Cost of a ground with heights, in milliseconds: horizons and numbers of all points, and the same with the heights of
 // another time, on all threads.
 struct FieldCost {
-    std::size_t receivers = 0;  // of horizons
+    std::size_t receivers = 0;  // receivers with horizons
     double one_thread = 0, all_threads = 0, frame = 0;
 };
 
@@ -51,10 +51,10 @@ struct SceneCost {
     std::size_t members = 0, casters = 0;
     double pose = 0;                  // taking over the pose of one caster
     CastCost members_cast;            // all vertices, each past everyone but its own character
-    AnchorError anchors;              // of at most the first 4 members
+    AnchorError anchors;              // over at most the first 4 members
     double reached = 0;               // casters that a member has in reach, mean
     std::size_t ground_vertices = 0;  // 0: no ground
-    std::optional<FieldCost> field;   // of a ground with heights
+    std::optional<FieldCost> field;   // set for a ground with heights
     CastCost ground_cast;             // its receivers are the vertices that are evaluated
     double pose_all = 0, shade = 0;   // members and ground
     double evaluate_members = 0;      // skinning, visibility, and past all others
@@ -66,7 +66,7 @@ struct SceneCost {
 
 struct SceneBench {
     int threads = 1;
-    std::string context;  // of GL, or why there is none
+    std::string context;  // name of the GL, or the reason why there is none
     SceneCost scene;
     std::vector<SceneCost> copies;
 };

@@ -14,7 +14,7 @@ struct GpuCost {
     double evaluate = 0, draw = 0;
     // Times that the GPU itself worked, by timer queries. Unset in software, whose answers are wrong.
     std::optional<double> gpu_evaluate, gpu_draw;
-    std::size_t bytes_shared = 0, bytes_each = 0;  // of GL buffers: those of the asset, and those of one character
+    std::size_t bytes_shared = 0, bytes_each = 0;  // sizes of GL buffers: the asset's, and one character's
     std::size_t bytes_uploaded = 0;                // for each frame and character
 };
 

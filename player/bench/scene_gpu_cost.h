@@ -17,7 +17,7 @@ struct SceneGpuSteps {
 
 struct SceneGpuCost {
     SceneGpuSteps until_done;  // until glFinish returns, with the driver's work and the way there and back
-    SceneGpuSteps gpu;         // that the GPU itself worked, by time stamps; wrong in software (GpuTimer)
+    SceneGpuSteps gpu;         // times that the GPU itself worked, by time stamps; wrong in software (GpuTimer)
 };
 
 // Measures `runs` frames, drawn into a target of the options' size. Unset where the GPU cannot evaluate the scene

@@ -78,7 +78,7 @@ CharactersDrawing::Part CharactersDrawing::partOf(const SceneView& view) const {
 }
 
 bool CharactersDrawing::sunsAtVertices() const {
-    constexpr std::size_t kPixels = 64;  // of the picture, for a vertex
+    constexpr std::size_t kPixels = 64;  // pixels of the picture per vertex
     constexpr BrdfModels kFragments = 1u << int(BrdfModel::kMirror) | kMembranes;
     if (!context_->software || (frames_.lobes().models() & kFragments)) return false;
     if (std::ranges::any_of(frames_.meshes(), showsPictures)) return false;

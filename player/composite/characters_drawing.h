@@ -16,12 +16,12 @@ namespace penumbra {
 // A rectangle of a picture; outside of it nothing is drawn.
 struct DrawnPart {
     Image image;       // with alpha; may be empty
-    int x = 0, y = 0;  // of its upper left pixel
+    int x = 0, y = 0;  // position of its upper left pixel
 };
 
 class CharactersDrawing {
 public:
-    // Of the options it reads samples, backend and sun_map. `frames` and the scene outlive this object.
+    // Reads from the options: samples, backend and sun_map. `frames` and the scene outlive this object.
     CharactersDrawing(const PosedScene& scene, const SceneFrames& frames, const RenderOptions& options,
                       const PinholeCamera& camera);
     // Draws what `frames` shaded last by a camera that stands as `view` does, and has the constructor's pixels. Only
@@ -40,10 +40,10 @@ private:
     std::unique_ptr<GlContext> context_;
     std::optional<OffscreenTarget> target_;
     std::optional<Sunlight> suns_;
-    bool shone_ = false;                  // their maps are drawn
-    std::vector<ValuePainter> painters_;  // of frames_.meshes()
-    std::vector<ValuePainter> hiding_;    // of real members, then of real meshes
-    std::vector<ValuePainter> surfaces_;  // of drawRatios(), made when it is first asked for
+    bool shone_ = false;                  // true once the suns' maps are drawn
+    std::vector<ValuePainter> painters_;  // for frames_.meshes()
+    std::vector<ValuePainter> hiding_;    // for real members, then for real meshes
+    std::vector<ValuePainter> surfaces_;  // for drawRatios(), made when it is first asked for
     std::optional<OffscreenTarget> surfaces_target_;
 
     FrameView frameView(const SceneView& view) const;

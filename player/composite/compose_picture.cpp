@@ -85,7 +85,7 @@ TexturePicture Composer::compose(const Plate& plate, const Addition& addition, s
         for (int c = 0; c < 3; ++c) {
             const std::size_t at = 3 * i + std::size_t(c);
             float code = codeAt(c, light[c]);
-            // What the curve's flat pieces forget of a code is not lost where the plate shows.
+            // The flat pieces of the curve lose part of a code. This part is added back where the plate shows.
             if (!plate.isLinear()) {
                 const std::uint8_t before = plate.codes.rgb[at];
                 code += (float(before) - back_[std::size_t(c)][before]) * (1 - added.alpha);

@@ -24,7 +24,8 @@ struct Plate {
     int height() const { return isLinear() ? linear.height : codes.height; }
 };
 
-// What is put in: characters as radiance times coverage (empty pixels: nobody) and the ratio [height, width].
+// The pictures that are composed with a plate: characters as radiance times coverage (empty pixels: nobody) and the
+// ratio [height, width].
 struct Addition {
     const Image& characters;
     std::span<const Vec3> ratio;

@@ -20,15 +20,15 @@
 
 namespace penumbra {
 
-// What shines on the ground, and on whom.
+// The lights on the ground, and their casters.
 struct GroundLight {
-    const CastShadow* all = nullptr;   // who casts
-    const CastShadow* real = nullptr;  // those of them who are in the photograph; null where nobody is
-    GroundWeights weights{};           // of the light without its suns: irradiance of what is visible
+    const CastShadow* all = nullptr;   // all casters
+    const CastShadow* real = nullptr;  // the casters in the photograph; null if there are none
+    GroundWeights weights{};           // weights of the light without its suns: irradiance of the visible part
     std::span<const Sun> suns;
     std::span<const SunMaps> sun_maps;       // past everyone, of each sun
     std::span<const SunMaps> real_sun_maps;  // past those in the photograph; empty where nobody is
-    std::span<const Emitter> emitters;       // of the characters
+    std::span<const Emitter> emitters;       // emitters of the characters
 };
 
 class GroundRatio {
@@ -41,7 +41,7 @@ public:
 
 private:
     PinholeCamera camera_;
-    std::uint32_t rows_, columns_;  // of the grid
+    std::uint32_t rows_, columns_;  // size of the grid
     std::vector<Vec3> rays_;        // [2 rows - 1, 2 columns - 1] unit, of every pixel, in the camera's frame
     std::vector<Vec3> points_;      // the same: on the ground, in the scene
     std::vector<char> sees_;        // the same: whether the pixel sees the ground
@@ -49,7 +49,7 @@ private:
     std::vector<float> mirrored_;
     // [rows, columns] irradiance past all characters and from them, and past those in the photograph.
     std::vector<Vec3> past_, from_, without_;
-    std::vector<char> changed_;  // of each block of the grid: whether any of these is not that of free sight
+    std::vector<char> changed_;  // for each block of the grid: whether any of these differs from free sight
     Vec3 free_;                  // irradiance of free sight
 
     std::size_t rayIndex(std::uint32_t y, std::uint32_t x) const { return std::size_t(y) * (2 * columns_ - 1) + x; }

@@ -30,7 +30,7 @@ bool isSeenWhole(const LiveBall& ball, const PinholeCamera& camera, const Camera
     }
 }
 
-// What a photograph of one exposure shows of the light. None where the ball is not seen.
+// Returns the panorama that a photograph of one exposure shows. None where the ball is not seen.
 std::optional<Panorama> panoramaOf(const LiveBall& ball, const PosedPicture& shot, int threads) {
     try {
         Panorama out = panoramaOfBall(shot, ball.ball, {ball.at, kPanorama, 2, threads, Ground::kLevel});
@@ -72,7 +72,7 @@ const LightView* LiveLight::update(const TexturePicture& picture, const PinholeC
                                    int threads) {
     const double start = now();
     if (last_ && start - *last_ < kPause) return nullptr;
-    if (!isSeenWhole(ball_, camera, pose)) return nullptr;  // which costs little, so that it is asked of every picture
+    if (!isSeenWhole(ball_, camera, pose)) return nullptr;  // the check costs little, so it is done for every picture
     last_ = start;
     const std::array<double, 1> exposure{exposure_};
     const PosedPicture shot{mergeExposures({&picture, 1}, exposure, response_), camera, pose};

@@ -18,7 +18,7 @@ struct LiveBall {
     // The white paper of the marker, from whose light the clipped part of the ball's picture is raised.
     std::optional<TagChoice> paper = {};
     double paper_reflectance = 0.8;
-    Mat3 scene_turn = {};  // by which the scene turns its light: what is found is turned back by it
+    Mat3 scene_turn = {};  // rotation of the scene's light; a light that was found is turned back by it
 };
 
 class LiveLight {
@@ -29,7 +29,7 @@ public:
     // gone by since the last one.
     const LightView* update(const TexturePicture& picture, const PinholeCamera& camera, const CameraPose& pose,
                             int threads);
-    double milliseconds() const { return milliseconds_; }  // that the last one took
+    double milliseconds() const { return milliseconds_; }  // time of the last update
 
 private:
     LiveBall ball_;

@@ -36,7 +36,7 @@ private:
     std::string name_;
     std::optional<VideoDevice> device_;
     std::optional<PlateSource> source_;
-    std::vector<std::filesystem::path> files_;  // of a folder
+    std::vector<std::filesystem::path> files_;  // files of a folder
     std::size_t next_ = 0, number_ = 0;
     std::chrono::steady_clock::time_point taken_, came_ = std::chrono::steady_clock::now();
 

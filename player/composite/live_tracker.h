@@ -13,7 +13,7 @@ struct TrackedPose {
     std::optional<CameraPose> pose;  // the last one that was found; none before the first
     bool seen = false;               // in this picture
     double margin = 0, residual = 0;
-    double milliseconds = 0;  // that finding tags and the pose took
+    double milliseconds = 0;  // time to find tags and the pose
     bool clipped = false;     // the tag's paper is clipped
     bool twice = false;       // the picture shows two tags of one id, neither of which is used
 };

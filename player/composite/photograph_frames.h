@@ -1,5 +1,6 @@
 #pragma once
-// What a scene adds to photographs, one after another: the picture of its characters, and the ratio of the ground.
+// Computes the additions of a scene to photographs, one after another: the picture of its characters, and the ratio of
+// the ground.
 #include <memory>
 #include <optional>
 
@@ -14,20 +15,20 @@
 
 namespace penumbra {
 
-// What is added to one photograph.
+// The additions to one photograph.
 struct PhotographFrame {
     Image characters;         // radiance times coverage, of the photograph's size; empty: nobody is drawn
     std::vector<Vec3> ratio;  // [height, width]
 };
 
-// What the ground gets from characters; for comparison one can be left out.
+// Effects of characters on the ground; for comparison one can be left out.
 struct GroundParts {
     bool shadow = true, bounce = true;
 };
 
 class PhotographFrames {
 public:
-    // Of the options it reads shading, suns, sun_map, samples and backend. The scene has a photograph, light and a
+    // Reads from the options: shading, suns, sun_map, samples and backend. The scene has a photograph, light and a
     // level ground or none, and casts as a product. Throws InvalidInput for another, and what SceneFrames throws.
     // `draws` is false where characters come from elsewhere. The scene outlives this object.
     PhotographFrames(PosedScene& scene, const RenderOptions& options, int threads, bool draws = true);
@@ -64,15 +65,15 @@ private:
     SceneCameras cameras_;
     SceneFrames frames_;
     GroundRatio ratio_;
-    std::unique_ptr<CastShadow> real_cast_;  // of those in the photograph
+    std::unique_ptr<CastShadow> real_cast_;  // casts of the things in the photograph
     std::vector<SunMaps> maps_, real_maps_;
-    std::vector<std::vector<Vec3>> sunlit_;                 // of each member: what its vertices show, with suns
-    std::vector<std::unique_ptr<PicturedLight>> pictured_;  // of each member that shows pictures
+    std::vector<std::vector<Vec3>> sunlit_;                 // for each member, the radiance of its vertices with suns
+    std::vector<std::unique_ptr<PicturedLight>> pictured_;  // for each member that shows pictures
     std::vector<Emitter> emitters_;
     std::unique_ptr<Drawing> drawing_;
-    bool draws_;                         // characters
-    std::vector<RealSurface> surfaces_;  // of those in the photograph: members, then meshes
-    std::optional<double> posed_;        // the time that everyone is at
+    bool draws_;                         // true if characters are drawn
+    std::vector<RealSurface> surfaces_;  // surfaces in the photograph: members, then meshes
+    std::optional<double> posed_;        // time of the current pose
     GroundParts parts_;
     bool is_posed_ = false;
     Cost cost_;

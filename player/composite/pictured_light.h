@@ -1,5 +1,5 @@
 #pragma once
-// What the vertices of a character with pictures send out, for the light that it throws onto the ground.
+// Computes the light that the vertices of a character with pictures send onto the ground.
 #include <span>
 #include <vector>
 

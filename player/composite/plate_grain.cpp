@@ -58,7 +58,7 @@ PlateGrain measureGrain(const TexturePicture& plate) {
             if (sizes[l].size() < kMin) continue;
             const auto middle = sizes[l].begin() + std::ptrdiff_t(sizes[l].size() / 2);
             std::nth_element(sizes[l].begin(), middle, sizes[l].end());
-            constexpr float kMedian = 0.6745f, kMask = 6;  // of |normal|; root of the mask's squares
+            constexpr float kMedian = 0.6745f, kMask = 6;  // median of |normal|; root of the sum of the mask's squares
             out.deviation[c][l] = *middle / (kMedian * kMask);
         }
         fillGaps(out.deviation[c]);

@@ -13,8 +13,8 @@ struct RealSurface {
     std::vector<Vec3> positions, normals, tangents;  // in the scene
     std::vector<std::uint32_t> triangles;
     std::size_t caster = kNobody,
-                real_caster = kNobody;  // who it is among all who cast, and among those in the photograph
-    std::vector<Vec3> ratio;            // of each vertex, as GroundRatio has it
+                real_caster = kNobody;  // its index among all casters, and among those in the photograph
+    std::vector<Vec3> ratio;            // one for each vertex, see GroundRatio
 };
 
 // Cuts triangles in halves until no edge is longer than `edge` metres, or there are 200,000. Every triangle has its own

@@ -11,7 +11,7 @@ namespace penumbra {
 namespace {
 
 constexpr int kBlock = 4;                           // pixels
-constexpr float kMiddleOff = 0.01f, kEdge = 0.25f;  // of the share
+constexpr float kMiddleOff = 0.01f, kEdge = 0.25f;  // shares of the sun
 
 class SunPixels {
 public:
@@ -41,7 +41,7 @@ public:
 private:
     const PixelPoints& points_;
     const SunMaps& maps_;
-    int rows_, columns_;  // of blocks
+    int rows_, columns_;  // numbers of blocks
     std::vector<float> corners_;
     std::vector<char> fine_;
 

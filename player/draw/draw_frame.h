@@ -56,8 +56,8 @@ private:
     ClosedSurfaces surfaces_;  // only for kSeen
     bool outward_ = false;     // in the uploaded pose
     SurfaceUniforms surface_uniforms_;
-    std::vector<GlObject> terms_;  // beside the first
-    std::vector<Vec3> drawn_;      // of all vertices that are drawn, those at seams last
+    std::vector<GlObject> terms_;  // terms after the first
+    std::vector<Vec3> drawn_;      // positions of all vertices that are drawn, those at seams last
     std::vector<std::uint32_t> drawn_lobes_;
     std::vector<float> drawn_sight_;
     GLsizei index_count_;

@@ -15,7 +15,7 @@ struct AssetPlaces {
     std::uint32_t cluster_of_vertex = 0, clusters = 0;
     std::uint32_t part_of_vertex = 0;  // only of a composed asset
     std::uint32_t other_side = 0;      // only of a two-sided mesh with membranes: a word a vertex
-    // Of a dense mesh: the first vertex that follows points (0: none does), and 3 words of each such vertex.
+    // For a dense mesh: the first vertex that follows points (0: none does), and 3 words for each such vertex.
     std::uint32_t first_follower = 0, point_corners = 0, point_weights = 0;
 };
 constexpr std::uint32_t kClusterWords = 8;
@@ -26,7 +26,7 @@ struct FarPlaces {
     std::uint32_t parts = 0, lists = 0, receivers = 0, anchors = 0;
     std::uint32_t part_count = 0, anchor_count = 0, anchor_values = 0;
     std::uint32_t near_count = 0, near_parts = 0, near_gains = 0;  // arrays of the asset (CompositionView)
-    int numbers = 0;                                               // of a vertex
+    int coefficients = 0;                                          // coefficients of a vertex
 };
 
 // Places of one character in a frame, in vec4 from its start. The first 3 vec4 are the rows of its place in the
@@ -42,7 +42,7 @@ struct PosePlaces {
                 size = 0;
 };
 
-// Of what evaluate.comp writes for a vertex, in vec4: position and value, and where suns shine the surface, too. The
+// Layout of the output of evaluate.comp for a vertex, in vec4: position and value, and with suns the surface, too. The
 // terms of pictures beside the first follow these (`terms` of them, `slopes` the first), after a normal with slopes.
 constexpr std::size_t kEvaluatedQuads = 2, kSunlitQuads = 4;
 constexpr std::size_t firstTermQuad(std::size_t slopes, std::size_t sunlit_models) {

@@ -174,7 +174,7 @@ void GlAsset::uploadArrays(const Evaluator* evaluator, const ShadingSet* shading
     recipe_.basis = sharedPrecision(clusters, &ClusterView::basis);
     const std::vector<std::uint32_t> cluster_of_vertex = clusterOfVertex(*asset_);
     std::vector<std::uint32_t> table = clusterTable(clusters, arrays);
-    std::vector<std::vector<float>> means;  // of light that bounces, until they are uploaded
+    std::vector<std::vector<float>> means;  // means of light that bounces, until they are uploaded
     if (model.indirect) {
         recipe_.first_indirect = clusters.size();
         recipe_.bounced_ambient = bouncedAmbientWeights(model.indirect->axes);
@@ -186,7 +186,7 @@ void GlAsset::uploadArrays(const Evaluator* evaluator, const ShadingSet* shading
         placeFields(*model.composition, arrays, words);
         recipe_.far = placeTables(words, arrays);
         recipe_.far->part_count = std::uint32_t(model.composition->parts.size());
-        recipe_.far->numbers = model.convention.size();
+        recipe_.far->coefficients = model.convention.size();
         recipe_.far->near_count = std::uint32_t(model.composition->near_count);
         recipe_.far->near_parts = arrays.place(model.composition->near_parts);
         recipe_.far->near_gains = arrays.place(model.composition->near_gains);

@@ -22,8 +22,8 @@ public:
     std::size_t vertexCount() const { return asset_->mesh.positions.size(); }
     const PosePlaces& pose() const { return recipe_.pose; }
     const ShadingLayout& shading() const { return *shading_; }
-    std::size_t bytes() const { return bytes_; }  // of GL memory
-    bool needsNumbers() const { return asset_->model.composition && !recipe_.far; }
+    std::size_t bytes() const { return bytes_; }  // size in GL memory
+    bool needsCoefficients() const { return asset_->model.composition && !recipe_.far; }
     // Anchors of a composed asset that the GPU evaluates, and the vec4 that their values take; 0 for any other.
     std::size_t anchorCount() const { return recipe_.far ? recipe_.far->anchor_count : 0; }
     std::size_t anchorValues() const { return recipe_.far ? recipe_.far->anchor_values : 0; }
@@ -31,7 +31,7 @@ public:
     bool evaluatesFar() const { return recipe_.far.has_value(); }
     // Its pictures, which shaded characters show; null: none.
     const GlSurface* surface() const { return surface_ ? &*surface_ : nullptr; }
-    // Of what is evaluated for a vertex, in vec4. `sunlit` has the models of lobes; 0: no suns.
+    // Returns the number of vec4 that are evaluated for a vertex. `sunlit` has the models of lobes; 0: no suns.
     std::size_t evaluatedQuads(Channel channel, BrdfModels sunlit) const;
 
     struct Program {
@@ -48,7 +48,7 @@ public:
     const Program& drawProgram(Channel channel, BrdfModels sunlit);
     const Program& anchorProgram();
     const Program& receiverProgram();
-    void bindArrays() const;  // and materials, for evaluating
+    void bindArrays() const;  // binds the materials, too, for evaluating
     // Draws the triangles of `instances` characters, with pictures where the channel shows them.
     void draw(Channel channel, const Program& program, std::size_t instances) const;
 
@@ -59,7 +59,7 @@ private:
     ShaderRecipe recipe_;
     GlObject arrays_, vertex_array_, triangles_;
     std::optional<GlSurface> surface_;
-    GlObject pictured_array_, pictured_triangles_;  // of vertices that are drawn, with copies at seams
+    GlObject pictured_array_, pictured_triangles_;  // for the drawn vertices, with copies at seams
     TextureBuffer materials_;
     std::size_t bytes_ = 0;
     std::map<std::tuple<Channel, std::size_t, bool>, Program> evaluate_;  // with and without casts, and suns

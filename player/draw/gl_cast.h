@@ -20,7 +20,7 @@ struct GlCaster {
 
 // A receiver in its buffer, in vec4: position and the index of its own caster (-1: none), normal, tangent.
 constexpr std::size_t kReceiverQuads = 3;
-// What is written for it: 21 numbers, mirrored in its local frame, and 1 where any caster counts.
+// The result for a receiver: 21 numbers, mirrored in its local frame, and 1 if any caster counts.
 constexpr std::size_t kCastQuads = 6;
 // Words of an anchor (shaders/cast_anchors.glsl), which has room for 66 parts and spheres that are near.
 constexpr std::size_t kCastAnchorWords = 128;
@@ -61,10 +61,10 @@ public:
     // Call this after the last cast of a frame.
     void release() { posed_.release(); }
 
-    std::size_t bytes() const { return bytes_ + posed_.bytes(); }  // of GL memory
+    std::size_t bytes() const { return bytes_ + posed_.bytes(); }  // size in GL memory
 
 private:
-    std::vector<std::uint32_t> first_word_;  // of each caster's fields
+    std::vector<std::uint32_t> first_word_;  // first word of each caster's fields
     std::size_t parts_ = 0, spheres_ = 0, bytes_ = 0;
     GlObject fields_, tables_;
     struct Program {

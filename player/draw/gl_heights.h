@@ -44,7 +44,7 @@ private:
     Vec3 corner_;
     bool is_new_ = true;
     Work work_;
-    std::vector<std::uint32_t> awake_, looking_;  // of the last update: receivers, and cells between them
+    std::vector<std::uint32_t> awake_, looking_;  // receivers of the last update, and cells between them
     GlObject numbers_, taps_, above_taps_, rows_, awake_list_;
     GlObject finer_, shares_, looking_list_;  // where there is a tolerance
     GlObject pyramid_, horizons_, cell_shares_, look_finer_, cast_;

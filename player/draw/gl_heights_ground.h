@@ -1,5 +1,5 @@
 #pragma once
-// What the points of a height field on the GPU show, and how they are drawn.
+// Shades and draws the points of a height field on the GPU.
 #include <optional>
 
 #include "player/draw/evaluated_mesh.h"

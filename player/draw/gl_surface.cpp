@@ -10,7 +10,7 @@ namespace penumbra {
 
 namespace {
 
-constexpr GLuint kFirstUnit = 8;  // of textures; lower ones are those of painters and suns
+constexpr GLuint kFirstUnit = 8;  // first texture unit for pictures; painters and suns use the lower ones
 
 bool isSrgb(TextureRole role) { return role == TextureRole::kBaseColor || role == TextureRole::kEmissive; }
 

@@ -11,11 +11,12 @@
 
 namespace penumbra {
 
-// What shaders of textured meshes are made for. No terms: of other meshes.
+// Properties of a mesh with pictures that its shaders depend on. Without terms, the shaders are for meshes without
+// pictures.
 struct SurfaceShader {
     bool on = false;
-    bool colors = false, turns = false, blends = false;       // of vertices; some slot
-    std::size_t slopes = 0, steps = 0;                        // as SurfaceTerms has them
+    bool colors = false, turns = false, blends = false;       // properties that vertices of some slot have
+    std::size_t slopes = 0, steps = 0;                        // see SurfaceTerms
     std::size_t terms() const { return slopes + 2 * steps; }  // beside D
     auto operator<=>(const SurfaceShader&) const = default;
 };

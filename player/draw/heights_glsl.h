@@ -1,5 +1,5 @@
 #pragma once
-// What shaders read of the tables of a height field, and the sums that are written out for them (shaders/heights.glsl).
+// Tables of a height field for shaders, and the sums that are written out for them (shaders/heights.glsl).
 #include <cstdint>
 #include <string>
 #include <vector>

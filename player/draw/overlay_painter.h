@@ -15,7 +15,7 @@ public:
 
 private:
     std::optional<ValuePainter> lobe_, boxes_;
-    std::size_t edges_ = 0;  // of the boxes
+    std::size_t edges_ = 0;  // edges of the boxes
 };
 
 }  // namespace penumbra

@@ -25,15 +25,15 @@ struct ShaderRecipe {
     SurfaceShader surface = {};              // only for kShaded: of the asset's pictures
     AssetPlaces asset = {};
     PosePlaces pose = {};
-    std::size_t clusters = 0;           // of the model
+    std::size_t clusters = 0;           // clusters of the model
     bool residual = false;              // the asset has one
-    std::optional<FarPlaces> far = {};  // of a composed asset that the GPU evaluates
+    std::optional<FarPlaces> far = {};  // set for a composed asset that the GPU evaluates
     std::string far_functions = {};     // farGlsl()
     // Where the asset has light that bounces: its first row in the cluster table, and the weights of its ambient term.
     std::optional<std::size_t> first_indirect = {};
     Vec3 bounced_ambient = {};
     bool casts = false;    // numbers are multiplied by what GlCast has written
-    bool heights = false;  // and by what a height field has, which follows for each vertex
+    bool heights = false;  // multiplies by the visibility past a height field, too, which follows for each vertex
     bool sunlit = false;   // surfaces are written for the fragments that suns shine on; only for kShaded
 };
 
@@ -46,7 +46,7 @@ std::string evaluateSource(const ShaderRecipe& recipe);
 std::string anchorSource(const ShaderRecipe& recipe);
 // Returns the shader that writes the vertices on which GlCast casts.
 std::string receiverSource(const ShaderRecipe& recipe);
-// Who receives: each for itself, the anchors of characters, or the vertices around them.
+// The receivers of a cast: each for itself, the anchors of characters, or the vertices around them.
 enum class CastPass { kEach, kAnchors, kAtAnchors };
 // Return the shader that casts, for a scene with such casters, and that of the ground.
 std::string castSource(CasterKinds kinds, CastPass pass = CastPass::kEach);
@@ -55,13 +55,13 @@ std::string groundSource(bool sunlit);
 // The shaders of a height field. `heights` is heightsGlsl() (heights_glsl.h).
 struct HeightsRecipe {
     std::string heights;
-    int order = 0;                           // of V
+    int order = 0;                           // order of V
     int spacing = 0;                         // points from one receiver to the next
-    std::size_t rows = 0, columns = 0;       // of receivers
-    float tolerance = 0;                     // above which there are finer ones; 0: nowhere
+    std::size_t rows = 0, columns = 0;       // size of the grid of receivers
+    float tolerance = 0;                     // error above which there are finer receivers; 0: nowhere
     Channel channel = Channel::kShaded;      // kShaded or kAmbient
     const ShadingLayout* shading = nullptr;  // only for kShaded
-    bool casts = false, sunlit = false;      // as ShaderRecipe has them
+    bool casts = false, sunlit = false;      // see ShaderRecipe
 };
 std::string heightsPyramidSource();
 std::string heightsHorizonsSource(const HeightsRecipe& recipe);

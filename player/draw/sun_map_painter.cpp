@@ -14,10 +14,10 @@ namespace penumbra {
 namespace {
 
 constexpr int kSunBlock = 8;          // texels a side of a block
-constexpr int kSunLevels = 5;         // of blocks of twice the side of those before
+constexpr int kSunLevels = 5;         // levels of blocks, each with twice the side of the one before
 constexpr int kBlocksWorkGroup = 8;   // invocations a side, as sun_blocks.comp has it
-constexpr GLuint kBlocksBinding = 0;  // of storage blocks, while they are made
-constexpr int kFramesBinding = 0;     // of uniform blocks
+constexpr GLuint kBlocksBinding = 0;  // binding of storage blocks while they are made
+constexpr int kFramesBinding = 0;     // binding of the uniform block
 constexpr int kMaxMaps = kMaxSunMaps * kMaxNestedMaps;
 
 // Blocks of texels a side, a power of two, so that every level has half the side of the one before.

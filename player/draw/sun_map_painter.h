@@ -43,13 +43,14 @@ private:
         std::size_t vertices = 0;
         ClosedSurfaces surfaces;
         GLsizei drawn = 0;      // indices
-        GLsizei outward = 0;    // of them, the first ones, whose backs the sun cannot reach before their fronts
+        GLsizei outward = 0;    // number of indices at the start whose backs the sun cannot reach before their fronts
         bool skipping = false;  // the uploaded triangles lack those with vertices that are not finite
     };
     static constexpr std::size_t kFrameFloats = 20;
     struct Layer {
-        std::array<float, kFrameFloats> frame{};  // as the shader has it
-        std::uint64_t ground_version = 0;         // of the ground, which is alone in it; 0: others are, too
+        std::array<float, kFrameFloats> frame{};  // layout of the shader
+        std::uint64_t ground_version = 0;         // version of the ground, if it is alone in the layer; 0: other
+                                                  // members are in it, too
         GlObject ground;                          // the triangles of the ground that reach into it
         std::size_t ground_room = 0;              // indices that the buffer has room for
     };
@@ -75,14 +76,14 @@ private:
     GlObject texel_blocks_, block_blocks_;  // programs
     TextureBuffer blocks_;                  // [layers, blocks, 2], as sun_blocks.comp has them
     GLint frame_at_;
-    std::vector<Mesh> meshes_;  // of the members
+    std::vector<Mesh> meshes_;  // meshes of the members
     Mesh ground_;
-    std::uint64_t ground_version_ = 0;             // that is uploaded
+    std::uint64_t ground_version_ = 0;             // version that is uploaded
     std::vector<std::uint32_t> finite_triangles_;  // scratch
     std::vector<Layer> layers_;
-    std::array<GLint, 2 * kMaxSunMaps> maps_{};  // of each sun: its first layer, and the one after its last
-    std::vector<float> frames_;                  // of the layers, as the shader has them
-    GlObject frames_block_;                      // what shaders read of frames_
+    std::array<GLint, 2 * kMaxSunMaps> maps_{};  // for each sun its first layer, and the one after its last
+    std::vector<float> frames_;                  // frames of the layers, in the layout of the shader
+    GlObject frames_block_;                      // frames_ on the GPU
 };
 
 }  // namespace penumbra

@@ -11,7 +11,7 @@
 
 namespace penumbra {
 
-// What suns need of a mesh beside its positions.
+// Inputs of suns for a mesh besides its positions.
 struct SunlitSurface {
     std::span<const Vec3> normals, tangents;  // [V] unit, in the frame of the positions
     std::span<const LobeRange> lobes;         // [V] of the vertex' material, in the table of the Sunlight
@@ -37,7 +37,7 @@ public:
     // Takes what mirrors reflect, turned by `rotation` in the scene.
     void reflect(const SkyPicture& sky);
     void turnSky(const Mat3& rotation) { rotation_ = rotation; }
-    BrdfModels models() const { return lobes_->models(); }  // of all lobes
+    BrdfModels models() const { return lobes_->models(); }  // models of all lobes
     // Uploads the lobes where they have changed, into the same buffer while it is large enough.
     void updateLobes();
     // Gives suns, maps, lobes and the sky to the program in use.
@@ -46,14 +46,14 @@ public:
 private:
     const LobeTable* lobes_;
     TextureBuffer lobe_texels_;
-    std::vector<BrdfLobe> uploaded_;  // what these hold
+    std::vector<BrdfLobe> uploaded_;  // contents of the texels
     std::size_t room_ = 0;            // lobes that the buffer has room for
     SunMapPainter maps_;
     std::vector<Sun> suns_;
     TextureBuffer sky_;
     int sky_width_ = 0, sky_height_ = 0;
     Mat3 rotation_;
-    std::vector<SunNest> nests_;      // of the suns
+    std::vector<SunNest> nests_;      // one for each sun
     std::vector<std::size_t> sizes_;  // vertices and triangles of the casters that are uploaded
 };
 

@@ -34,7 +34,7 @@ std::vector<BoxEdge> fieldBoxEdges(const CompositionView& composition, std::span
 }
 
 std::vector<BoxEdge> sphereEdges(const BlockersView& blockers, std::span<const Affine> bones) {
-    constexpr int kPieces = 32;  // of a circle
+    constexpr int kPieces = 32;  // pieces of a circle
     std::vector<BoxEdge> edges;
     for (std::size_t s = 0; s < blockers.spheres.size(); ++s) {
         const CasterSphere sphere = movedBy(bones[blockers.joints[s]], blockers.spheres[s]);

@@ -13,7 +13,7 @@ namespace penumbra {
 struct BoxEdge {
     Vec3 from, to;
     std::size_t part = 0;
-    bool fine = true;  // of the fine box, else of the coarse one
+    bool fine = true;  // true: the fine box; false: the coarse one
 };
 
 // Returns the 12 edges of the fine and of the coarse box of some parts, moved by the part's bone as the field is.

@@ -1,5 +1,5 @@
 #pragma once
-// What the player frames a character by before it is posed.
+// The box by which the player frames a character before it is posed.
 #include "formats/asset/asset_file.h"
 #include "formats/common/rest_in_scene.h"
 #include "sh/character_box.h"

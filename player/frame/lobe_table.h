@@ -10,7 +10,7 @@
 
 namespace penumbra {
 
-// What the vertices of a material have: where its lobes are in the table (the first, and their number << 24). With
+// Reference from the vertices of a material to its lobes in the table: index of the first, and their number << 24. With
 // kLetsThrough the material is a membrane. One more entry follows its lobes then: tau as a colour, and a first
 // parameter that is 1 if what comes through is unshadowed.
 using LobeRange = std::uint32_t;
@@ -40,7 +40,7 @@ public:
     std::span<const BrdfLobe> lobes() const { return lobes_; }
     // Returns the models of the lobes of vertices. kLambert is among them even where these have no lobes.
     BrdfModels models(std::span<const LobeRange> of_vertices) const;
-    BrdfModels models() const { return models_; }  // of all lobes that were ever added
+    BrdfModels models() const { return models_; }  // models of all lobes that were ever added
     // Takes all lobes out. Ranges mean nothing any more.
     void clear() { lobes_.clear(); }
     bool isMirror(LobeRange range) const;  // tells whether the first lobe of a material is a mirror

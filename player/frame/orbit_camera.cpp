@@ -9,7 +9,7 @@
 namespace penumbra {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kMaxPitch = radians(89);  // as makeCamera()
+constexpr double kMaxPitch = radians(89);  // same limit as in makeCamera()
 
 void frameAll(Camera& camera, const BoundingBox& box, double aspect) {
     camera.target = toDouble(box.low + box.high) * 0.5;
@@ -23,7 +23,8 @@ void orbit(Camera& camera, double right, double down, double height) {
 }
 
 void pan(Camera& camera, double right, double down, double height) {
-    const double size = 2 * camera.distance * std::tan(camera.vertical_fov / 2) / height;  // of a pixel
+    // size of a pixel
+    const double size = 2 * camera.distance * std::tan(camera.vertical_fov / 2) / height;
     const Vec3d right_axis{std::cos(camera.yaw), 0, -std::sin(camera.yaw)};
     const Vec3d backward = normalized(cameraPosition(camera) - camera.target);
     camera.target += right_axis * (-right * size) + cross(backward, right_axis) * (down * size);

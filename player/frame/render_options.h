@@ -36,7 +36,7 @@ enum class EvaluationPath {
 
 struct RenderOptions {
     std::string clip;  // "" = the first one
-    int frame = 0;     // of the clip, 0 = its first sampled frame
+    int frame = 0;     // index in the clip, 0 = its first sampled frame
     // Names in the asset, or beginnings of one name. brdf: of every part, or "" for what the asset gives each part.
     // slots: SLOT=NAME (formats/common/slot_choice.h), applied after brdf. light: "" is the first one.
     std::string brdf, light;
@@ -45,7 +45,7 @@ struct RenderOptions {
     ShadingChoice shading;
     bool textures = false;  // pictures of an asset that has them are drawn, where `brdf` names no other material
     SunChoice suns = SunChoice::kAuto;
-    Bounces bounces = Bounces::kBoth;  // of an asset that has light that bounces
+    Bounces bounces = Bounces::kBoth;  // for an asset that has light that bounces
     int sun_map = kSunMapSize;         // texels a side of a sun's shadow map
     std::string light_rotation;        // sh/light/light_rotation.h
     int width = 512, height = 512;     // pixels, 1..16384
@@ -55,9 +55,9 @@ struct RenderOptions {
     std::optional<EvaluationPath> path;  // unset: cpu on software GL, glsl on a GPU
     GlBackend backend = GlBackend::kAuto;
     std::optional<float> exposure;    // factor on the colours of a shaded PNG, > 0; unset: automaticExposure()
-    ToneMap tone = ToneMap::kOff;     // of a shaded PNG
+    ToneMap tone = ToneMap::kOff;     // for a shaded PNG
     std::optional<Vec3> background;   // linear; unset: transparent
-    bool light_background = false;    // what the light looks like, instead; only shaded pictures have it
+    bool light_background = false;    // shows the light as background instead; only for shaded pictures
     int samples = 4;                  // a pixel, 1, 2, 4 or 8
     float error_max = 0.25f;          // the error that gets the brightest colour, > 0
     std::optional<std::size_t> lobe;  // a vertex of the asset whose visibility is drawn as a lobe

@@ -9,23 +9,23 @@ namespace penumbra {
 
 struct Shot {
     const AssetView* asset = nullptr;  // with mesh and model
-    std::size_t frame = 0;             // of asset->animation
+    std::size_t frame = 0;             // index in asset->animation
     const AssetView* truth = nullptr;  // baked frames; may be null
     std::size_t truth_frame = 0;
     // Only for Channel::kShaded:
     bool shaded = false;
     ShadingChoice shading;
-    bool suns = false;  // those of the light shine as such
+    bool suns = false;  // true if the light's suns are shaded as suns
     Bounces bounces = Bounces::kBoth;
     bool surface = false;                                    // pictures are seen where the asset has them
-    std::vector<std::size_t> material_of_slot;               // as many as ShadingSet has
-    std::vector<std::pair<std::size_t, double>> parameters;  // of materials that have one that changes
+    std::vector<std::size_t> material_of_slot;               // one for each slot of ShadingSet
+    std::vector<std::pair<std::size_t, double>> parameters;  // values for materials whose parameter can change
     std::size_t light = 0;
     Mat3 light_rotation;
-    // What is drawn beside the character:
+    // Drawings beside the character:
     std::optional<std::size_t> lobe;  // a vertex
     FactorChoice lobe_of;
-    std::vector<std::size_t> boxes;  // of the fields of these parts
+    std::vector<std::size_t> boxes;  // boxes of the fields of these parts
 };
 
 // Resolves all names. `truth` may be null. Throws BadOption for an unknown name (it lists the known ones), for a

@@ -10,7 +10,7 @@ namespace penumbra {
 
 namespace {
 
-constexpr int kShWidth = 128;  // of a picture of SH: 13 texels for each half wave of 5 bands
+constexpr int kShWidth = 128;  // width of a picture of SH: 13 texels for each half wave of 5 bands
 
 Vec3 radianceOf(const LightView& light, Vec3 direction, std::vector<float>& basis) {
     evalBasis(light.order, direction, basis);

@@ -1,5 +1,5 @@
 #pragma once
-// What a light looks like from far away. It uses no GL.
+// Makes the picture of a light that is seen from far away. It uses no GL.
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -13,7 +13,7 @@ namespace penumbra {
 struct SkyPicture {
     int width = 0, height = 0;
     std::vector<std::array<std::uint16_t, 4>> texels;  // [height, width] half-float RGB and 0
-    std::vector<Sun> suns;                             // that it lacks
+    std::vector<Sun> suns;                             // suns that the picture lacks
 };
 
 // Returns the light's own picture with its suns, or, for a light that has none, its SH with ringing below 0 as 0.

@@ -5,7 +5,7 @@
 
 namespace penumbra {
 
-// Throws InvalidInput when `truth` holds no baked frames, or has not the mesh and SH order that the asset's model
+// Throws InvalidInput when `truth` holds no baked frames, or does not have the mesh and SH order that the asset's model
 // needs.
 void checkTruth(const AssetView& asset, const AssetView& truth);
 

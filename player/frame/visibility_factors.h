@@ -10,23 +10,23 @@
 namespace penumbra {
 
 enum class FactorKind {
-    kWhole,     // what is drawn
-    kLocal,     // what the vertex sees past the parts near it in the skeleton
-    kFar,       // what all far parts leave visible
-    kPart,      // what one far part leaves visible
-    kResidual,  // what is added to local x far
+    kWhole,     // the visibility that is drawn
+    kLocal,     // visibility past the parts near the vertex in the skeleton
+    kFar,       // visibility past all far parts
+    kPart,      // visibility past one far part
+    kResidual,  // the sum added to local x far
 };
 struct FactorChoice {
     FactorKind kind = FactorKind::kWhole;
-    std::size_t part = 0;  // of the asset, only for kPart
+    std::size_t part = 0;  // index in the asset, only for kPart
     bool operator==(const FactorChoice&) const = default;
 };
 
 struct VisibilityFactor {
     FactorChoice choice;
-    Convention convention;       // a far factor has more bands than the model
-    std::vector<float> numbers;  // in the vertex' local frame
-    float ambient = 0;           // E of these numbers; of the residual what it adds to E before E is clamped
+    Convention convention;            // a far factor has more bands than the model
+    std::vector<float> coefficients;  // in the vertex' local frame
+    float ambient = 0;                // E of these numbers; of the residual what it adds to E before E is clamped
 };
 
 // Returns the joint that a part moves with, by which the part is called. One that stands still has its number instead.

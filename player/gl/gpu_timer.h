@@ -13,7 +13,7 @@ public:
     GpuTimer();
     void begin();
     void end();
-    double milliseconds() const { return milliseconds_; }  // of the last pair that is known; 0 before
+    double milliseconds() const { return milliseconds_; }  // time of the last pair that is known; 0 before
 
 private:
     struct Pair {

@@ -17,7 +17,7 @@ public:
     // Throws Unsupported when a part is larger than a storage block may be.
     explicit UploadRing(std::size_t floats_per_part);
 
-    std::size_t bytes() const { return kParts * part_bytes_; }  // of GL memory
+    std::size_t bytes() const { return kParts * part_bytes_; }  // size in GL memory
     // Returns the next part. Write it from its start to its end and do not read it, since it may be memory that only
     // writing is fast in. Waits while the GPU reads it, which happens when the CPU is ahead by kParts frames.
     std::span<float> next();
@@ -34,7 +34,7 @@ private:
     using Fence = std::unique_ptr<std::remove_pointer_t<GLsync>, DeleteSync>;
     GlObject buffer_;
     std::array<Fence, kParts> fences_;
-    // of one part; part_bytes_ is a multiple of the alignment of offsets
+    // sizes of one part; part_bytes_ is a multiple of the alignment of offsets
     std::size_t floats_ = 0, part_bytes_ = 0, part_ = 0;
     float* mapped_ = nullptr;      // all parts; null without buffer storage
     std::vector<float> unmapped_;  // one part

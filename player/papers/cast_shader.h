@@ -11,11 +11,11 @@ namespace penumbra {
 
 // Own numbers of an asset's convention as SH over the sphere that are 1 below the horizon, which Nowrouzezahrai 2009
 // multiplies: [vertices, 16] of convention A4.
-std::vector<float> ownInA4(const Convention& convention, int stride, std::span<const float> numbers);
+std::vector<float> ownInA4(const Convention& convention, int stride, std::span<const float> coefficients);
 
 // Replaces own visibility by a constant above the horizon with the same mean over the hemisphere, which is the DC
 // self-shadow of Nowrouzezahrai 2011. The numbers keep their convention.
-void keepHemisphereShare(const Convention& convention, int stride, std::span<float> numbers);
+void keepHemisphereShare(const Convention& convention, int stride, std::span<float> coefficients);
 
 // V_c of vertices, as castOverSphere() has it, with castOrderOf(mode).
 using SphereCast = std::span<const float>;
@@ -38,7 +38,7 @@ public:
 
 private:
     CastMode mode_;
-    Convention convention_;  // of the asset
+    Convention convention_;  // convention of the asset
     int stride_;
     AssetView view_;
     std::vector<float> light_;  // [n^2, 3], in the scene
@@ -51,8 +51,8 @@ private:
 // The SH of a light [n^2, 3], turned.
 std::vector<float> turnedLight(const LightView& light, const Mat3d& rotation);
 
-// What an open, level ground makes of V_c, which is linear: radiance_c = sum_k weights[k]_c V_k for a Lambertian albedo
-// of 1. `light` is turned into the scene. `light` empty: E, in x.
+// Returns the weights with which an open, level ground shows V_c, which is linear: radiance_c = sum_k weights[k]_c V_k
+// for a Lambertian albedo of 1. `light` is turned into the scene. `light` empty: E, in x.
 std::vector<Vec3> groundWeights(CastMode mode, std::span<const float> light, int light_order);
 // Returns the radiance of such a ground under a light that is turned, from V_c of its vertices. Without a light: E, in
 // x.

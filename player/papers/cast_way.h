@@ -23,11 +23,11 @@ constexpr std::string_view nameOf(CastMode mode) { return wordOf(kCastModeWords,
 
 struct CastWay {
     CastMode mode = CastMode::kProduct;
-    CastExponential exponential = {};  // of casters that are spheres
+    CastExponential exponential = {};  // for casters that are spheres
 };
 
 bool needsSpheres(CastMode mode);
-int castOrderOf(CastMode mode);  // of V_c over the whole sphere
+int castOrderOf(CastMode mode);  // order of V_c over the whole sphere
 // Lets all casters of a scene cast by spheres, but for those that are to cast nothing.
 void castBySpheres(SceneDescription& scene);
 

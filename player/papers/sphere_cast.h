@@ -1,5 +1,6 @@
 #pragma once
-// What others leave visible over the whole sphere of directions, for the modes that compare (player/papers/cast_way.h).
+// Computes the visibility past others over the whole sphere of directions, for the modes that compare
+// (player/papers/cast_way.h).
 #include <vector>
 
 #include "runtime/cast/cast_shadow.h"

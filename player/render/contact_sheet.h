@@ -13,9 +13,9 @@ Image shrunk(const Image& image, int factor);
 
 struct SheetLayout {
     int columns = 1, rows = 1, panels = 1;
-    int tile_width = 0, tile_height = 0;     // of one panel
+    int tile_width = 0, tile_height = 0;     // size of one panel
     int title_lines = 0, caption_lines = 0;  // the legend counts as a line of the title
-    int width = 0, height = 0;               // of the sheet
+    int width = 0, height = 0;               // size of the sheet
 
     int cellWidth() const { return panels * tile_width + (panels - 1) * kPanelGap; }
     // The upper left pixel of a panel of a cell; cells go in rows.

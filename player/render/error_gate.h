@@ -8,7 +8,7 @@ struct ErrorGate {
     Figure figure = Figure::kAmbientMean;
     double above = 0;       // a figure above it is a failure; >= 0
     bool over_run = false;  // one figure over all frames instead of each frame's own
-    double percent = 0;     // of the frames that may fail, 0 <= percent < 100; not with over_run
+    double percent = 0;     // share of the frames that may fail, 0 <= percent < 100; not with over_run
 };
 
 struct GateResult {

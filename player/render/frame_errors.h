@@ -11,7 +11,7 @@ namespace penumbra {
 // Each vertex' mean of the truth over training frames, [V, stride], or the model's own mean where the truth has none
 // of them.
 struct TruthMean {
-    std::vector<double> numbers;
+    std::vector<double> coefficients;
     bool from_truth = false;
 };
 // Averages over all training frames that the truth has. `frame` loses its pose.
@@ -26,7 +26,7 @@ struct ErrorSums {
     double squares = 0;      // sum |y' - y|^2
     double variation = 0;    // sum |y - mean y|^2; NaN without a mean
     double transfer = 0;     // sum E_transfer (player/papers/transfer_error.h); NaN where it is not measured
-    ErrorTail tail{};        // of |E(y') - E(y)|
+    ErrorTail tail{};        // tail of |E(y') - E(y)|
 
     void add(const ErrorSums& other);
     double ambientMean() const { return ambient / double(vertices); }

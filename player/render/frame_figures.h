@@ -15,7 +15,7 @@ struct FrameRecord {
     double out_of_range = 0;            // Evaluator::outOfRange()
     std::optional<ErrorSums> errors{};  // if the frame has truth
     std::optional<ImageError> image{};  // if pictures of model and truth were drawn
-    std::filesystem::path file{};       // of the picture, or empty
+    std::filesystem::path file{};       // the picture's file, or empty
 };
 
 enum class Figure {

@@ -17,7 +17,7 @@ std::vector<std::size_t> chooseClips(const std::vector<ClipView>& clips, const F
         return chosen;
     }
     for (const std::string& name : choice.clips) {
-        if (name == "all" && !named_all) throw BadOption("clip", "all goes with no other clip");
+        if (name == "all" && !named_all) throw BadOption("clip", "all cannot be combined with another clip");
         chosen.push_back(findByName(clips, name, "clip"));
         if (std::count(chosen.begin(), chosen.end(), chosen.back()) > 1)
             throw BadOption("clip", name + " is given twice");

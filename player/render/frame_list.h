@@ -20,9 +20,9 @@ struct FrameChoice {
 };
 
 struct ListedFrame {
-    std::size_t clip = 0;    // of AnimationView::clips
+    std::size_t clip = 0;    // index in AnimationView::clips
     std::size_t number = 0;  // in the clip
-    std::size_t frame = 0;   // of the animation
+    std::size_t frame = 0;   // index in the animation
     std::size_t listed =
         0;  // place among the frames of all chosen clips, which FrameChoice::frames counts and a pattern writes
 };
@@ -30,7 +30,7 @@ struct ListedFrame {
 struct ChosenFrames {
     std::vector<std::size_t> clips;
     std::vector<ListedFrame> frames;  // at least one
-    ListedFrame first = {};           // of all frames of these clips, whether it is in `frames` or not
+    ListedFrame first = {};           // first frame of these clips, even if it is not in `frames`
 };
 
 // Throws BadOption for an unknown clip, one given twice and a frame beyond the last. Throws InvalidInput for an

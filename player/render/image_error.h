@@ -6,9 +6,9 @@
 namespace penumbra {
 
 struct ImageError {
-    std::size_t pixels = 0;       // that both cover entirely
+    std::size_t pixels = 0;       // pixels that both pictures cover entirely
     double squares = 0;           // sum over them of the squared differences of the three 8-bit colours
-    double flip_sum = 0;          // of FLIP over the pixels that either covers at all, both over the same grey
+    double flip_sum = 0;          // sum of FLIP over the pixels that either covers at all, both over the same grey
     std::size_t flip_pixels = 0;  // 0: not measured
 
     void add(const ImageError& other);

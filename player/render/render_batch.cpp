@@ -69,7 +69,7 @@ private:
     std::optional<TransferError> transfer_error_;
     std::optional<OffscreenRenderer> renderer_;
     FrameView view_;
-    std::optional<std::size_t> framed_clip_;  // of view_, for Framing::kClip
+    std::optional<std::size_t> framed_clip_;  // clip that view_ frames, for Framing::kClip
     float exposure_ = 1;                      // BatchResult::exposure
 
     void frameClips(std::span<const std::size_t> clips);

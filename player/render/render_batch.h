@@ -22,7 +22,7 @@ struct BatchPlan {
     ChosenFrames chosen = {};
     std::vector<std::optional<std::size_t>> truth_frames = {};  // for each chosen frame; empty without truth
     Framing framing = Framing::kFrame;
-    std::vector<std::filesystem::path> files = {};  // of the pictures, one for each chosen frame; empty: none are drawn
+    std::vector<std::filesystem::path> files = {};  // one picture for each chosen frame; empty: none are drawn
     std::vector<Panel> panels = {};                 // drawn for BatchSink::panels
     bool relative_error = false;                    // measured; it needs the truth of all training frames
     bool image_error = false, flip = false;         // measured; pictures of model and truth in options.channel
@@ -47,7 +47,7 @@ struct BatchResult {
     std::vector<FrameRecord> frames;
     std::string gl;  // GlContext::description; "" when nothing was drawn
     EvaluationPath path = EvaluationPath::kCpu;
-    bool mean_from_truth = false;  // as in TruthMean
+    bool mean_from_truth = false;  // see TruthMean
     // The factor on the colours of all shaded pictures: options.exposure, or the automatic one of the first frame of
     // the chosen clips, whichever frames are drawn. There the truth decides where it has this frame, and the model
     // where it does not. So slices of a sequence agree, and so do models that are compared with one truth.

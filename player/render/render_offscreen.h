@@ -44,8 +44,8 @@ private:
     std::optional<ShadingSet> shading_;
     std::map<Channel, ValuePainter> value_painters_;
     LobeTable lobe_table_;
-    std::vector<LobeRange> lobes_;       // of every vertex
-    std::vector<SlotLobes> slot_lobes_;  // of every slot
+    std::vector<LobeRange> lobes_;       // one for each vertex
+    std::vector<SlotLobes> slot_lobes_;  // one for each slot
     std::optional<Sunlight> sunlight_;   // where the look has suns
     std::shared_ptr<GlAsset> gl_asset_;
     std::optional<ModelPainter> model_painter_;
@@ -64,7 +64,7 @@ private:
 
 // Puts the background behind pixels that the mesh covers in part or not at all.
 void putBehind(Image& image, Vec3 background);
-void putBehind(Image& image, const Image& background);  // of the same size, without alpha
+void putBehind(Image& image, const Image& background);  // the background has the same size and no alpha
 // Returns what a PNG shows of a channel. Normals are numbers, and a PNG's 8-bit value / 255 must give them back. So
 // this applies the inverse of the transfer function that writePng() applies, to colours that it then divides by
 // alpha.

@@ -17,18 +17,18 @@ namespace penumbra {
 // A mesh as it is drawn. The spans point into SceneFrames.
 struct SceneMesh {
     std::span<const std::uint32_t> triangles;
-    std::span<const Vec3> positions, values;  // what ValuePainter takes
+    std::span<const Vec3> positions, values;  // inputs of ValuePainter
     Sides sides = Sides::kBoth;
-    Channel channel = Channel::kShaded;   // that the values are of
+    Channel channel = Channel::kShaded;   // channel of the values
     SunlitSurface surface = {};           // where suns shine
-    bool is_ground = false;               // whose triangles are others in every frame
-    const MeshView* mesh = nullptr;       // of a member
-    const ShadingSet* shading = nullptr;  // of a member that is shaded, whose pictures may be drawn
+    bool is_ground = false;               // true for the ground, whose triangles change in every frame
+    const MeshView* mesh = nullptr;       // set for a member
+    const ShadingSet* shading = nullptr;  // set for a member that is shaded and whose pictures may be drawn
 };
 
 class SceneFrames {
 public:
-    // Of the options it reads size, camera, channel (shaded, ambient or error) and shading. Shaded members need
+    // Reads from the options: size, camera, channel (shaded, ambient or error) and shading. Shaded members need
     // materials, and the scene a light: UsageError. `truth` is for the error channel: members whose mesh it was baked
     // for and whose frame it has show |E of the model - E of the truth|, both past the same casters. The others and the
     // ground show E. Throws InvalidInput where it fits nobody. The scene and the truth outlive this object.
@@ -55,14 +55,14 @@ public:
     // Results of the steps, valid until the next ones: every member, then the ground, and how the camera sees them.
     std::vector<SceneMesh> meshes() const;
     const FrameView& view() const { return view_; }
-    // What suns need: themselves, who casts, and the lobes of all materials. No suns: all light is SH.
+    // Inputs of suns: themselves, their casters, and the lobes of all materials. No suns: all light is SH.
     std::span<const Sun> suns() const { return sunlight_.suns; }
     SunCasters sunCasters() const;
     const LobeTable& lobes() const { return sunlight_.lobes; }
     const Mat3& lightRotation() const { return sunlight_.light_rotation; }
 
     const std::vector<FrameVertices>& members() const { return members_; }
-    // What a member's vertices show, without suns; empty where it is not drawn.
+    // Radiance of a member's vertices, without suns; empty if it is not drawn.
     const std::vector<Vec3>& valuesOf(std::size_t member) const { return values_[member]; }
     const SceneLook& lookOf(std::size_t member) const { return *looks_[member]; }
     const SceneSunlight& sunlight() const { return sunlight_; }
@@ -81,18 +81,18 @@ private:
     std::vector<Vec3> field_casting_;  // in the maps of suns
     std::vector<std::uint32_t> field_casting_triangles_;
     std::optional<FieldLook> field_look_;    // where it is shaded
-    std::vector<std::vector<float>> casts_;  // of modes that compare: V_c of each member, then of the ground
+    std::vector<std::vector<float>> casts_;  // for modes that compare: V_c of each member, then of the ground
     FrameView view_;
-    std::vector<std::vector<Vec3>> values_;  // of each member, then of the ground
+    std::vector<std::vector<Vec3>> values_;  // for each member, then for the ground
     // Light that the ground and members send to one another.
-    std::vector<HiddenSky> hidden_;  // of each member
+    std::vector<HiddenSky> hidden_;  // one for each member
     GroundGlow glow_;
     std::vector<ShiningMember> shining_;
     LightView whole_light_;  // with its suns
     SceneSunlight sunlight_;
-    std::vector<LobeRange> ground_lobes_;    // of every vertex
-    std::vector<std::vector<float>> sight_;  // of each member's mirrors
-    std::vector<float> field_sight_;         // of a ground with heights that is one
+    std::vector<LobeRange> ground_lobes_;    // one for each vertex
+    std::vector<std::vector<float>> sight_;  // sight of each member's mirrors
+    std::vector<float> field_sight_;         // for a ground with heights that is a mirror
 
     bool compares() const { return scene_.castWay().mode != CastMode::kProduct; }
     void attachTruth(const AssetView& truth);

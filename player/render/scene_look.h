@@ -19,22 +19,22 @@ struct SceneLook {
     // One of these for Channel::kShaded: the second for modes that compare (PosedScene::castWay()).
     std::optional<ShadingSet> shading;
     std::optional<CastShader> cast_shader;
-    std::vector<LobeRange> lobes;       // of every vertex, where suns shine
-    std::vector<SlotLobes> slot_lobes;  // and of every slot
+    std::vector<LobeRange> lobes;       // one for each vertex that suns can reach
+    std::vector<SlotLobes> slot_lobes;  // one for each slot
 
-    // Of the options it reads channel and shading. Throws BadOption for a member without materials.
+    // Reads from the options: channel and shading. Throws BadOption for a member without materials.
     SceneLook(const PosedScene& scene, const SceneMember& member, const RenderOptions& options);
     SceneLook(const SceneLook&) = delete;
 };
 
-// What suns need of a scene beside its vertices.
+// Inputs of suns besides the vertices of the scene.
 struct SceneSunlight {
-    LobeTable lobes;               // of all materials
+    LobeTable lobes;               // lobes of all materials
     std::vector<Sun> suns;         // in the scene; empty: all light is SH
     std::vector<float> remainder;  // SH of the light without its suns
     LobeRange ground = 0;          // lobes of the ground, where there is a level one
     Mat3 light_rotation;
-    LightView light;  // what vertices are shaded with: that of the scene, or its remainder
+    LightView light;  // the light that shades vertices: the scene's, or its remainder without suns
 };
 // Suns shine on everyone or on nobody, so that all have the same light. Sets the lobes of the looks.
 SceneSunlight sceneSunlight(const PosedScene& scene, std::span<const std::unique_ptr<SceneLook>> looks);

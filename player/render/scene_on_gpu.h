@@ -27,13 +27,13 @@ public:
     void evaluate();
     // Draws what was evaluated last, as `view` of the scene. `suns` are not null where suns() shine.
     void draw(const FrameView& view, const Sunlight* suns = nullptr) const;
-    // What suns need, as SceneFrames has it.
+    // Inputs of suns, see SceneFrames.
     std::span<const Sun> suns() const { return sunlight_.suns; }
     SunCasters sunCasters() const;
     const LobeTable& lobes() const { return sunlight_.lobes; }
     const Mat3& lightRotation() const { return sunlight_.light_rotation; }
     const FrameView& view() const { return view_; }                               // by the options' camera
-    const GlHeights* heights() const { return heights_ ? &*heights_ : nullptr; }  // of the ground
+    const GlHeights* heights() const { return heights_ ? &*heights_ : nullptr; }  // heights of the ground
 
 private:
     // Members of one asset, which are drawn together.
@@ -46,7 +46,7 @@ private:
     const PosedScene& scene_;
     RenderOptions options_;
     int threads_;
-    std::vector<std::unique_ptr<SceneLook>> looks_;  // of each member
+    std::vector<std::unique_ptr<SceneLook>> looks_;  // one for each member
     SceneSunlight sunlight_;
     std::vector<FrameVertices> members_;  // for the camera, suns, and the numbers that an asset needs
     std::vector<Group> groups_;
@@ -54,7 +54,7 @@ private:
     std::optional<GlCast> cast_;
     std::optional<GlGround> ground_;
     std::vector<Vec3> ground_weights_;
-    // Of a ground with heights; its points and triangles are for suns.
+    // Set for a ground with heights. Suns use its points and triangles.
     std::optional<GlHeights> heights_;
     std::optional<FieldShading> field_shading_;
     std::optional<GlHeightsGround> heights_ground_;

@@ -10,7 +10,7 @@ namespace penumbra {
 
 struct ScenePicture {
     Image image;               // linear Rec.709 with alpha, as OffscreenRenderer has it
-    std::optional<Image> sky;  // what belongs behind it; only with options.light_background
+    std::optional<Image> sky;  // the background; only with options.light_background
 };
 
 // Draws what the scene shows, as its camera or options.camera sees it. Of the options it reads size, camera, channel

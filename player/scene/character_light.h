@@ -28,7 +28,7 @@ struct Emitter {
 
 // A vertex that shines.
 struct ShiningVertex {
-    Vec3 position, area, radiance;  // as Emitter
+    Vec3 position, area, radiance;  // see Emitter
 };
 
 // A mesh and what its vertices send out, [V] or more.

@@ -32,7 +32,7 @@ public:
 
 private:
     static constexpr std::uint32_t kSide = 65;  // points of the grid, a power of two and 1
-    static constexpr std::size_t kLevels = 6;   // of 65, 33, .. 3 points a side
+    static constexpr std::size_t kLevels = 6;   // levels of 65, 33, .. 3 points a side
 
     float height_ = 0, cell_ = 1;
     float corner_[2] = {0, 0};  // x and z of the first point
@@ -40,7 +40,7 @@ private:
     std::vector<float> mirrored_;
     std::vector<CastBlock> blocks_;
     Vec3 open_;                                     // radiance of free sight
-    std::array<std::vector<Vec3>, kLevels> shade_;  // what is missing from it; columns along z
+    std::array<std::vector<Vec3>, kLevels> shade_;  // light that shadows take from it; columns along z
 
     Vec3 shadeAt(float x, float z, float width) const;
     Vec3 shadeOf(std::size_t level, float x, float z) const;

@@ -17,10 +17,10 @@ struct SceneMember {
     const SceneCharacter* file;
     std::shared_ptr<const OpenAsset> asset;
     Evaluator evaluator;
-    std::size_t frame = 0;  // of the asset's animation; 0 with a pose of a file
+    std::size_t frame = 0;  // index in the asset's animation; 0 with a pose of a file
     Affine to_scene;
-    std::size_t caster = kNobody;    // of the cast; kNobody: it hides nothing
-    const BonePose* pose = nullptr;  // of a file, instead of a frame
+    std::size_t caster = kNobody;    // index in the cast; kNobody: it hides nothing
+    const BonePose* pose = nullptr;  // pose of a file, instead of a frame
 };
 
 // A prop that is a mesh of a file.
@@ -55,7 +55,7 @@ public:
     // (SceneFrames::replaceLight()). Call it before anything is made of the light.
     void addDarkSun();
 
-    // With its origin near the first member (openGround()).
+    // The scene as read; its origin was moved near the first member (openGround()).
     const SceneDescription& file() const { return file_; }
     const std::vector<std::unique_ptr<SceneMember>>& members() const { return members_; }
     const CastShadow& cast() const { return *cast_; }
@@ -72,7 +72,7 @@ public:
     const AssetView& lightAsset() const {
         return has_dark_sun_ ? dark_asset_ : light_asset_ ? light_asset_->view : no_asset_;
     }
-    const LightView* light() const { return light_; }  // of lightAsset(); null where that has none
+    const LightView* light() const { return light_; }  // the light of lightAsset(); null if that has none
     const Mat3d& lightRotation() const { return light_rotation_; }
 
 private:
@@ -89,7 +89,7 @@ private:
     std::vector<RealMesh> meshes_;
     const LightView* light_ = nullptr;
     Mat3d light_rotation_;
-    FrameVertices standing_;  // of whom stands on the ground, while everyone is posed
+    FrameVertices standing_;  // scratch for the pose of a character that stands on the ground
 
     void place(SceneMember& member);
 };

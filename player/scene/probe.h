@@ -1,5 +1,5 @@
 #pragma once
-// What the characters of a scene leave visible at points with normals, and what light arrives there.
+// Computes the visibility past the characters of a scene at points with normals, and the light that arrives there.
 #include <array>
 #include <string>
 #include <vector>

@@ -13,8 +13,8 @@ namespace penumbra {
 
 namespace {
 
-constexpr float kHalfSphere = std::numbers::pi_v<float>;  // of a white sky: E in irradiance
-constexpr float kMinHidden = 1e-3f;                       // of a white sky, below which nothing is received
+constexpr float kHalfSphere = std::numbers::pi_v<float>;  // E of a white sky in irradiance
+constexpr float kMinHidden = 1e-3f;                       // share of a white sky below which nothing is received
 
 // How far two boxes are apart, 0 where they touch.
 float gapBetween(const BoundingBox& a, const BoundingBox& b) {

@@ -16,7 +16,7 @@
 
 namespace penumbra {
 
-constexpr int kFieldStride = 16;  // of the numbers of a point
+constexpr int kFieldStride = 16;  // stride of a point's numbers
 
 enum class FieldPoints { kNew, kKept };
 
@@ -58,18 +58,18 @@ public:
     // Multiplies numbers of a model's convention by what the field leaves visible to points on it or above it, which
     // stand in the scene. Light that bounces, `indirect` [V, kIndirectStride] or empty, is multiplied by the share of a
     // white sky that is left.
-    void shadow(const CastReceivers& receivers, const ModelView& model, int threads, std::span<float> numbers,
+    void shadow(const CastReceivers& receivers, const ModelView& model, int threads, std::span<float> coefficients,
                 std::span<float> indirect = {}) const;
-    // What the field leaves visible there, mirrored at each horizon: [receivers, kFarNumbers].
+    // Computes the visibility that the field leaves there, mirrored at each horizon: [receivers, kFarCoefficients].
     void visibleFrom(const CastReceivers& receivers, std::span<float> mirrored) const;
 
 private:
     GroundHeights heights_;
     HeightVisibility visibility_;
-    HeightTables above_;  // of points above the field
+    HeightTables above_;  // tables for points above the field
     CastProduct product_;
     std::uint64_t version_ = 1;
-    std::vector<TexelBox> changed_;  // of each level, since takeChanged()
+    std::vector<TexelBox> changed_;  // changed box of each level, since takeChanged()
 
     std::vector<float> brushed_;
     // Squares of cells and blocks, row by row: 2 where the points are computed in this update, 1 where that depends on

@@ -21,7 +21,7 @@ void addRealMeshes(const PosedScene& scene, SunCasters& casters);
 struct SceneSuns {
     std::vector<Sun> suns;         // in the scene; empty: all light is SH
     std::vector<float> remainder;  // SH of the light without them
-    std::vector<SunMaps> maps;     // of each sun
+    std::vector<SunMaps> maps;     // one for each sun
 };
 // Draws the suns' maps of `map_size` texels a side, in which everyone in the scene casts who is
 // not told to cast nothing. There are suns where `choice`

@@ -19,7 +19,7 @@ std::vector<float> placesSideBySide(std::span<const BoundingBox> boxes) {
 }
 
 SceneGround groundUnder(const BoundingBox& box) {
-    constexpr double kRadii = 8;  // of the box, a side
+    constexpr double kRadii = 8;  // side of the ground in radii of the box
     SceneGround ground;
     ground.center = (box.low + box.high) * 0.5f;
     ground.height = double(box.low.y);

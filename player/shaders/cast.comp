@@ -52,7 +52,7 @@ void main() {
 #endif
     float mirrored[21];
     for (int i = 0; i < 21; ++i) mirrored[i] = 0.0;
-    mirrored[0] = 3.5449077;  // of free sight: sqrt(4 pi)
+    mirrored[0] = 3.5449077;  // free sight: sqrt(4 pi)
     bool by_parts = false, by_spheres = false;
 #ifdef HAS_PARTS
 #ifdef AT_ANCHORS

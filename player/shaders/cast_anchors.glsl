@@ -1,6 +1,6 @@
 // Casts on the vertices of characters at anchors, as runtime/cast/cast_anchors.cpp has them. An anchor (main() with
-// CAST_ANCHORS) sums what is far and hides little, and lists what is near. A vertex takes the sum from its four anchors,
-// and multiplies in one by one what is in any of their lists.
+// CAST_ANCHORS) sums what is far and hides little, and lists what is near. A vertex takes the sum from its four
+// anchors, and multiplies in one by one what is in any of their lists.
 //
 // Words of an anchor: the sum over parts [36], that over spheres [25], how many are near, and each of these: its index
 // in the lower 17 bits, spheres after parts, and its weight in the upper ones. The lists are in the order of the
@@ -18,7 +18,7 @@ uniform uint vertex_count, anchor_count;
 #ifdef CAST_ANCHORS
 layout(std430, binding = 6) writeonly buffer CastAnchors { uint cast_anchors[]; };
 
-// What stands near for anchors so far apart: 1 near, 0 far.
+// Returns how near a caster is for anchors at this spacing: 1 near, 0 far.
 float castNearness(vec4 sphere, vec3 position, float spacing) {
     float distance = length(sphere.xyz - position) - sphere.w;
     return clamp((FAR_SPACINGS - distance / spacing) / (FAR_SPACINGS - NEAR_SPACINGS), 0.0, 1.0);
@@ -71,7 +71,7 @@ struct CastWalk {
     bool by_anchors;  // else everything, with a share of 1
     uvec4 from;       // where the words of the anchors begin
     vec4 weight;
-    uvec4 at, end;  // what is left of their lists
+    uvec4 at, end;  // rest of the anchors' lists
     int next;
 };
 

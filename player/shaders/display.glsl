@@ -1,5 +1,5 @@
-// How linear Rec.709 colours become what is written: exposed and tone mapped where they are radiance, then sRGB encoded.
-// player/draw/shader_source.cpp puts it before the fragment shaders and defines CHANNEL.
+// How linear Rec.709 colours become what is written: exposed and tone mapped where they are radiance, then sRGB
+// encoded. player/draw/shader_source.cpp puts it before the fragment shaders and defines CHANNEL.
 uniform float exposure;
 uniform int tone_map;  // ToneMap (view_display.h); -1: linear values times exposure
 

@@ -5,8 +5,8 @@ layout(local_size_x = WORK_GROUP) in;  // x: vertices, y: characters
 
 layout(std430, binding = 0) readonly buffer Asset { uint asset[]; };
 layout(std430, binding = 1) readonly buffer Pose { vec4 pose[]; };
-layout(std430, binding = 1) readonly buffer PoseNumbers { float pose_numbers[]; };
-layout(std430, binding = 2) writeonly buffer Evaluated { vec4 evaluated[]; };  // as evaluated.vert reads it
+layout(std430, binding = 1) readonly buffer PoseCounts { float pose_numbers[]; };
+layout(std430, binding = 2) writeonly buffer Evaluated { vec4 evaluated[]; };  // read by evaluated.vert
 #if CHANNEL == CHANNEL_SHADED
 uniform samplerBuffer materials;
 #endif
@@ -27,7 +27,7 @@ layout(std430, binding = 5) readonly buffer GivenVertices { float given_vertices
 #endif
 
 #ifdef RECEIVERS
-layout(std430, binding = 7) writeonly buffer Receivers { vec4 receivers[]; };  // as cast.comp reads them
+layout(std430, binding = 7) writeonly buffer Receivers { vec4 receivers[]; };  // read by cast.comp
 #endif
 #ifdef CAST
 layout(std430, binding = 7) readonly buffer Casts { vec4 casts[]; };  // CAST_SETS a vertex, as cast.comp writes them
@@ -36,10 +36,10 @@ layout(std430, binding = 7) readonly buffer Casts { vec4 casts[]; };  // CAST_SE
 uniform vec3 eye;  // in the scene
 uniform uint vertex_count;
 
-uint vertex, cluster;  // of this invocation
-uint table_row;        // of the cluster table: of the model's cluster, or of the residual's
-uint pose_begin;       // of its character
-float cast_share = 1.0;  // of a white sky that others leave visible: light that bounces has as much
+uint vertex, cluster;  // indices of this invocation
+uint table_row;        // row in the cluster table: the model's cluster, or the residual's
+uint pose_begin;       // begin of its character's pose
+float cast_share = 1.0;  // share of a white sky that casters leave visible; light that bounces is scaled by it
 
 uint clusterWord(uint i) { return asset[CLUSTERS + table_row * CLUSTER_WORDS + i]; }
 
@@ -111,33 +111,33 @@ PenumbraSurface surfaceOf(uint character) {
 #endif
 
 #if CHANNEL != CHANNEL_NORMALS && CHANNEL != CHANNEL_CLUSTERS && CHANNEL != CHANNEL_PARTS
-void modelNumbers(uint row, out vec4 numbers[PENUMBRA_STRIDE4]) {
+void modelCoefficients(uint row, out vec4 coefficients[PENUMBRA_STRIDE4]) {
     table_row = row;
     first_score = 4u * (pose_begin + POSE_SCORES) + clusterWord(3u);
     mean_array = clusterWord(4u);
     basis_array = clusterWord(5u);
-    penumbra_numbers(int(vertex - clusterWord(0u)), int(clusterWord(1u)), int(clusterWord(2u)), numbers);
+    penumbra_coefficients(int(vertex - clusterWord(0u)), int(clusterWord(1u)), int(clusterWord(2u)), coefficients);
 }
 
 // Computes the numbers of a vertex that is of a cluster.
-void clusterNumbers(PenumbraSurface s, uint character, out vec4 numbers[PENUMBRA_STRIDE4]) {
-    modelNumbers(cluster, numbers);
+void clusterCoefficients(PenumbraSurface s, uint character, out vec4 coefficients[PENUMBRA_STRIDE4]) {
+    modelCoefficients(cluster, coefficients);
 #if defined(COMPOSED) && !defined(FAR_ANCHORS)
-    farCompose(s, halfWord(PART_OF_VERTEX, vertex), character * ANCHOR_VALUES, numbers);
+    farCompose(s, halfWord(PART_OF_VERTEX, vertex), character * ANCHOR_VALUES, coefficients);
 #ifdef HAS_RESIDUAL
     vec4 residual[PENUMBRA_STRIDE4];
-    modelNumbers(cluster + CLUSTER_COUNT, residual);
-    for (uint q = 0u; q < PENUMBRA_STRIDE4; ++q) numbers[q] += residual[q];
+    modelCoefficients(cluster + CLUSTER_COUNT, residual);
+    for (uint q = 0u; q < PENUMBRA_STRIDE4; ++q) coefficients[q] += residual[q];
 #endif
 #endif
-    penumbra_clamp_ambient(numbers);
+    penumbra_clamp_ambient(coefficients);
 }
 
 #ifdef FIRST_FOLLOWER
 // Computes the numbers of a vertex that follows three points.
-void followedNumbers(PenumbraSurface s, uint character, out vec4 numbers[PENUMBRA_STRIDE4]) {
+void followedNumbers(PenumbraSurface s, uint character, out vec4 coefficients[PENUMBRA_STRIDE4]) {
     uint own_vertex = vertex, own_cluster = cluster, row = 3u * (vertex - FIRST_FOLLOWER);
-    for (uint q = 0u; q < PENUMBRA_STRIDE4; ++q) numbers[q] = vec4(0.0);
+    for (uint q = 0u; q < PENUMBRA_STRIDE4; ++q) coefficients[q] = vec4(0.0);
     for (uint i = row; i < row + 3u; ++i) {
         float weight = uintBitsToFloat(asset[POINT_WEIGHTS + i]);
         if (weight == 0.0) continue;
@@ -145,27 +145,27 @@ void followedNumbers(PenumbraSurface s, uint character, out vec4 numbers[PENUMBR
         cluster = asset[CLUSTER_OF_VERTEX + vertex];
         PenumbraSurface point = surfaceOf(character);
         vec4 of_point[PENUMBRA_STRIDE4];
-        clusterNumbers(point, character, of_point);
-        penumbra_add_point(of_point, penumbra_turn(point, s), weight, numbers);
+        clusterCoefficients(point, character, of_point);
+        penumbra_add_point(of_point, penumbra_turn(point, s), weight, coefficients);
     }
     vertex = own_vertex;
     cluster = own_cluster;
 }
 #endif
 
-void ownNumbers(PenumbraSurface s, uint character, out vec4 numbers[PENUMBRA_STRIDE4]) {
+void ownCoefficients(PenumbraSurface s, uint character, out vec4 coefficients[PENUMBRA_STRIDE4]) {
     if (hasGivenNumbers()) {
         uint first = (character * vertex_count + vertex) * PENUMBRA_STRIDE4;
-        for (uint q = 0u; q < PENUMBRA_STRIDE4; ++q) numbers[q] = given_numbers[first + q];
+        for (uint q = 0u; q < PENUMBRA_STRIDE4; ++q) coefficients[q] = given_numbers[first + q];
         return;
     }
 #ifdef FIRST_FOLLOWER
     if (vertex >= FIRST_FOLLOWER) {
-        followedNumbers(s, character, numbers);
+        followedNumbers(s, character, coefficients);
         return;
     }
 #endif
-    clusterNumbers(s, character, numbers);
+    clusterCoefficients(s, character, coefficients);
 }
 
 #ifdef BOUNCES
@@ -181,16 +181,16 @@ void indirectNumbers(out vec4 n[3]) {
 }
 #endif
 
-void numbersOf(PenumbraSurface s, uint character, out vec4 numbers[PENUMBRA_STRIDE4]) {
-    ownNumbers(s, character, numbers);
+void coefficientsOf(PenumbraSurface s, uint character, out vec4 coefficients[PENUMBRA_STRIDE4]) {
+    ownCoefficients(s, character, coefficients);
 #ifdef CAST
     cast_share = 1.0;
-    for (uint of = 0u; of < CAST_SETS; ++of) {  // what casters leave visible, then what a height field does
+    for (uint of = 0u; of < CAST_SETS; ++of) {  // casts of characters first, then of a height field
         uint first = CAST_QUADS * (CAST_SETS * (character * vertex_count + vertex) + of);
         if (casts[first + 5u].y == 0.0) continue;
         float mirrored[21];
         for (uint i = 0u; i < 21u; ++i) mirrored[i] = casts[first + i / 4u][i % 4u];
-        penumbra_cast_numbers(numbers, mirrored);
+        penumbra_cast_coefficients(coefficients, mirrored);
         cast_share *= penumbra_cast_ambient(mirrored);
     }
 #endif
@@ -211,13 +211,13 @@ float surface_sight = 0.0;  // V at the mirrored direction, of mirrors
 
 #if CHANNEL == CHANNEL_SHADED
 // Shades a side of the surface, the one that `vertex` is on.
-vec3 shadeSide(vec4 numbers[PENUMBRA_STRIDE4], vec3 to_eye, mat3 local_from_model, int material) {
+vec3 shadeSide(vec4 coefficients[PENUMBRA_STRIDE4], vec3 to_eye, mat3 local_from_model, int material) {
 #ifdef BOUNCES
     vec4 n[3];
     indirectNumbers(n);
-    return penumbra_shade_bounced(numbers, n, to_eye, local_from_model, material);
+    return penumbra_shade_bounced(coefficients, n, to_eye, local_from_model, material);
 #else
-    return penumbra_shade(numbers, to_eye, local_from_model, material);
+    return penumbra_shade(coefficients, to_eye, local_from_model, material);
 #endif
 }
 
@@ -228,10 +228,10 @@ vec3 shadeOtherSide(uint character, int material) {
     vertex = asset[OTHER_SIDE + vertex];
     cluster = asset[CLUSTER_OF_VERTEX + vertex];
     PenumbraSurface s = surfaceOf(character);
-    vec4 numbers[PENUMBRA_STRIDE4];
-    numbersOf(s, character, numbers);
-    penumbra_other_side(material, numbers);
-    vec3 radiance = shadeSide(numbers, vec3(0.0, 0.0, 1.0), penumbra_local_from_model(s), material);
+    vec4 coefficients[PENUMBRA_STRIDE4];
+    coefficientsOf(s, character, coefficients);
+    penumbra_other_side(material, coefficients);
+    vec3 radiance = shadeSide(coefficients, vec3(0.0, 0.0, 1.0), penumbra_local_from_model(s), material);
     vertex = own_vertex;
     cluster = own_cluster;
     return radiance;
@@ -243,17 +243,17 @@ vec3 shadeOtherSide(uint character, int material) {
 // Shades the terms of a vertex that shows pictures (shaders/surface.glsl), which follow the first; its slot's rows of
 // the pose have 1 where it shows them, then the material of each pass: slopes along two axes, and A and B at each
 // roughness. Returns whether it does. The passes take turns in one loop, whose body is long to compile.
-uint evaluated_row;  // of the vertex
+uint evaluated_row;  // row of the vertex
 float shows_pictures = 0.0;
 
-vec3 shadeTerms(PenumbraSurface s, vec4 numbers[PENUMBRA_STRIDE4], vec3 to_eye, mat3 local_from_model, int material) {
+vec3 shadeTerms(PenumbraSurface s, vec4 coefficients[PENUMBRA_STRIDE4], vec3 to_eye, mat3 local_from_model, int material) {
     uint row = 4u * (pose_begin + POSE_TERMS) + (1u + PASSES) * slotOfVertex();
     shows_pictures = pose_numbers[row];
     uint passes = shows_pictures > 0.0 ? PASSES : 0u;
     vec3 value = vec3(0.0), slope_x = vec3(0.0);
     for (uint pass = 0u; pass <= passes; ++pass) {
         int of_pass = pass == 0u ? material : int(pose_numbers[row + pass]);
-        vec3 radiance = of_pass < 0 ? vec3(0.0) : shadeSide(numbers, to_eye, local_from_model, of_pass);
+        vec3 radiance = of_pass < 0 ? vec3(0.0) : shadeSide(coefficients, to_eye, local_from_model, of_pass);
         if (pass == 0u) {
             value = radiance;
             continue;
@@ -286,16 +286,16 @@ vec3 valueOf(PenumbraSurface s, uint character) {
 #elif CHANNEL == CHANNEL_PARTS
     return vec3(float(halfWord(PART_OF_VERTEX, vertex)));
 #else
-    vec4 numbers[PENUMBRA_STRIDE4];
-    numbersOf(s, character, numbers);
+    vec4 coefficients[PENUMBRA_STRIDE4];
+    coefficientsOf(s, character, coefficients);
 #if CHANNEL == CHANNEL_AO
-    return vec3(penumbra_ambient(numbers));
+    return vec3(penumbra_ambient(coefficients));
 #elif CHANNEL == CHANNEL_BOUNCED_AO
     vec4 n[3];
     indirectNumbers(n);
-    return vec3(clamp(penumbra_ambient(numbers) + dot(BOUNCED_AMBIENT, vec3(n[0].x, n[2].yz)), 0.0, 1.0));
+    return vec3(clamp(penumbra_ambient(coefficients) + dot(BOUNCED_AMBIENT, vec3(n[0].x, n[2].yz)), 0.0, 1.0));
 #elif CHANNEL == CHANNEL_ERROR
-    return vec3(abs(penumbra_ambient(numbers) - true_ambient[character * vertex_count + vertex]));
+    return vec3(abs(penumbra_ambient(coefficients) - true_ambient[character * vertex_count + vertex]));
 #else
     mat3 local_from_model = penumbra_local_from_model(s);
     int material = int(pose_numbers[4u * (pose_begin + POSE_MATERIALS) + slotOfVertex()]);
@@ -303,14 +303,14 @@ vec3 valueOf(PenumbraSurface s, uint character) {
 #ifdef SUNLIT
     // Fragments reflect the light's picture in mirrors, which SH blur.
     if (pose[pose_begin + POSE_LOBES + slotOfVertex()].z > 0.0) {
-        surface_sight = clamp(penumbra_sight(numbers, vec3(-to_eye.xy, to_eye.z)), 0.0, 1.0);
+        surface_sight = clamp(penumbra_sight(coefficients, vec3(-to_eye.xy, to_eye.z)), 0.0, 1.0);
         return vec3(0.0);
     }
 #endif
 #ifdef TEXTURED
-    vec3 radiance = shadeTerms(s, numbers, to_eye, local_from_model, material);
+    vec3 radiance = shadeTerms(s, coefficients, to_eye, local_from_model, material);
 #else
-    vec3 radiance = shadeSide(numbers, to_eye, local_from_model, material);
+    vec3 radiance = shadeSide(coefficients, to_eye, local_from_model, material);
 #endif
 #ifdef HAS_MEMBRANES
     if (penumbra_is_membrane(material))

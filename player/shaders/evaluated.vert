@@ -1,10 +1,11 @@
 // The GLSL path draws what evaluate.comp wrote for every vertex of every character.
-// EVALUATED_QUADS texels a vertex: position in the scene; value, and the sight of mirrors. Where suns shine, these, too:
-// normal, and the first of the lobes; tangent, and their number. Where pictures are drawn, the fourth number of the
-// position is 1 if they are seen, and the terms beside the first stand at TERM_QUAD; with SLOPES the normal is there.
+// EVALUATED_QUADS texels a vertex: position in the scene; value, and the sight of mirrors. Where suns shine, these,
+// too: normal, and the first of the lobes; tangent, and their number. Where pictures are drawn, the fourth number of
+// the position is 1 if they are seen, and the terms beside the first stand at TERM_QUAD; with SLOPES the normal is
+// there.
 uniform samplerBuffer evaluated;
-uniform int vertex_count;      // of one character
-uniform mat4 clip_from_model;  // of the scene
+uniform int vertex_count;      // vertices of one character
+uniform mat4 clip_from_model;  // for points in the scene
 
 // player/draw/shader_source.cpp defines INTERPOLATION: flat or centroid.
 INTERPOLATION out vec3 value;
@@ -17,7 +18,7 @@ flat out uint surface_lobes;
 #endif
 
 #ifdef TEXTURED
-layout(location = 0) in uint drawn_vertex;  // that of the mesh: at seams several are drawn of one
+layout(location = 0) in uint drawn_vertex;  // index in the mesh; at seams several drawn vertices have the same
 layout(location = 6) in vec4 vertex_places;
 out vec4 surface_places;
 flat out int surface_plain;

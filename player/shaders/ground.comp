@@ -1,15 +1,15 @@
-// What the ground shows: weighted sums of what cast.comp has left visible. player/draw/shader_source.cpp puts a preamble
-// before this text, with WORK_GROUP and CAST_QUADS.
+// Computes the radiance of the ground as weighted sums of the visibility from cast.comp. player/draw/shader_source.cpp
+// puts a preamble before this text, with WORK_GROUP and CAST_QUADS.
 layout(local_size_x = WORK_GROUP) in;
 
-layout(std430, binding = 3) readonly buffer Receivers { vec4 receivers[]; };  // as cast.comp has them
+layout(std430, binding = 3) readonly buffer Receivers { vec4 receivers[]; };  // layout of cast.comp
 layout(std430, binding = 4) readonly buffer Casts { vec4 casts[]; };
-layout(std430, binding = 5) writeonly buffer Evaluated { vec4 evaluated[]; };  // as evaluated.vert reads it
+layout(std430, binding = 5) writeonly buffer Evaluated { vec4 evaluated[]; };  // read by evaluated.vert
 
 uniform uint receiver_count;
 uniform vec4 weights[21];  // radiance by each number, and 0
 #ifdef SUNLIT
-uniform vec3 lobes;  // of all vertices: the first, and their number; 0
+uniform vec3 lobes;  // for all vertices: the first lobe, and the number of lobes; 0
 #endif
 
 void main() {

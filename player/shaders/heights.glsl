@@ -1,7 +1,7 @@
-// What height fields leave visible: the twin of sh/height/height_lanes.cpp, one point at a time. heights_glsl.cpp puts a
-// preamble before this text, with SIDE, CORNER, CELL, AZIMUTHS, TAPS (of an azimuth), ORDER, LEAST (the tangent of the
-// least horizon), and WRAPS and OPEN where the border is such.
-layout(std430, binding = 0) readonly buffer Heights { float heights[]; };  // of all levels
+// Computes the visibility that height fields leave: the twin of sh/height/height_lanes.cpp, one point at a time.
+// heights_glsl.cpp puts a preamble before this text, with SIDE, CORNER, CELL, AZIMUTHS, TAPS (per azimuth), ORDER and
+// LEAST (the tangent of the least horizon). WRAPS or OPEN is defined if the border is of that kind.
+layout(std430, binding = 0) readonly buffer Heights { float heights[]; };  // heights of all levels
 // Three a tap (HeightTap): row, column, 1 / metres, scale; offset, last row, last column; columns, first. Then
 // cos m phi and sin m phi times 2 pi / AZIMUTHS of each azimuth and m, and the norms.
 layout(std430, binding = 1) readonly buffer Taps { uvec4 taps[]; };

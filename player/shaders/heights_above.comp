@@ -2,7 +2,7 @@
 // and a preamble with WORK_GROUP and CAST_QUADS stand before this text.
 layout(local_size_x = WORK_GROUP) in;
 
-layout(std430, binding = 2) readonly buffer Receivers { vec4 receivers[]; };  // as cast.comp has them
+layout(std430, binding = 2) readonly buffer Receivers { vec4 receivers[]; };  // layout of cast.comp
 layout(std430, binding = 3) writeonly buffer Casts { vec4 casts[]; };
 
 uniform uint receiver_count;

@@ -1,12 +1,12 @@
 // Writes a level of the pyramid of a height field from the one below: the largest of two by two.
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(std430, binding = 0) buffer Heights { float heights[]; };  // of all levels
+layout(std430, binding = 0) buffer Heights { float heights[]; };  // heights of all levels
 
-uniform ivec2 first, count;  // of the level: the first row and column, and how many
+uniform ivec2 first, count;  // in the level: first row and column, and how many
 uniform ivec2 below;         // rows and columns of the level below
 uniform ivec2 begins;        // where the level begins and where the one below does
-uniform int columns;         // of the level
+uniform int columns;         // columns of the level
 
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.yx);

@@ -1,9 +1,9 @@
-// What receivers of a height field see, and where REFINED finer ones: the twin of sh/height/height_refinement.h.
-// heights.glsl and a preamble with LINES, SPACING, NORMALS_MATTER, ROW_QUADS and where REFINED SHARES and TOLERANCE stand
-// before this text.
+// Computes the visibility at the receivers of a height field, and with REFINED at finer ones: the twin of
+// sh/height/height_refinement.h. heights.glsl and a preamble with LINES, SPACING, NORMALS_MATTER and ROW_QUADS stand
+// before this text; with REFINED the preamble also has SHARES and TOLERANCE.
 const ivec2 lines = LINES;  // rows and columns of receivers, SPACING points apart
 
-layout(std430, binding = 2) readonly buffer Rows { vec4 rows[]; };  // as heights_horizons.comp writes them
+layout(std430, binding = 2) readonly buffer Rows { vec4 rows[]; };  // written by heights_horizons.comp
 
 #ifdef REFINED
 layout(std430, binding = 6) buffer Finer { vec4 finer[]; };  // ROW_QUADS a point, of those that looked
@@ -63,7 +63,7 @@ void addSeen(ivec2 at, float weight, inout float v[ORDER * ORDER]) {
 // Mixes what finer receivers see into what those around a point do.
 void mixFiner(ivec2 at, vec3 normal, inout float v[ORDER * ORDER]) {
     ivec2 inside = at % SPACING;
-    float left = cell_shares[cellShareAt(at, SPACING)];  // of the sum, for what is finer
+    float left = cell_shares[cellShareAt(at, SPACING)];  // share left for finer cells
     if (left <= 0.0) return;
     for (int i = 0; i < ORDER * ORDER; ++i) v[i] *= 1.0 - left;
     for (int size = SPACING / 2; left > 0.0; size /= 2) {

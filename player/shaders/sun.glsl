@@ -4,7 +4,7 @@
 // player/draw/sun_map_painter.cpp defines MAX_SUNS, MAX_MAPS, BIAS, SLOPE_BIAS, MIN_COSINE, BOX, CELLS,
 // FRAMES_BINDING, SEARCH_CELLS, PASSES, BLOCK and LEVELS as SUN_... from its constants.
 uniform sampler2DArray sun_depths;            // a layer a map: depth / range; 1: nothing
-uniform samplerBuffer sun_blocks;             // what sun_blocks.comp makes
+uniform samplerBuffer sun_blocks;             // written by sun_blocks.comp
 uniform int sun_block_side, sun_block_count;  // blocks of texels a side; numbers of a map in sun_blocks
 uniform ivec2 sun_maps[SUN_MAX_SUNS];         // the first map of a sun, and the one after its last
 // NestedSunMap: 3 rows, (range, tangent of the radius, texel, size), (origin, border)
@@ -16,7 +16,7 @@ int sunCellTexel(int across, int stride) { return (((across * 40503) & 65535) * 
 // A point of a surface as the map has it.
 struct SunReceiver {
     vec3 place;    // less the bias in depth
-    vec2 slope;    // of the depth of its plane
+    vec2 slope;    // slope of the depth of its plane
     float widest;  // side of the box that fits the nearest caster to the sun that is known
 };
 

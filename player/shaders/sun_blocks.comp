@@ -7,8 +7,8 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(std430, binding = 0) buffer Blocks { vec2 blocks[]; };
 uniform sampler2DArray sun_depths;
 uniform int layer;
-uniform int read_first, read_side;     // of the square that is read: its first place in `blocks`, its side
-uniform int own_first, reached_first;  // of the squares that are written
+uniform int read_first, read_side;     // the square that is read: its first place in `blocks`, its side
+uniform int own_first, reached_first;  // first places of the squares that are written
 uniform int write_side;
 
 const vec2 NOTHING = vec2(1.0, 1.0);  // outside of the map

@@ -10,12 +10,12 @@ uniform samplerBuffer lobes;  // 2 texels a lobe: its parameters; its colour and
 uniform vec3 scene_eye;
 uniform int sun_count;
 uniform vec3 sun_direction[SUN_MAX_SUNS], sun_irradiance[SUN_MAX_SUNS];  // unit, towards the sun; at normal incidence
-uniform float sun_cosine[SUN_MAX_SUNS];  // of the radius; 1: a point, which no mirror shows
+uniform float sun_cosine[SUN_MAX_SUNS];  // cosine of the radius; 1: a point, which no mirror shows
 uniform mat3 light_from_scene;                     // for sky.glsl
 
 // Where the maps are asked: at the centroid, because at an edge the middle of the pixel may lie beyond the triangle and
-// below the next one. Software GL takes 1 / w of the pixel's middle there, which leaves the plane of the triangle by some
-// centimetres; `face`, the unit normal of the triangle, leads back to it.
+// below the next one. Software GL takes 1 / w of the pixel's middle there, which leaves the plane of the triangle by
+// some centimetres; `face`, the unit normal of the triangle, leads back to it.
 vec3 sunPoint(vec3 face) {
     vec3 aside = interpolateAtCentroid(surface_position) - surface_position;
     return surface_position + aside - face * dot(aside, face);
@@ -53,8 +53,8 @@ vec3 mirrorOfSurface(vec3 wo) {
     return sum;
 }
 
-// What a mirror sees in a direction of the scene: the sky as far as the body leaves it visible (Nowrouzezahrai 2011 eq. 21), and
-// discs of suns, which the shadow maps hide.
+// Returns the radiance that a mirror reflects from a direction of the scene: the sky as far as the body leaves it
+// visible (Nowrouzezahrai 2011 eq. 21), and discs of suns, which the shadow maps hide.
 vec3 mirrored(vec3 direction, vec3 face) {
     vec3 seen = clamp(surface_sight, 0.0, 1.0) * skyRadiance(light_from_scene * direction);
     int i = 0;
@@ -67,8 +67,8 @@ vec3 mirrored(vec3 direction, vec3 face) {
 }
 
 #ifdef SUN_MEMBRANES
-// What falls on the other side of a membrane and comes through. kLetsThrough of player/frame/lobe_table.h tells of one,
-// and an entry behind its lobes has tau.
+// Returns the light of suns that falls on the other side of a membrane and comes through. kLetsThrough of
+// player/frame/lobe_table.h marks a membrane, and an entry behind its lobes has tau.
 vec3 sunlightThrough() {
     vec3 normal = -normalize(surface_normal), face = sunFacing(surface_position, normal), sum = vec3(0.0);
     if (surface_lobes >> 31 == 0u) return sum;
@@ -123,7 +123,8 @@ vec3 sunlight() {
 #ifdef TEXTURED
 uniform mat4 scene_from_model;
 
-// What suns make of a surface with pictures: the sum of D, A and B at the pixel's own normal and roughness.
+// Returns the radiance of a surface with pictures under suns: the sum of D, A and B at the pixel's own normal and
+// roughness.
 vec3 sunlightOn(Surface s) {
     vec3 level = normalize(surface_normal), to_eye = normalize(scene_eye - surface_position);
     vec3 face = sunFacing(surface_position, level), normal = level;

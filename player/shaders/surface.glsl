@@ -3,7 +3,7 @@
 in vec4 surface_places;    // texture coordinates of two sets
 flat in int surface_plain; // 1: the material has been replaced by one without pictures
 #ifdef COLORED
-in vec4 surface_color;     // of the vertices
+in vec4 surface_color;     // colour of the vertices
 #endif
 #ifdef TURNED
 in vec3 surface_turn;      // TangentTurn of formats/common/surface.h
@@ -17,7 +17,7 @@ INTERPOLATION in vec3 shape_normal;     // not unit
 #endif
 
 uniform vec3 surface_base, surface_emissive;
-uniform vec4 surface_f0;        // of the dielectric: f0 and f90
+uniform vec4 surface_f0;        // f0 and f90 of the dielectric
 uniform vec4 surface_numbers;   // metallic, roughness, scale of normals (0: level), strength of occlusion
 uniform vec4 surface_alpha;     // alpha, cut-off (below 0: alphaMode BLEND), number of the slot
 uniform int surface_steps;
@@ -27,7 +27,7 @@ uniform sampler2D base_picture, metal_picture, normal_picture, emissive_picture,
 
 struct Surface {
     vec3 diffuse, f0, f90, emissive;  // weights of D, A and B, and what is added
-    vec3 level, normal;               // of the vertices, and of the picture, in the frame of the vertices
+    vec3 level, normal;               // normals of the vertices, and of the picture, in the frame of the vertices
     float roughness, occlusion;
 };
 
@@ -108,12 +108,12 @@ Surface surfaceHere() {
     return s;
 }
 
-// What the light around makes of it, without suns.
+// Returns the radiance of the surface under the surrounding light, without suns.
 vec3 surfaceRadiance(Surface s, vec3 value) {
 #if SLOPES > 0
     vec3 along = vec3(dot(term[0], s.normal), dot(term[1], s.normal), dot(term[2], s.normal));
     float cosine = clamp(dot(s.normal, s.level), -1.0, 1.0), angle = acos(cosine);
-    // What lies above the vertex and below the picture's horizon counts as 0, where the first two terms take it off.
+    // Light from above the vertex' horizon and below the picture's counts as 0 where the first two terms subtract it.
     vec3 below = max(value * (0.5 - 0.5 * cosine) - along * (angle / 3.14159265), 0.0);
     value = max(value * cosine + along + below, 0.0);
 #endif

@@ -9,7 +9,7 @@ namespace penumbra {
 struct FolderList {
     std::filesystem::path folder;                // absolute
     std::vector<std::filesystem::path> folders;  // in it, by name, without hidden ones
-    std::vector<std::filesystem::path> files;    // that the window opens, by name
+    std::vector<std::filesystem::path> files;    // files that the window opens, by name
     std::string problem;                         // why nothing is listed
 };
 

@@ -124,7 +124,8 @@ void LightBlend::mixSky(float t) {
         sky_.texels.push_back({floatToHalf(rgb.x), floatToHalf(rgb.y), floatToHalf(rgb.z), 0});
 }
 
-// What is found in SH is off by some degrees and has no radius. Near suns that the lights have stored it takes theirs.
+// Suns found in SH are off by some degrees and have no radius. Near suns that the lights have stored, this takes
+// theirs.
 SunD LightBlend::nearStored(SunD sun) const {
     Vec3d direction;
     double radius = 0, sum = 0, same = 0;

@@ -29,9 +29,9 @@ public:
     double part() const;                                // t, of the way to the light that is wanted
     std::size_t from() const { return from_light_; }    // the light that was wanted before
     bool hasSuns() const { return most_ > 0; }          // one of the two lights has
-    std::uint64_t version() const { return version_; }  // grows with every change of the light and at the end
+    std::uint64_t version() const { return version_; }  // increases when the light changes and at the end
     // While active: the light, whose suns are the smoothed ones, and what it looks like. They are valid until the next
-    // advance(). Suns of a sky are those of both lights, since the pictures of these lack just them.
+    // advance(). The sky draws the suns of both lights, because both pictures were stored without suns.
     LightView light() const;
     const SkyPicture& sky() const { return sky_; }
 
@@ -41,7 +41,7 @@ private:
         std::vector<float> sh, window;  // [order^2, 3], [order]
         std::vector<Sun> suns;
         std::vector<Vec3> sky;   // [kSkyHeight, 2 kSkyHeight]
-        std::vector<Sun> discs;  // that it lacks
+        std::vector<Sun> discs;  // suns that the sky lacks
     };
     LightFade fade_;
     SunSmoothing filter_;

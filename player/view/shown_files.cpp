@@ -34,7 +34,7 @@ bool canLeave(const Scene& scene, std::size_t character) {
 
 std::vector<fs::path> filesWithout(const Scene& scene, std::span<const fs::path> files, std::size_t character) {
     std::vector<fs::path> left;
-    // Those that a scene.json names come first among the characters, and the others in the order of the files.
+    // Characters of a scene.json come first, and the others follow in the order of the files.
     std::size_t next = 0;
     while (memberOf(scene, next)) ++next;
     for (const fs::path& file : files) {

@@ -9,7 +9,7 @@ struct VertexFigures {
     std::string_view joint;
     std::span<const float> model, truth;  // convention.size() numbers each; truth may be empty
     float model_ambient = 0, true_ambient = 0;
-    std::span<const float> scores;  // of the cluster's components
+    std::span<const float> scores;  // scores of the cluster's components
 };
 VertexFigures figuresOf(const Character& character, std::size_t vertex);
 

@@ -225,12 +225,12 @@ constexpr std::array kShortcuts = {
              "a ground with heights"},
     Shortcut{',', ",", "weaker brush", "smaller brush", otherBrush<false>, "", unlessBrush},
     Shortcut{'.', ".", "stronger brush", "larger brush", otherBrush<true>, "", unlessBrush},
-    Shortcut{'J', "J", "previous", "next shadows: of all, on itself, on others, none", next<kShadowMenu>, "",
+    Shortcut{'J', "J", "previous", "next shadows: all, on itself, on others, none", next<kShadowMenu>, "",
              unlessShadowed},
     Shortcut{kKeyTab, "Tab", "", "panels", toggle<&ViewState::window, &WindowChoice::panels>},
     Shortcut{kKeyF12, "F12", "without panels", "screenshot", screenshot},
     Shortcut{kKeyF11, "F11", "turntable as a video", "pictures of all frames of the clip", sequence},
-    Shortcut{kKeyBackspace, "Backspace", "forth again", "back to the view before (Ctrl + Z)", undo},
+    Shortcut{kKeyBackspace, "Backspace", "forward again", "back to the view before (Ctrl + Z)", undo},
     Shortcut{kKeyF2, "F2", "", "open a file (Ctrl + O)", browse},
     Shortcut{kKeyF1, "F1", "", "this help", help},
     Shortcut{kKeyEscape, "Escape", "", "close the help and the files, stop pictures", closeHelp, "something to close"},
@@ -249,8 +249,9 @@ std::span<const Shortcut> shortcuts() { return kShortcuts; }
 std::string whyNothing(KeyPress press) {
     const auto shortcut = std::ranges::find(kShortcuts, press.key, &Shortcut::key);
     if (shortcut == kShortcuts.end())
-        return press.key > ' ' && press.key < 127 ? std::string(1, char(press.key)) + " is no key here; F1 lists them"
-                                                  : "";
+        return press.key > ' ' && press.key < 127
+                   ? std::string(1, char(press.key)) + " is not a key of this window; F1 lists them"
+                   : "";
     const std::string what = std::string(shortcut->name) + " (" + std::string(shortcut->text) + ")";
     return what + (shortcut->needs.empty() ? " changes nothing now" : " needs " + std::string(shortcut->needs));
 }

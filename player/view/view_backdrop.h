@@ -34,7 +34,7 @@ private:
     bool field_on_gpu_ = false;
     std::vector<Vec3> field_values_;
     GroundTiles tiles_;
-    Cached<GroundKey> uploaded_;  // of ground_, which is another one where suns come or go
+    Cached<GroundKey> uploaded_;  // key of ground_, which is replaced when suns come or go
 
     void drawSky(const Scene& scene, const ViewState& state, const FrameView& view);
     void drawGround(const Scene& scene, const FrameView& view, const ViewSunlight* suns);

@@ -31,7 +31,7 @@ private:
     struct Shown {
         FieldShading shading;
         std::optional<GlHeightsGround> ground;
-        Cached<LightKey> light;  // that the shading has
+        Cached<LightKey> light;  // light of the shading
         Shown(const SceneGround& of, const Convention& convention, const AssetView& asset, const LightView& room)
             : shading(of, convention, asset, room) {}
     };

@@ -1,6 +1,6 @@
 #pragma once
-// What is shown follows from keys, and these from the files and the state alone. Each part of the picture is kept with
-// the key that it was made for (cached.h), and is made anew when its key has become another one.
+// Keys determine what is shown. They depend on the files and the state alone. Each part of the picture is kept with the
+// key that it was made for (cached.h), and is made anew when its key has become another one.
 #include <cstdint>
 
 #include "formats/scene/bone_poses.h"
@@ -25,14 +25,14 @@ struct Stance {
 };
 
 // The numbers of a character's vertices, with the shadows that they have.
-struct NumbersKey {
+struct CoefficientsKey {
     Stance own;
     Shadows shadows = Shadows::kBoth;
     CastMode mode = CastMode::kProduct;
     bool on_ground = false;       // a level ground hides light from it
     std::vector<Stance> casters;  // where they change the numbers, or join them later
     std::uint64_t field = 0;      // SceneField::version(), where that changes the numbers
-    bool operator==(const NumbersKey&) const = default;
+    bool operator==(const CoefficientsKey&) const = default;
 };
 
 // The light of a moment.
@@ -42,54 +42,54 @@ struct LightKey {
     bool operator==(const LightKey&) const = default;
 };
 
-// What a character's materials and light are.
+// The materials and the light of a character.
 struct LookKey {
     std::vector<std::size_t> material_of_slot;
     Lighting lighting;
-    ShadingChoice shading;  // that is shown
+    ShadingChoice shading;  // the form that is shown
     LightKey light;
     bool suns = false;  // shine as such
-    Mat3 turn;          // of the character in the scene
+    Mat3 turn;          // rotation of the character in the scene
     CastMode mode = CastMode::kProduct;
     bool operator==(const LookKey&) const = default;
 };
 
-// What the vertices of a character show.
+// The inputs of the values that a character's vertices show.
 struct CharacterKey {
-    NumbersKey numbers;
+    CoefficientsKey coefficients;
     LookKey look;
     Channel channel = Channel::kShaded;
     Compare compare = Compare::kModel;
     std::optional<std::size_t> component, picked;
-    float gain = 0;              // of differences
-    Vec3 eye;                    // of shaded pictures
+    float gain = 0;              // gain for differences
+    Vec3 eye;                    // for shaded pictures
     std::uint64_t received = 0;  // ReceivedLight::version
     bool operator==(const CharacterKey&) const = default;
 };
 
-// What the ground shows at its vertices.
+// The inputs of the values that the ground shows at its vertices.
 struct GroundKey {
-    NumbersKey seen;  // without a field, whose changes are few
+    CoefficientsKey seen;  // without a field, whose changes are few
     bool on_cpu = true;
     std::uint64_t field = 0;
     bool lit = false, suns = false;
     LightKey light;              // where it is lit
-    Mat3 rotation;               // of the light
-    Vec3 eye;                    // of a ground with a material
+    Mat3 rotation;               // rotation of the light
+    Vec3 eye;                    // for a ground with a material
     std::uint64_t received = 0;  // ReceivedLight::version
     bool operator==(const GroundKey&) const = default;
 };
 
-// What characters and a level ground send to one another.
+// The inputs of the light that characters and a level ground send to one another.
 struct ReceivedKey {
     bool wanted = false;
-    std::vector<NumbersKey> numbers;  // of everyone, where it is wanted
+    std::vector<CoefficientsKey> coefficients;  // numbers of all members, if wanted
     std::vector<LookKey> looks;
     Vec3 eye;  // towards which characters show what they send to others
     bool operator==(const ReceivedKey&) const = default;
 };
 
-// What the maps of suns are drawn for.
+// The inputs of the suns' maps.
 struct SunsKey {
     std::vector<Stance> everyone;
     std::uint64_t field = 0;
@@ -105,11 +105,11 @@ struct ViewKeys {
     ReceivedKey received;
 };
 
-// What a frame of the window shows: all that the user may change, and what comes to be known by itself.
+// The inputs of a frame of the window: the choices of the user, and values that become known by themselves.
 struct FrameKey {
     ViewState state;
     std::uint64_t light = 0, field = 0;  // LightBlend::version(), SceneField::version()
-    std::size_t figures = 0;             // of the timeline and the panels, that are known
+    std::size_t figures = 0;             // number of figures of the timeline and the panels that are known
     bool operator==(const FrameKey&) const = default;
 };
 FrameKey frameKey(const Scene& scene, const ViewState& state);
@@ -131,6 +131,6 @@ bool groundCasts(const Scene& scene, const ViewState& state);
 // Tells whether characters and a level ground send light to one another (player/scene/received_light.h).
 bool sendsLight(const Scene& scene, const ViewState& state);
 // Tells whether shadows, and a level ground where it casts, change numbers of this character.
-bool changesNumbers(const Scene& scene, std::size_t character, const NumbersKey& key);
+bool changesCoefficients(const Scene& scene, std::size_t character, const CoefficientsKey& key);
 
 }  // namespace penumbra

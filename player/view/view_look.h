@@ -1,6 +1,6 @@
 #pragma once
-// What vertices are lit by at the moment, and of what they are made: the light that is chosen, or one on the way to it,
-// its suns, the parameter of materials that may change, and the automatic exposure.
+// The current light and materials of the vertices: the chosen light or a blend on the way to it, its suns, the
+// parameters of materials that may change, and the automatic exposure.
 //
 // An exposure that followed every frame would pump as a clip plays or the camera turns, and would hide that one pose is
 // darker than another. So it is measured when the light, its turn, the switches of its suns and of light that
@@ -23,8 +23,8 @@ inline std::span<const LightView> lightsOf(const AssetView& asset) {
 // at once, as only SH can be mixed. So do those under which shadows of others join in another way than as a product.
 void advanceLight(Scene& scene, const ViewState& state, double seconds);
 
-// Those of the last advanceLight(); without a blend those of the chosen light. There must be a light. What is returned
-// is valid until the next advanceLight().
+// Return the light of the last advanceLight(); without a blend the chosen light. There must be a light. What is
+// returned is valid until the next advanceLight().
 LightView shownLight(const Scene& scene, const ViewState& state);
 SkyPicture shownSky(const Scene& scene, const ViewState& state);
 LightKey shownLightKey(const Scene& scene, const ViewState& state);
@@ -60,7 +60,7 @@ struct ExposedLook {
     LightKey light;
     double light_yaw = 0, light_pitch = 0;  // degrees
     bool ground = false, suns = false;
-    std::vector<std::vector<std::size_t>> materials;  // of every character, of its slots
+    std::vector<std::vector<std::size_t>> materials;  // materials of each slot of every character
     Bounces bounces = Bounces::kBoth;
     bool operator==(const ExposedLook&) const = default;
 };

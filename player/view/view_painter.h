@@ -49,8 +49,8 @@ private:
     std::map<Key, ValuePainter> value_painters_;
     std::map<const Vec3*, PicturedMesh> pictures_;  // by where a file is mapped, of the characters that are uploaded
     std::vector<Group> groups_;
-    std::vector<PosedCharacter> posed_;  // of the group at hand
-    std::vector<Vec3> sunlit_values_;    // of the character at hand
+    std::vector<PosedCharacter> posed_;  // members of the current group
+    std::vector<Vec3> sunlit_values_;    // values of the current character
     std::vector<GlCaster> casters_;
     std::optional<GlCast> cast_;  // made when it is first needed
     OverlayPainter overlays_;

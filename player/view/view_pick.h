@@ -1,5 +1,5 @@
 #pragma once
-// What is under the pointer, and what it does to a ground with heights.
+// Finds the thing under the pointer, and changes a ground with heights there.
 #include <optional>
 
 #include "player/view/view_layout.h"

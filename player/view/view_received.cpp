@@ -29,7 +29,7 @@ void receiveFromGround(Scene& scene, const ViewState& state, const ViewKeys& key
     }
 }
 
-// What a character sends to others: what it shows under the whole light.
+// Returns the light that a character sends to others: its radiance under the whole light.
 ShiningMember shiningOf(Character& character, Vec3 eye) {
     CharacterPose& posed = character.posed;
     ShadingSet* const shading = character.shown.shading.get();

@@ -30,53 +30,54 @@ constexpr std::size_t kShownCount = 3;
 
 // Milliseconds of one update.
 struct UpdateCost {
-    double evaluate = 0;  // pose, skinning, visibility, shadows of others; of the last update that computed any
-    double ground = 0;    // the ground's shadow
-    double shade = 0;     // computing what every vertex shows
+    // Pose, skinning, visibility and shadows of others. The value stays from the last update that ran them.
+    double evaluate = 0;
+    double ground = 0;  // the ground's shadow
+    double shade = 0;   // computing what every vertex shows
 };
 
-// What the files say of a character. It stays as openScene() has made it.
+// A character as its files describe it. It stays as openScene() has made it.
 struct OpenedCharacter {
     // With the materials and lights of every file, and a last light whose place Scene::blend takes.
     AssetView asset;
     std::vector<SlotSurface> pictured_slots;  // asset.surface->slots, with the numbers of those materials
     const AssetView* truth = nullptr;
     Affine placement;              // from its model frame to the scene: a rotation about y and a translation
-    std::size_t caster = kNobody;  // of Scene::cast
+    std::size_t caster = kNobody;  // index in Scene::cast
     std::optional<CasterKind> casts = {};
-    const BonePose* file_pose = nullptr;  // of the scene's file; shown where CharacterChoice::still
+    const BonePose* file_pose = nullptr;  // pose in the scene's file; shown where CharacterChoice::still
     std::size_t file_bytes = 0;
 };
 
-// What follows from its pose.
+// Values that depend on its pose.
 struct CharacterPose {
-    std::unique_ptr<Evaluator> evaluator;                           // has the pose
-    std::unique_ptr<PoseInterpolation> interpolation;               // null of a deforming mesh
-    std::unique_ptr<PositionInterpolation> position_interpolation;  // null for a skinned mesh
-    Cached<PoseKey, std::optional<std::size_t>> truth_frame;        // none between sampled frames, and without truth
-    Affine to_scene;                                                // the placement, with what the user has moved it
-    FrameVertices vertices;                                         // numbers: of the model
-    FrameVertices in_scene;                                         // where they stand: without numbers
-    HiddenSky hidden;                                               // of the model's numbers
-    Cached<NumbersKey> numbers;                                     // those of `vertices`
-    Cached<NumbersKey, std::vector<float>> truth_numbers;           // in the local frames of `vertices`
-    // Of the picked vertex of a composed asset.
+    std::unique_ptr<Evaluator> evaluator;                            // has the pose
+    std::unique_ptr<PoseInterpolation> interpolation;                // null of a deforming mesh
+    std::unique_ptr<PositionInterpolation> position_interpolation;   // null for a skinned mesh
+    Cached<PoseKey, std::optional<std::size_t>> truth_frame;         // none between sampled frames, and without truth
+    Affine to_scene;                                                 // the placement, with what the user has moved it
+    FrameVertices vertices;                                          // numbers: of the model
+    FrameVertices in_scene;                                          // where they stand: without numbers
+    HiddenSky hidden;                                                // hidden sky by the model's numbers
+    Cached<CoefficientsKey> coefficients;                            // key of `vertices`
+    Cached<CoefficientsKey, std::vector<float>> truth_coefficients;  // in the local frames of `vertices`
+    // Set for the picked vertex of a composed asset.
     Cached<std::pair<PoseKey, std::optional<std::size_t>>, std::vector<VisibilityFactor>> factors;
     const PoseKey& pose() const { return *truth_frame.key(); }
 };
 
-// What a unit of a component's score changes of E.
+// Change of E for a change of a component's score by 1.
 struct ComponentEffect {
     std::vector<float> ambient;  // componentAmbient()
     float most = 0;              // the largest of them, without its sign
 };
 
-// What is drawn of it.
+// The materials and light of a character.
 struct CharacterLook {
-    std::unique_ptr<ShadingSet> shading;    // null without materials or lights
-    Cached<LookKey> look;                   // that the shading has
-    Cached<NumbersKey, JoinedCast> joined;  // for CastMode beside kProduct
-    Cached<LookKey> joined_look;            // that it has
+    std::unique_ptr<ShadingSet> shading;         // null without materials or lights
+    Cached<LookKey> look;                        // look of the shading
+    Cached<CoefficientsKey, JoinedCast> joined;  // for CastMode beside kProduct
+    Cached<LookKey> joined_look;                 // look of the joined cast
     // The channel of the values. Without truth, error is shown as ambient visibility, and so are parts without any.
     Channel channel = Channel::kShaded;
     Cached<CharacterKey, std::array<std::vector<Vec3>, kShownCount>> values;
@@ -92,13 +93,14 @@ struct ClipFigures {
     std::vector<FrameError> errors;   // only with truth
 };
 
-// What the panels show beside the picture. It is computed a little at a time.
+// Figures of a character that the panels show beside the picture. They are computed a little at a time.
 struct CharacterTimeline {
     std::unique_ptr<Evaluator> evaluator;  // for poses that are not drawn
     ClipFigures figures;
     ErrorStrip error_strip;
     ScoreRanges score_ranges;
-    Cached<std::size_t, std::vector<ComponentFigures>> components;  // of a cluster; known when the ranges are
+    Cached<std::size_t, std::vector<ComponentFigures>> components;  // components of a cluster; known when the ranges
+                                                                    // are
 };
 
 struct Character : OpenedCharacter {
@@ -119,18 +121,18 @@ struct SceneFile {
 };
 constexpr int kPictureLightOrder = 5;
 
-// What the ground shows at its vertices.
+// The values of the ground at its vertices.
 struct ShownGround {
     Cached<GroundKey, std::vector<Vec3>> values;
-    Cached<std::pair<NumbersKey, bool>> seen;  // what the vertices have, and whether the CPU has computed it
-    Cached<std::uint64_t> heights;             // SceneField::version() that they have
-    std::size_t updated = 0;                   // points of a ground with heights that the last change has reached
-    GroundVertices vertices;                   // of a ground with heights: without numbers of its own
-    FrameVertices points;                      // of a ground with heights
+    Cached<std::pair<CoefficientsKey, bool>> seen;  // numbers at the vertices, and whether the CPU has computed them
+    Cached<std::uint64_t> heights;                  // SceneField::version() that they have
+    std::size_t updated = 0;                        // points of a ground with heights that the last change has reached
+    GroundVertices vertices;                        // for a ground with heights: without numbers of its own
+    FrameVertices points;                           // for a ground with heights
     bool lit() const { return values.key() && values.key()->lit; }  // the values are radiance; otherwise colours
 };
 
-// What characters and a level ground send to one another. It is in CharacterPose::vertices.received.
+// The light that characters and a level ground send to one another. It is in CharacterPose::vertices.received.
 struct ReceivedLight {
     Cached<ReceivedKey> key;
     Cached<std::vector<Stance>, GroundGlow> shadows;  // on the ground, of everyone
@@ -145,16 +147,16 @@ struct Scene {
     PoseFiles poses;
     std::vector<std::unique_ptr<Character>> characters;
     std::vector<std::string_view> material_names, light_names;
-    std::vector<const SkyPicture*> backdrops;  // of each light; null: what its file has of it
+    std::vector<const SkyPicture*> backdrops;  // one for each light; null: the picture in its file
     std::unique_ptr<CastShadow> cast;
     std::unique_ptr<CastShadow> sphere_cast;  // all of them by their spheres; null where one has none
     std::optional<SceneGround> ground_file;   // none where a scene's file has none
     std::unique_ptr<SceneField> field;        // the heights of the ground; null where it is level
     ShownGround ground;
     ReceivedLight received;
-    LightBlend blend;               // of the light that is switched
+    LightBlend blend;               // blend between lights that are switched
     std::vector<float> dark_light;  // SH of the last light of all characters, 0
-    bool textures = true;           // as OpenChoice has it
+    bool textures = true;           // see OpenChoice
 
     bool shaded() const { return !material_names.empty() && !light_names.empty(); }
     bool hasTruth() const;
@@ -167,7 +169,7 @@ struct Scene {
 };
 
 struct OpenChoice {
-    PictureOptions reading;  // of the pictures of lights
+    PictureOptions reading;  // how to read the pictures of lights
     bool textures = true;    // pictures of assets that have them are shown where a slot has its own material
     // Called a few times a second while a large picture is read: its file, and the share that is done.
     std::function<void(const std::filesystem::path&, double)> progress = {};
@@ -191,9 +193,9 @@ void applySceneFile(const Scene& scene, ViewState& state);
 
 // Tells what a frame needs on the CPU.
 struct UpdateNeeds {
-    bool values = true;  // what every vertex shows, for the CPU path
-    bool casts = true;   // what others cast, unless the GPU does it
-    bool field = true;   // what a ground with heights shows, unless the GPU computes it
+    bool values = true;  // values of the vertices, for the CPU path
+    bool casts = true;   // casts of others, unless the GPU computes them
+    bool field = true;   // values of a ground with heights, unless the GPU computes them
     int threads = 0;
 };
 // Brings the characters to what `state` says. Computes only what is missing or changed, and returns whether anything

@@ -64,7 +64,7 @@ void applySceneFile(const Scene& scene, ViewState& state) {
         while (frame >= animation.clips[choice.clip].first_frame + animation.clips[choice.clip].frame_count)
             ++choice.clip;
         const ClipView& clip = animation.clips[choice.clip];
-        choice.start = frameSeconds(animation, clip, frame - clip.first_frame);  // what render shows
+        choice.start = frameSeconds(animation, clip, frame - clip.first_frame);  // the time that render shows
         choice.still = i >= scene.file->characters.size() || one.pose;
         choice.material_of_slot = lookOf(scene, one, character);
     }
@@ -84,7 +84,7 @@ void applySceneFile(const Scene& scene, ViewState& state) {
         return;
     }
     state.camera = cameraOf(*scene.file, "", points);
-    // What the file leaves open is framed when everyone has their pose.
+    // The camera frames all members if the file says nothing, as soon as everyone has their pose.
     const std::string& text = scene.file->camera;
     state.frame_all = text.find("target") == text.npos && text.find("distance") == text.npos;
 }

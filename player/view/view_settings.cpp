@@ -55,7 +55,7 @@ public:
         const Json* field = find(json, name);
         if (!field) return;
         const auto is_text = [](const Json& one) { return one.is_string(); };
-        if (!field->is_array() || !std::ranges::all_of(*field, is_text)) return refuse(name, "is no list of files");
+        if (!field->is_array() || !std::ranges::all_of(*field, is_text)) return refuse(name, "is not a list of files");
         for (const Json& one : *field) value.emplace_back(one.get<std::string>());
     }
     const Json* object(const Json& json, const char* name) {
@@ -85,7 +85,7 @@ ViewSettings parseSettings(const Json& json, std::string& problem) {
     if (const Json* window = read.object(json, "window")) {
         read.number(*window, "width", kMinWidth, kMaxWidth, settings.window.width);
         read.number(*window, "height", kMinHeight, kMaxHeight, settings.window.height);
-        read.number(*window, "x", -32768, 32767, settings.window.x);  // what X11 has
+        read.number(*window, "x", -32768, 32767, settings.window.x);  // range of X11
         read.number(*window, "y", -32768, 32767, settings.window.y);
     }
     std::optional<float> exposure;

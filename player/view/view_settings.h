@@ -15,7 +15,7 @@ ViewState firstState();
 
 struct ViewSettings {
     WindowPlace window;
-    // Of it are kept: the display (no exposure where that is automatic), the speed, the scale of errors, whether
+    // Kept from it are the display (no exposure if that is automatic), the speed, the scale of errors, whether
     // background, ground and panels are on, and the files that were opened last.
     ViewState state = firstState();
 };

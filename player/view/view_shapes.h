@@ -13,9 +13,9 @@ namespace penumbra {
 
 // Chequered tiles of a square grid of vertices, with a vertex for every tile that touches it, so that tiles have edges.
 struct GroundTiles {
-    std::vector<std::uint32_t> vertices;   // of the grid
-    std::vector<float> shades;             // of each of these: what its tile multiplies values by
-    std::vector<std::uint32_t> triangles;  // of these
+    std::vector<std::uint32_t> vertices;   // indices in the grid
+    std::vector<float> shades;             // for each of these, the factor of its tile
+    std::vector<std::uint32_t> triangles;  // indices into `vertices`
 };
 constexpr std::array<float, 2> kTileShades = {1, 0.8f};
 constexpr std::uint32_t kGroundTiles = 24;  // along a side, or as many squares as there are

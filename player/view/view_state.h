@@ -32,7 +32,7 @@ enum class Compare {
 // Which shadows are shown.
 enum class Shadows {
     kBoth,
-    kSelf,  // of each on itself
+    kSelf,  // each on itself
     kCast,  // on others and on the ground
     kNone,
 };
@@ -64,8 +64,8 @@ struct GroundBrush {
     double radius = 0.5, strength = 0.5;  // metres; metres a second in its middle
     bool operator==(const GroundBrush&) const = default;
 };
-constexpr double kMinBrush = 0.01, kMaxBrush = 1e4;  // of both
-// What it does in a frame, in the scene: strokeHeights() has the shape.
+constexpr double kMinBrush = 0.01, kMaxBrush = 1e4;  // limits for both
+// Effect of the brush in one frame, in the scene: strokeHeights() has the shape.
 struct GroundStroke {
     Vec3 at;
     float radius = 0, rise = 0;
@@ -86,7 +86,7 @@ struct WeightEdit {
     bool operator==(const WeightEdit&) const = default;
 };
 
-enum class Worst { kError, kOutOfRange };  // which figure the worst frame of a clip has the largest of
+enum class Worst { kError, kOutOfRange };  // figure by which the worst frame of a clip is chosen
 
 // The user asked for the worst frame before every frame's figure was known. It is shown again when all are known, if
 // the user has stayed there.
@@ -97,47 +97,48 @@ struct AwaitedWorst {
     bool operator==(const AwaitedWorst&) const = default;
 };
 
-// What vertices are lit by.
+// The lighting of the vertices.
 struct Lighting {
     std::size_t light = 0;
     double yaw = 0, pitch = 0;                 // degrees, sh/light/light_rotation.h
-    Mat3 base;                                 // as the scene's file turns the light, before yaw and pitch
-    bool suns = true;                          // as such, where they can shine (view_look.h); otherwise all light is SH
-    Bounces bounces = Bounces::kBoth;          // of characters, and between them and the ground
-    ShadingChoice shading;                     // as wished; what a chosen material or light has none of is not used
-    std::map<std::size_t, double> parameters;  // of live materials, where they are not those of their files
+    Mat3 base;                                 // rotation of the light in the scene's file, before yaw and pitch
+    bool suns = true;                          // suns are drawn as suns if they can shine (view_look.h); otherwise all
+                                               // light is SH
+    Bounces bounces = Bounces::kBoth;          // bounces on characters, and between them and the ground
+    ShadingChoice shading;                     // wanted forms; a form that a chosen material or light lacks is not used
+    std::map<std::size_t, double> parameters;  // parameters of live materials that differ from their files
     bool operator==(const Lighting&) const = default;
 };
 
-// What is drawn of it.
+// The quantity that is drawn.
 struct ShowChoice {
     Channel channel = Channel::kShaded;
     std::optional<std::size_t> component;  // component of the model's PCA, shown instead of the channel
     Compare compare = Compare::kModel;
-    float wipe = 0.5f;  // of the picture's width
+    float wipe = 0.5f;  // position in the picture, as a share of its width
     float error_max = 0.25f;
-    float difference_gain = 8;  // of Compare::kDifference: what is drawn of each difference, times as much
+    float difference_gain = 8;  // factor on each difference for Compare::kDifference
     Shadows shadows = Shadows::kBoth;
-    CastMode cast_mode = CastMode::kProduct;  // as wished; shownCastMode() tells what is shown
+    CastMode cast_mode = CastMode::kProduct;  // the wanted mode; shownCastMode() tells which is shown
     bool background = true, ground = false;
     bool frames = false;  // draw normals and tangents
     bool boxes = false;   // draw the boxes of the fields of composed characters
     bool operator==(const ShowChoice&) const = default;
 };
 
-// What the user looks at closely.
+// The details that the user inspects.
 struct Inspection {
     std::optional<PickedVertex> picked;  // its visibility is drawn
-    FactorChoice factor;                 // what of it; the whole where the vertex has no such factor
+    FactorChoice factor;                 // part of the visibility; the whole if the vertex has no such factor
     std::optional<ScoreEdit> score_edit;
     std::optional<WeightEdit> weight_edit;
     bool operator==(const Inspection&) const = default;
 };
 
-// What the pointer does beside turning the camera.
+// Uses of the pointer besides turning the camera.
 struct PointerTool {
     GroundBrush brush;
-    std::optional<GroundStroke> stroke;  // of the next frame
+    std::optional<GroundStroke> stroke;  // for the next frame
     std::optional<DraggedCharacter> dragged;
     bool operator==(const PointerTool&) const = default;
 };
@@ -165,7 +166,7 @@ struct WindowChoice {
 struct ViewState {
     std::vector<CharacterChoice> characters;
     std::size_t selected = 0;  // the character that clips and materials are chosen for
-    std::size_t slot = 0;      // that a material is chosen for; as many as there are slots: all of them
+    std::size_t slot = 0;      // slot for which a material is chosen; equal to the number of slots: all of them
     Playhead playhead;
     std::optional<AwaitedWorst> awaited;
     bool smooth = true;  // show poses between sampled frames, where no truth is shown

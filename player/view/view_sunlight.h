@@ -27,7 +27,7 @@ public:
     std::span<const SlotLobes> slotLobes(std::size_t character) const { return casters_[character].slot_lobes; }
     // Returns the lobes of ground whose colour is multiplied by one of kTileShades; a ground with heights has no tiles.
     LobeRange groundLobes(float shade) const;
-    std::span<const BrdfLobe> lobes() const { return table_.lobes(); }  // of all that is in the scene
+    std::span<const BrdfLobe> lobes() const { return table_.lobes(); }  // lobes of the whole scene
     SlotLobes fieldSlotLobes() const { return table_.slotLobes(groundLobes(1)); }
     BrdfModels groundModels() const { return table_.models(ground_); }
 
@@ -35,20 +35,20 @@ private:
     struct Caster {
         std::vector<Vec3> positions;  // in the scene
         std::uint64_t material_version = 0;
-        std::vector<LobeRange> lobes;       // of every vertex
-        std::vector<SlotLobes> slot_lobes;  // of every slot
-        std::vector<float> sight;           // of its mirrors
+        std::vector<LobeRange> lobes;       // one for each vertex
+        std::vector<SlotLobes> slot_lobes;  // one for each slot
+        std::vector<float> sight;           // sight of its mirrors
     };
     const Scene* scene_;
     LobeTable table_;
     Sunlight sunlight_;
     std::vector<Caster> casters_;
-    std::vector<Vec3> field_points_;  // of a ground with heights, which casts
+    std::vector<Vec3> field_points_;  // points of a ground with heights, which casts
     std::vector<std::uint32_t> field_triangles_;
     std::vector<LobeRange> field_lobes_;
     std::vector<float> field_sight_;
     std::vector<LobeRange> ground_;  // one for each of kTileShades
-    Cached<SunsKey> shone_;          // what the maps were drawn for
+    Cached<SunsKey> shone_;          // key of the drawn maps
     Cached<SunsKey> placed_;         // where casters_ and field_points_ stand, whatever the light
     Cached<LightKey> reflected_;     // the light that mirrors reflect
 

@@ -212,7 +212,7 @@ penumbra_status penumbra_asset_open_memory(const void* bytes, size_t size, penum
     return guarded(error, [&] {
         requirePointer(asset, "asset", bytes, "bytes");
         if (ownership != PENUMBRA_BORROW && ownership != PENUMBRA_COPY)
-            throw UsageError("ownership is neither PENUMBRA_BORROW nor PENUMBRA_COPY");
+            throw UsageError("ownership must be PENUMBRA_BORROW or PENUMBRA_COPY");
         if (ownership == PENUMBRA_BORROW && reinterpret_cast<std::uintptr_t>(bytes) % 16 != 0)
             throw UsageError("bytes to be read in place must begin at a multiple of 16");
         if (size > kMaxAssetBytes)

@@ -17,7 +17,7 @@ void requireMatrices(const AssetView& asset, penumbra_matrix_layout layout, cons
     if (joint_count != joints)
         throw UsageError("joint_count is " + std::to_string(joint_count) + "; the asset has " + std::to_string(joints));
     if (layout != PENUMBRA_ROWS_3X4 && layout != PENUMBRA_COLUMNS_4X4)
-        throw UsageError("layout is no penumbra_matrix_layout");
+        throw UsageError("layout is not a penumbra_matrix_layout");
 }
 
 void requirePose(const AssetView& asset, penumbra_matrix_layout layout, const float* matrices, std::size_t joint_count,
@@ -48,7 +48,7 @@ void requireInputs(const AssetView& asset, const float* inputs, std::size_t inpu
 void gatherPoints(const AssetData& data, penumbra_vertex_order order, std::span<const Vec3> positions,
                   std::span<Vec3> points) {
     const bool source = order == PENUMBRA_SOURCE_VERTICES;
-    if (!source && order != PENUMBRA_ASSET_VERTICES) throw UsageError("order is no penumbra_vertex_order");
+    if (!source && order != PENUMBRA_ASSET_VERTICES) throw UsageError("order is not a penumbra_vertex_order");
     const MeshView& mesh = data.view.mesh;
     const std::size_t expected = source ? mesh.source_vertex.size() : mesh.positions.size();
     if (positions.size() != expected)
@@ -118,12 +118,13 @@ void requireCharacter(const penumbra_character* character, const penumbra_vertic
 void requireReceiver(const penumbra_character* character, const penumbra_vertices* vertices) {
     requireCharacter(character, vertices);
     requireRange("vertices", vertices->first, vertices->count, character->evaluator.vertexCount());
-    refuseTransfer<Unsupported>(character->asset->view, "nothing casts on transfer, which is no visibility");
+    refuseTransfer<Unsupported>(character->asset->view, "nothing casts on transfer, which is not visibility");
 }
 
 void castOn(const penumbra_character& character, const penumbra_vertices& vertices, std::size_t first,
             std::span<const float> mirrored) {
-    const std::size_t count = mirrored.size() / kFarNumbers, stride = std::size_t(character.asset->view.model.stride);
+    const std::size_t count = mirrored.size() / kFarCoefficients,
+                      stride = std::size_t(character.asset->view.model.stride);
     character.product({vertices.coefficients + first * stride, count * stride}, stride, mirrored);
     if (vertices.bounced)
         castOnIndirect(mirrored, {vertices.bounced + first * kIndirectStride, count * kIndirectStride});
@@ -162,7 +163,7 @@ penumbra_status penumbra_character_set_quality(penumbra_character* character, pe
                                                penumbra_error* error) {
     return guarded(error, [&] {
         requirePointer(character, "character");
-        if (quality != PENUMBRA_FULL && quality != PENUMBRA_FAST) throw UsageError("quality is no penumbra_quality");
+        if (quality != PENUMBRA_FULL && quality != PENUMBRA_FAST) throw UsageError("quality is not a penumbra_quality");
         character->evaluator.setQuality(quality == PENUMBRA_FAST ? FarQuality::kFast : FarQuality::kFull);
     });
 }

@@ -120,7 +120,8 @@ void requireBounces(const AssetView& view);
 void requireCharacter(const penumbra_character* character, const penumbra_vertices* vertices);
 // Does the same, and throws for a range that does not fit and for transfer, which others cannot multiply.
 void requireReceiver(const penumbra_character* character, const penumbra_vertices* vertices);
-// Multiplies what vertices from `first` on see by what others leave visible there, `mirrored` [vertices, kFarNumbers].
+// Multiplies what vertices from `first` on see by what others leave visible there, `mirrored` [vertices,
+// kFarCoefficients].
 void castOn(const penumbra_character& character, const penumbra_vertices& vertices, std::size_t first,
             std::span<const float> mirrored);
 
@@ -131,7 +132,7 @@ Mat3 rotationFrom(const float* rotation);
 // portable one. Throws Unsupported and UsageError.
 template <class Path>
 const Path& pathOf(penumbra_simd simd, const std::vector<Path>& paths) {
-    if (int(simd) < 0 || int(simd) > PENUMBRA_SIMD_AVX2) throw UsageError("simd is no penumbra_simd");
+    if (int(simd) < 0 || int(simd) > PENUMBRA_SIMD_AVX2) throw UsageError("simd is not a penumbra_simd");
     if (simd == PENUMBRA_SIMD_AVX2 && paths.size() < 2)
         throw Unsupported("this processor has no AVX2, FMA and F16C, or PENUMBRA_NO_SIMD is set");
     return simd == PENUMBRA_SIMD_BEST ? paths.back() : paths[simd == PENUMBRA_SIMD_AVX2];
@@ -158,10 +159,10 @@ struct penumbra_character {
 };
 
 struct penumbra_scene {
-    std::vector<std::shared_ptr<const penumbra::AssetData>> assets;  // of the casters
-    std::vector<penumbra::Evaluator> evaluators;                     // of each caster; only their tables are used
+    std::vector<std::shared_ptr<const penumbra::AssetData>> assets;  // assets of the casters
+    std::vector<penumbra::Evaluator> evaluators;                     // one for each caster; only their tables are used
     std::optional<penumbra::CastShadow> cast;
-    std::vector<penumbra_caster> casters;  // what the caller may ask for
+    std::vector<penumbra_caster> casters;  // casters as the caller gave them
     penumbra::VisibilityTransfer transfer{{penumbra::BelowHorizon::kMirrored, penumbra::kFieldOrder}};
 };
 
@@ -176,10 +177,10 @@ struct penumbra_shading {
 struct penumbra_heights {
     penumbra::HeightField field;
     penumbra::HeightVisibility visibility;
-    penumbra::HeightTables above;  // of points above the field
+    penumbra::HeightTables above;  // tables for points above the field
     penumbra::Vec3 corner;
     penumbra::CastProduct product;
-    std::shared_ptr<const penumbra::AssetData> asset;  // of the look
+    std::shared_ptr<const penumbra::AssetData> asset;  // asset of the look
     std::optional<penumbra::VertexShader> look;
 };
 

@@ -13,7 +13,7 @@ namespace {
 
 HeightGrid gridOf(const penumbra_heights_options& options) {
     if (int(options.border) < 0 || int(options.border) > PENUMBRA_BORDER_OPEN)
-        throw UsageError("border is no penumbra_height_border");
+        throw UsageError("border is not a penumbra_height_border");
     for (const auto& [name, side] : {std::pair{"rows", options.rows}, {"columns", options.columns}})
         if (side > std::size_t(kMaxHeightSide)) throw UsageError(std::string(name) + " is more than 65536");
     constexpr HeightBorder kBorders[] = {HeightBorder::kClamped, HeightBorder::kPeriodic, HeightBorder::kOpen};
@@ -39,7 +39,7 @@ void writePoints(const penumbra_heights& field, int row, int first, std::size_t 
     const std::size_t at = std::size_t(row) * std::size_t(grid.columns) + std::size_t(first);
     const std::span<float> out(points.coefficients ? points.coefficients + at * PENUMBRA_HEIGHTS_STRIDE : own.data(),
                                count * PENUMBRA_HEIGHTS_STRIDE);
-    field.visibility.numbers(field.field, row, first, some_n, some_t, PENUMBRA_HEIGHTS_STRIDE, out, &refined);
+    field.visibility.coefficients(field.field, row, first, some_n, some_t, PENUMBRA_HEIGHTS_STRIDE, out, &refined);
     const std::size_t all = grid.size();
     for (std::size_t i = 0; i < count; ++i) {
         const float height = field.field.heights()[at + i];
@@ -71,8 +71,8 @@ penumbra_status penumbra_heights_create(const penumbra_heights_options* options,
         requireFinite("corner", {options->corner, 3});
         const int order = options->order == 0 ? kMaxHeightOrder : options->order,
                   step = options->step == 0 ? 4 : options->step;
-        if (order < kMinHeightOrder || order > kMaxHeightOrder) throw UsageError("order is neither 0, 4 nor 5");
-        if (step < 1 || step > 8 || (step & (step - 1))) throw UsageError("step is none of 0, 1, 2, 4 and 8");
+        if (order < kMinHeightOrder || order > kMaxHeightOrder) throw UsageError("order must be 0, 4 or 5");
+        if (step < 1 || step > 8 || (step & (step - 1))) throw UsageError("step must be 0, 1, 2, 4 or 8");
         requireHeights({heights, grid.size()});
         const HeightField made(grid, {heights, grid.size()});
         HeightVisibility visibility(made, order, step);
@@ -150,10 +150,10 @@ penumbra_status penumbra_heights_cast(const penumbra_heights* field, const penum
     return guarded(error, [&] {
         requirePointer(field, "field", scene, "scene");
         const VertexFrames all = pointsOf(*field, points);
-        std::array<float, kMaxReceivers * kFarNumbers> mirrored;
+        std::array<float, kMaxReceivers * kFarCoefficients> mirrored;
         for (std::size_t at = all.begin; at < all.end; at += kMaxReceivers) {
             const std::size_t n = std::min(kMaxReceivers, all.end - at);
-            const std::span<float> used = std::span(mirrored).first(n * kFarNumbers);
+            const std::span<float> used = std::span(mirrored).first(n * kFarCoefficients);
             const CastReceivers some{all.positions.subspan(at, n), all.normals.subspan(at, n),
                                      all.tangents.subspan(at, n)};
             if (scene->cast->evaluate(some, {}, used) == 0) continue;
@@ -173,7 +173,7 @@ penumbra_status penumbra_heights_shadow(const penumbra_heights* field, const pen
         const Affine placed = rigidOf(to_scene);
         const Mat3 turn = placed.linear();
         std::array<Vec3, kMaxReceivers> positions, normals, tangents;
-        std::array<float, kMaxReceivers * kFarNumbers> mirrored;
+        std::array<float, kMaxReceivers * kFarCoefficients> mirrored;
         for (std::size_t at = vertices->first; at < last; at += kMaxReceivers) {
             const std::size_t n = std::min(kMaxReceivers, last - at);
             character->evaluator.skin(at, {positions.data(), n}, {normals.data(), n}, {tangents.data(), n});
@@ -182,7 +182,7 @@ penumbra_status penumbra_heights_shadow(const penumbra_heights* field, const pen
                 normals[i] = turn * normals[i];
                 tangents[i] = turn * tangents[i];
             }
-            const std::span<float> used = std::span(mirrored).first(n * kFarNumbers);
+            const std::span<float> used = std::span(mirrored).first(n * kFarCoefficients);
             fieldVisibility(field->field, field->above, field->corner,
                             {{positions.data(), n}, {normals.data(), n}, {tangents.data(), n}}, used);
             castOn(*character, *vertices, at, used);

@@ -14,9 +14,9 @@ constexpr std::size_t kMaxSlotAssets = 65535, kMaxSlotMaterials = 65535;
 
 ShadingChoice choiceOf(const penumbra_shading_options& options) {
     if (options.reflectance != PENUMBRA_SLICES && options.reflectance != PENUMBRA_OPERATORS)
-        throw UsageError("reflectance is no penumbra_reflectance");
+        throw UsageError("reflectance is not a penumbra_reflectance");
     if (int(options.light_form) < 0 || int(options.light_form) > PENUMBRA_LOBES)
-        throw UsageError("light_form is no penumbra_light_form");
+        throw UsageError("light_form is not a penumbra_light_form");
     if (options.caller_light_order < 0 || options.caller_light_order > kMaxOrder)
         throw UsageError("caller_light_order is " + std::to_string(options.caller_light_order) + ", allowed are 0.." +
                          std::to_string(kMaxOrder));
@@ -230,7 +230,7 @@ penumbra_status penumbra_shading_set_bounces(penumbra_shading* shading, penumbra
     return guarded(error, [&] {
         requirePointer(shading, "shading");
         if (int(bounces) < 0 || int(bounces) > PENUMBRA_BOUNCED_LIGHT)
-            throw UsageError("bounces is no penumbra_bounces");
+            throw UsageError("bounces is not a penumbra_bounces");
         constexpr Bounces kShown[] = {Bounces::kBoth, Bounces::kDirect, Bounces::kIndirect};
         shading->set->setBounces(kShown[bounces]);
     });

@@ -1,8 +1,9 @@
 #pragma once
-// What characters hide from points of a scene: from the ground, from things, and from one another (Nowrouzezahrai 2009,
-// section 7). Casters are of two kinds. A composed asset has fields of its parts, which tell what they hide from
-// anywhere; parts of all characters are multiplied, as the parts of one character are (docs/formulas.md, sections 7 and
-// 8). An asset with sphere blockers hides what its spheres hide (sections 9 and 10). Both give the same numbers.
+// Computes the visibility past characters at points of a scene: on the ground, on things and on one another
+// (Nowrouzezahrai 2009, section 7). Casters are of two kinds. A composed asset has fields of its parts, which tell what
+// they hide from anywhere; parts of all characters are multiplied, as the parts of one character are (docs/formulas.md,
+// sections 7 and 8). An asset with sphere blockers hides what its spheres hide (sections 9 and 10). Both give the same
+// numbers.
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -30,7 +31,7 @@ struct CastRun {
     CastReceivers vertices, anchors;  // the anchors' tangents are not read
     const std::uint16_t* anchor;      // [vertices, kAnchorsOfReceiver], index into `anchors`
     const float* weight;              // [vertices, kAnchorsOfReceiver]
-    float spacing;                    // of the anchors
+    float spacing;                    // distance between anchors
 };
 
 constexpr std::size_t kNobody = std::size_t(-1);
@@ -40,7 +41,7 @@ struct CasterChoice {
     bool has(std::size_t caster) const { return caster != except && (only == kNobody || caster == only); }
 };
 
-// What anchors know of the casters around them (CastShadow::sumAnchors()). It keeps its room.
+// Casters around each anchor, as CastShadow::sumAnchors() found them. The vectors keep their memory.
 struct CastAnchors {
     struct Values {
         std::vector<float> all, values;  // [anchors, anchorStride(]of all that is found, and of what is near[)]
@@ -83,7 +84,7 @@ public:
     const CastExponential& exponential() const { return exponential_; }
     // Returns whether a caster that is not hidden may count anywhere in a sphere.
     bool reaches(std::size_t caster, const CasterSphere& points) const;
-    // Returns the radius of the largest part or sphere of the caster of which it is smallest. Hidden ones do not count.
+    // Takes the largest part or sphere of each visible caster, and returns the smallest of these radii.
     float smallestCaster() const;
     // Returns whether a chosen caster that is not hidden casts by fields.
     bool castsFields(CasterChoice choice) const;
@@ -91,7 +92,7 @@ public:
     std::vector<CasterSphere> spheresOf(CasterChoice choice) const;
 
     // Writes the visibility past the parts of the chosen casters, mirrored at each receiver's horizon:
-    // out[r * kFarNumbers + i] in its local frame (farVisibility(), sh/far/far_visibility.h). Parts that hide too
+    // out[r * kFarCoefficients + i] in its local frame (farVisibility(), sh/far/far_visibility.h). Parts that hide too
     // little from all of 64 neighbouring receivers are skipped, which does not change what the others give. Returns how
     // many receivers see any caster; the rows of the others are those of free sight. E of every row is in [0, 1]. A
     // thread keeps room for the parts and spheres in reach, so that nothing is allocated once it has seen as many.
@@ -124,12 +125,12 @@ private:
         std::vector<CasterSphere> spheres;
     };
     std::vector<Caster> casters_;
-    std::vector<FarTable> tables_;  // of all parts
+    std::vector<FarTable> tables_;  // tables of all parts
     std::vector<FarPart> posed_;
-    std::vector<CasterSphere> spheres_;  // of all casters, in the scene
+    std::vector<CasterSphere> spheres_;  // spheres of all casters, in the scene
     CastExponential exponential_;
     const FarConstants* constants_ = nullptr;
-    std::array<float, kFarNumbers> ambient_weights_{};
+    std::array<float, kFarCoefficients> ambient_weights_{};
     float ambient_norm2_ = 0;
 
     void bound(Caster& caster, std::size_t parts, const auto& sphereOf);

@@ -14,15 +14,15 @@ namespace penumbra {
 
 struct BodyPose {
     PoseFeatures features;
-    MorphedRest rest;                                // as the weights of morph targets shape it
+    MorphedRest rest;                                // rest shape after the weights of morph targets
     std::shared_ptr<const Deformation> deformation;  // null unless the model is deforming; copies share it
-    DeformedPose deformed;                           // of a deforming model
+    DeformedPose deformed;                           // set for a deforming model
 
     // `asset` must outlive the pose. The vertices of a deforming mesh are at rest.
     explicit BodyPose(const AssetView& asset);
 
     // Takes J skinning matrices, and P numbers or none (PoseFeatures). Allocates nothing.
-    void set(std::span<const Affine> bones, std::span<const float> numbers);
+    void set(std::span<const Affine> bones, std::span<const float> pose);
     // Takes the shading points [Vs] and inputs [X] of a deforming mesh, fits the bones, and sets that pose. Allocates
     // nothing.
     void deform(std::span<const Vec3> points, std::span<const float> inputs);

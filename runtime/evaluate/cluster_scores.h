@@ -11,7 +11,7 @@
 
 namespace penumbra {
 
-// What does not change with the pose: models, and bases of bytes in the layout of combine.h.
+// Tables that do not change with the pose: models, and bases of bytes in the layout of combine.h.
 struct DecodedClusters {
     std::span<const ClusterView> views;                           // [C]
     std::vector<ModelEvaluator> models;                           // [C]
@@ -42,9 +42,9 @@ public:
 private:
     std::shared_ptr<const DecodedClusters> decoded_;
     std::vector<float> scratch_;               // for the models
-    std::vector<float> scores_;                // of all clusters, one after the other
-    std::vector<float> weights_;               // of one cluster: scores times the components' scales
-    std::vector<std::uint32_t> pair_weights_;  // of all clusters with a basis of bytes
+    std::vector<float> scores_;                // scores of all clusters, one after the other
+    std::vector<float> weights_;               // for one cluster: scores times the components' scales
+    std::vector<std::uint32_t> pair_weights_;  // for all clusters with a basis of bytes
     std::vector<float> units_;                 // [C], unit of its pair weights
 };
 

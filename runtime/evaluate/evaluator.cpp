@@ -1,18 +1,10 @@
-// Evaluates a model at run time (docs/formulas.md, section 4).
+// Evaluates a model at run time (docs/formulas.md, section 4). setPose() computes the inputs of each cluster's model
+// (BodyPose) and the cluster's few scores (ClusterScores), on one thread, which is cheap. evaluateCluster() expands the
+// scores to the vertices (combine.h), which is nearly all of the work. Clusters are independent, so the caller may
+// spread them over threads.
 //
-// Problem: every frame, turn the skinning matrices of a character into a few coefficients of visibility for each
-// vertex, in a fraction of a millisecond, on any number of threads.
-//
-// Naive: evaluate one regression for each vertex. That would read far more coefficients than a frame has time for.
-//
-// Here: vertices form clusters. setPose() computes for each cluster what its model sees (BodyPose) and the
-// cluster's few scores (ClusterScores), once and on one thread. That is cheap. evaluateCluster() then expands the
-// scores to the vertices (combine.h), which is nearly all of the work, and clusters are independent, so that the caller
-// may spread them over threads.
-//
-// A composed asset expands its scores to what each vertex sees past the nearby parts, multiplies that by what the far
-// parts leave visible at the vertex as it is skinned now (ComposedModel), and adds the residual (docs/formulas.md,
-// section 7).
+// A composed asset expands its scores to the visibility past the nearby parts, multiplies it by the visibility past the
+// far parts at the vertex as it is skinned now (ComposedModel), and adds the residual (docs/formulas.md, section 7).
 #include "runtime/evaluate/evaluator.h"
 
 #include <cassert>
@@ -99,8 +91,8 @@ void Evaluator::evaluateCluster(std::size_t cluster, std::span<float> coefficien
     if (!composed_)
         return local_.scores.combine(path_, cluster, local_.ambient->clamp(),
                                      coefficients.data() + view.first_vertex * stride);
-    evaluateFar(cluster, composed_->far_numbers);
-    composeCluster(cluster, composed_->far_numbers, coefficients);
+    evaluateFar(cluster, composed_->far_coefficients);
+    composeCluster(cluster, composed_->far_coefficients, coefficients);
 }
 
 void Evaluator::follow(std::size_t begin, std::size_t end, const FollowedFrames& frames,

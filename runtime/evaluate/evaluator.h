@@ -83,18 +83,19 @@ public:
         pose_.mesh(*asset_).skin(begin, positions, normals, tangents);
     }
     // Writes the light that bounces, indirect[v * kIndirectStride + i] for the cluster's vertices
-    // (sh/indirect_numbers.h), in the array of all vertices. Only where the asset has it.
+    // (sh/indirect_coefficients.h), in the array of all vertices. Only where the asset has it.
     bool hasIndirect() const { return bounced_.has_value(); }
     void evaluateIndirect(std::size_t cluster, std::span<float> indirect) const;
 
-    // The parts of evaluateCluster() for a composed asset, which otherwise must not be asked for. evaluateFar() writes
-    // what the far and near parts leave visible, far[v * kFarNumbers + i] of all vertices. composeCluster() multiplies
-    // it by the local visibility and adds the residual. evaluateLocal() writes the local visibility alone, not clamped.
+    // The steps of evaluateCluster() for a composed asset. Call them only if composed(). evaluateFar() writes
+    // what the far and near parts leave visible, far[v * kFarCoefficients + i] of all vertices. composeCluster()
+    // multiplies it by the local visibility and adds the residual. evaluateLocal() writes the local visibility alone,
+    // not clamped.
     bool composed() const { return composed_.has_value(); }
     void evaluateFar(std::size_t cluster, std::span<float> far) const;
     void evaluateLocal(std::size_t cluster, std::span<float> coefficients) const;
     void composeCluster(std::size_t cluster, std::span<const float> far, std::span<float> coefficients) const;
-    // Of the far parts of a composed asset; others have one quality.
+    // Sets the quality of the far parts of a composed asset. Other assets have one quality.
     void setQuality(FarQuality quality);
     void setNearFactors(NearFactors factors);  // kWith at first
     const FarTables& farTables() const { return composed_->far.tables(); }
@@ -108,9 +109,9 @@ public:
     TransferEvaluator* transfer() { return transfer_ ? &*transfer_ : nullptr; }
 
 private:
-    // What followers and casters need, which copies of the evaluator share.
+    // Tables for followers and casters, which copies of the evaluator share.
     struct Shared {
-        TurnTable turns;  // of the convention, with followers
+        TurnTable turns;  // for the convention; only with followers
         mutable std::once_flag cast_once;
         mutable FarLayout cast;
         explicit Shared(const AssetView& asset);

@@ -35,7 +35,7 @@ constexpr std::size_t kFewVertices = 64, kFewParts = 3;
 constexpr std::uint32_t kMaxVertices = 50000;
 // The difference of opposite normals counts as this share of the part's diagonal.
 constexpr float kNormalShare = 0.4f;
-// Of the weights: larger ones spread them more evenly and follow linear functions less.
+// Regularises the anchor weights. A larger value spreads them more and reproduces linear functions less well.
 constexpr double kSmoothness = 0.01;
 
 // A place on the skin of a part.
@@ -75,8 +75,8 @@ std::vector<std::uint32_t> sortedReceivers(const AssetView& asset, std::span<con
 // The anchors of one part.
 struct PartAnchors {
     float normal_scale = 0;
-    std::vector<std::uint32_t> vertices;  // of the anchors
-    std::vector<Place> places;            // of the anchors
+    std::vector<std::uint32_t> vertices;  // vertices of the anchors
+    std::vector<Place> places;            // places of the anchors
 };
 
 Place placeOf(const MeshView& mesh, std::uint32_t vertex, float normal_scale) {

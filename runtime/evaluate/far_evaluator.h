@@ -1,5 +1,5 @@
 #pragma once
-// What the far parts of a composed asset, and its near ones, leave visible at its vertices as they are skinned now
+// Computes the visibility past the far and near parts of a composed asset at its vertices in the current pose
 // (docs/formulas.md, section 7).
 #include <array>
 #include <memory>
@@ -27,7 +27,7 @@ public:
     const FarLayout& layout() const { return decoded_->layouts[std::size_t(quality_)]; }
     std::span<const PosedPart> posed() const { return pose_.posed; }
 
-    // Writes far[v * kFarNumbers + i] for the cluster's vertices (farVisibility() and multiplyByNear(),
+    // Writes far[v * kFarCoefficients + i] for the cluster's vertices (farVisibility() and multiplyByNear(),
     // sh/far/far_visibility.h), in an array of all vertices. Calls on different clusters may run at the same time.
     void evaluate(const FarPath& path, const PosedMesh& mesh, std::size_t cluster, std::span<float> far) const;
 

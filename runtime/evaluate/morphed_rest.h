@@ -18,7 +18,7 @@ public:
     void setPose(std::span<const Affine> bones);
 
     std::span<const float> weights() const { return weights_; }  // [M]
-    // Those of the asset where it has no targets.
+    // Without targets these are the asset's own.
     std::span<const Vec3> positions() const { return positions_.empty() ? asset_->mesh.positions : positions_; }  // [V]
     std::span<const Vec3> normals() const { return normals_.empty() ? asset_->mesh.normals : normals_; }
 

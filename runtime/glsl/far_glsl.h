@@ -57,7 +57,7 @@ std::string fieldGlsl(const FarConstants& constants);
 std::string farGlsl(const FarConstants& constants);
 // Writes penumbra_cast_fields() and penumbra_cast_combine() with all that they need.
 std::string castFieldsGlsl();
-// What those who cast in a scene cast by.
+// The kinds of casters in a scene.
 struct CasterKinds {
     bool parts = false, spheres = false;
 };

@@ -28,7 +28,7 @@ public:
     // Writes l . t of vertices [begin, end), out[v - begin]. Albedo / pi times that is the radiance. Needs setLight().
     void irradiance(std::size_t begin, std::size_t end, std::span<Vec3> out) const;
     // Writes the transfer of vertices [begin, end): numbers[v * stride + c] of all vertices, with zeros in the padding.
-    void transfer(std::size_t begin, std::size_t end, std::size_t stride, std::span<float> numbers) const;
+    void transfer(std::size_t begin, std::size_t end, std::size_t stride, std::span<float> coefficients) const;
 
 private:
     struct Decoded {
@@ -40,7 +40,7 @@ private:
     std::span<const float> weights_, basis_;
     std::vector<float> inputs_;              // [k + 1], the last is 1
     std::vector<float> scores_;              // [n / 4, m, 4] of a reduced model, padded to whole fours
-    std::vector<Vec3> light_;                // of setLight()
+    std::vector<Vec3> light_;                // set by setLight()
     std::array<std::vector<float>, 3> lit_;  // [k + 1, m] the maps summed over the light
     std::array<float, 3> lit_mean_{};        // factors of the mean
     std::vector<float> lit_scores_;          // [m, 3] of a reduced model

@@ -1,6 +1,6 @@
 #pragma once
-// What the shading kernel reads where all terms of a surface are shaded at once (shade_terms_lanes.h). It is made once,
-// when an asset is opened.
+// Tables of the shading kernel for all terms of a surface at once (shade_terms_lanes.h). They are made once, when an
+// asset is opened.
 #include <vector>
 
 #include "formats/asset/asset_file.h"
@@ -38,7 +38,7 @@ private:
         std::size_t count() const { return terms.size() + (has_slopes ? 3 : 0); }
     };
     int number_order_ = 0, view_order_ = 1;
-    std::vector<JointNumber> numbers_;
+    std::vector<JointCoefficient> coefficients_;
     std::vector<Product> plain_, sloped_;  // [orders]; sloped_ has what slopes need besides
     std::vector<Slot> slots_;
     Term slopes_[2];

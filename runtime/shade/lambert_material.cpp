@@ -10,7 +10,7 @@
 namespace penumbra {
 
 LambertMaterial::LambertMaterial(Vec3 albedo) {
-    constexpr int kOrder = 5;  // of the clamped cosine
+    constexpr int kOrder = 5;  // order of the clamped cosine
     std::array<double, kOrder> zonal{};
     clampedCosineZonal(zonal);
     slices.assign(coefficientCount(kOrder), 0.0f);

@@ -68,7 +68,7 @@ private:
     std::vector<Vec3> sh_, original_;  // original_: coefficients of kRotation, axes of the other forms
     std::vector<TurnTerm> turns_;
     std::vector<float> basis_a_, basis_b_;
-    std::vector<float> window_;  // of the suns' bands, or empty
+    std::vector<float> window_;  // window of the suns' bands, or empty
     std::array<Sun, kMaxSuns> suns_{}, turned_suns_{};
     std::size_t sun_count_ = 0;
     bool suns_on_ = false;

@@ -83,7 +83,7 @@ private:
     std::vector<float> step_terms_[3];  // [steps, views_]
     ProductRows rows_;
     std::optional<LiveLobe> live_;                     // set for a live material, which has no terms
-    std::size_t albedo_first_ = 0, albedo_terms_ = 0;  // of the row (0, 0)
+    std::size_t albedo_first_ = 0, albedo_terms_ = 0;  // terms of the row (0, 0)
     float least_hidden_ = 0;
     std::vector<ProductTerm> products_[3];  // products_: for slices only the first is filled, as the channels share it
 };

@@ -57,7 +57,7 @@ struct TurnTerm {
 // A lobe about the mirror direction of the view, in the place of view terms and product rows (live_lobe.h). Every list
 // is sorted by `to`.
 struct ShadeLive {
-    int order;                 // of the moments
+    int order;                 // order of the moments
     const float* offset;       // [order^2] of the moments
     const SparseTerm* moment;  // numbers to moments
     std::size_t moment_terms;
@@ -81,7 +81,8 @@ struct ShadeMaterial {
     const ProductTerm* products[3];          // for every channel; all point to the same ones for slices
     std::size_t albedo_first, albedo_terms;  // the terms of the row (0, 0) among them
     float color[3];                          // factors on the radiance: the material's colour when it has one channel
-    float least_hidden;                      // what bounces is not seen below it: 0, or no bound where f has signs
+    float least_hidden;                      // lower bound of the reflected bounced light: 0, or no bound if f has
+                                             // signs
     bool is_live;                            // `live` is all that counts besides channels, which are 1, and colour
     ShadeLive live;
 };
@@ -98,18 +99,18 @@ struct JointRow {
 };
 // A number of the visibility: the SH function (l, m) at `index`, and where (l, |m|) and (l, -|m|) are among the
 // numbers.
-struct JointNumber {
+struct JointCoefficient {
     std::uint16_t index, plus, minus;
     int m;
 };
 struct ShadeJoint {
-    int order;                   // of the numbers
-    const JointNumber* numbers;  // [size]
-    const JointRow* rows;        // sorted by k
+    int order;                             // order of the coefficients
+    const JointCoefficient* coefficients;  // [size]
+    const JointRow* rows;                  // sorted by k
     std::size_t row_count;
     const JointTerm* products;
     const SparseTerm *turn, *turn_back;  // R(X(90)) and its transpose, for the order of the light
-    std::size_t turn_terms;              // of each
+    std::size_t turn_terms;              // number of terms in each
 };
 constexpr std::size_t kMaxJointTerms = 7;  // D, then A and B at three roughnesses
 struct ShadeTerm {
@@ -124,7 +125,7 @@ struct ShadeTerms {
     std::size_t vertices, count;  // count: of the terms
     ShadeTerm terms[kMaxJointTerms];
     bool has_slopes;      // a vector a colour, to the places 1 to 3: those along the two axes are slopes
-    ShadeTerm slopes[2];  // what reflects s_x / pi and s_y / pi; their colour is 1, and views have e = 0
+    ShadeTerm slopes[2];  // materials for s_x / pi and s_y / pi; their colour is 1, and views have e = 0
 };
 
 struct ShadeLight {
@@ -147,14 +148,14 @@ constexpr std::size_t kBouncedLight = 12;
 
 struct ShadeInput {
     const Vec3 *positions = nullptr, *normals = nullptr, *tangents = nullptr;
-    const float* numbers = nullptr;
-    int stride = 0, size = 0;  // of the numbers; the padding is not read
+    const float* coefficients = nullptr;
+    int stride = 0, size = 0;  // layout of `numbers`; the padding is not read
     Vec3 eye;
     Vec3* radiance = nullptr;
     const std::uint32_t* order = nullptr;  // the n-th vertex to shade; null: n itself
     Vec3* packed = nullptr;                // set: the radiance of the n-th goes to packed[n - packed_first]
     std::size_t packed_first = 0;
-    // Of light that bounces; null: none. [V, kIndirectStride], [kBouncedLight], and the weights of E [size].
+    // Bounced light, or null: transfer [V, kIndirectStride], the light's bands [kBouncedLight], weights of E [size].
     const float* indirect = nullptr;
     const Vec3* bounced = nullptr;
     const float* ambient = nullptr;

@@ -29,15 +29,16 @@ struct ShadingLayout {
 
     // The number of entries of one material after its colour: the views and, for operators, the products.
     std::size_t entryCount() const;
-    // Of a set that shows pictures with normal maps: two more materials after all others, the slopes along both axes.
+    // True for a set that shows pictures with normal maps. Two more materials, the slopes along both axes, then follow
+    // all others.
     bool slopes = false;
-    // Of one that shows pictures: how many materials a slot has beside the one that is on (writeTermRows()).
+    // Only for a set that shows pictures: how many materials a slot has besides the current one (writeTermRows()).
     std::size_t term_passes = 0;
     bool membranes = false;  // some material is one
     bool emission = false;   // some material has
     // Live materials and the entries of M of each (LiveLobe::matrix()); 0 where there are none.
     std::size_t live_count = 0, live_entries = 0;
-    std::size_t liveTexels() const { return (live_entries + 3) / 4; }  // of one live material
+    std::size_t liveTexels() const { return (live_entries + 3) / 4; }  // texels of one live material
     // Materials with steps. Their entries change with the parameter, so they are in the light's data.
     std::size_t stepped_count = 0;
     std::size_t entryTexels() const { return channels == 3 ? entryCount() : (entryCount() + 3) / 4; }
@@ -47,7 +48,7 @@ struct ShadingLayout {
     // more: rho, whose alpha is 1 for a membrane and 2 for one whose other side sees freely; and tau. Where there is
     // emission, one more before these.
     std::size_t materialTexels() const;
-    std::size_t emissionTexel() const { return 1 + entryTexels(); }  // of a material
+    std::size_t emissionTexel() const { return 1 + entryTexels(); }  // texel of a material's emission
     // Number of vec4 of the uniform block "Light": the lobe count, then axes and [lobe, band] weights, or SH
     // coefficients. Where light bounces, kBouncedLight more follow, and one that has 1 to show no direct light. M of
     // the live materials and the entries of those with steps come last, which change as often.

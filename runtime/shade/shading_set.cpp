@@ -191,7 +191,7 @@ void ShadingSet::shadeJoint(std::size_t slot, const VertexFrames& vertices, Vec3
     path_.shade_terms(joint, lights_[light_].view(), inputOf(vertices, eye, terms.first(count)), vertices.begin,
                       vertices.end);
     addEmission(slot, vertices.begin, vertices.end, terms.first(count));
-    // What this slot lacks and others have.
+    // Clears the terms that other slots have and this one lacks.
     const auto clear = [&](std::size_t first, std::size_t end) {
         for (std::size_t t = first; t < end; ++t)
             for (std::size_t n = vertices.begin; n < vertices.end; ++n)
@@ -279,7 +279,7 @@ void ShadingSet::shadeMembrane(std::size_t slot, const ShadeInput& input, std::s
         other.order = other_order_.data();
         other.packed = through.data();
         other.packed_first = first;
-        if (membrane.open_back) other.numbers = free_sight_.data(), other.stride = 0;
+        if (membrane.open_back) other.coefficients = free_sight_.data(), other.stride = 0;
         path_.shade(white, light, input, first, stop);
         path_.shade(white, light, other, first, stop);
         for (std::size_t n = first; n < stop; ++n) {
@@ -328,7 +328,7 @@ void ShadingSet::addSuns(const VertexFrames& vertices, std::span<const float> vi
         const std::size_t v = order_.empty() ? at : order_[at];
         const std::optional<Membrane>& membrane = asset_->materials[material_of_slot_[slot]].membrane;
         for (std::size_t s = 0; s < all.size(); ++s) {
-            // What comes through a membrane falls on its other side.
+            // Light through a membrane falls on its other side.
             const std::size_t lit = membrane && dot(normals[v], all[s].direction) < 0 ? other_side_[v] : v;
             if (lit != v) {
                 const float share = membrane->open_back ? 1 : visible[s * radiance.size() + lit];

@@ -36,7 +36,7 @@ public:
     std::span<const std::uint16_t> materialOfSlot() const { return material_of_slot_; }
     std::size_t light() const { return light_; }
     const Mat3& lightRotation() const { return rotation_; }
-    const LightTables& lightTables() const { return lights_[light_]; }  // of the light that is on, turned
+    const LightTables& lightTables() const { return lights_[light_]; }  // the current light, turned
 
     // Tells whether the material is a lobe whose parameter may change (sh/brdf/mirror_lobe.h).
     bool isLive(std::size_t material) const { return asset_->materials[material].isLive(); }
@@ -63,7 +63,7 @@ public:
     }
 
     void setMaterial(std::size_t slot, std::size_t material);
-    void setMaterial(std::size_t material);  // of every slot
+    void setMaterial(std::size_t material);  // sets every slot
     void setLight(std::size_t light);        // the light is turned as the last one was
     // Replaces a light by one of at most its order, [n^2, 3], turned as the last one was, and switches it on. Only
     // for LightForm::kRotation.
@@ -78,14 +78,14 @@ public:
     // Finds up to `count` suns, smoothed over time, in every light that setLight() replaces; its `seconds` is the time
     // since the last one. LightTables::factorLive() has the rest.
     void factorLive(std::size_t light, int count, double time_constant = 0.1);
-    std::span<const Sun> suns() const { return lights_[light_].suns(); }  // of the light that is on, turned
+    std::span<const Sun> suns() const { return lights_[light_].suns(); }  // suns of the current light, turned
     // Turns the light by `rotation` in the model frame, L'(s) = L(rotation^T s), from how the asset has it.
     void setLightRotation(const Mat3& rotation);
-    // What vertices show of light that bounces. It takes the whole light, suns or not.
+    // Sets which bounced light the vertices show. It takes the whole light, suns or not.
     void setBounces(Bounces bounces) { bounces_ = bounces; }
     Bounces bounces() const { return bounces_; }
     bool showsBounces() const { return asset_->model.indirect && bounces_ != Bounces::kDirect; }
-    std::span<const Vec3, kBouncedLight> bouncedLight() const { return bounced_; }  // of the light that is on, turned
+    std::span<const Vec3, kBouncedLight> bouncedLight() const { return bounced_; }  // for the current light, turned
     // Grows with every change of materials. What was uploaded for an older version is stale.
     std::uint64_t materialVersion() const { return material_version_; }
 

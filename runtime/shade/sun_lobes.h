@@ -1,7 +1,7 @@
 #pragma once
-// What lobes of a material send back of a sun, in single precision where most materials are: Lambert, GGX and the parts
-// of glTF's material need no local frame either. The other models go through evalLobes(). The formulas are those of
-// brdf_glsl.h.
+// Evaluates the lobes of a material for a sun. Lambert, GGX and the parts of glTF's material are evaluated in single
+// precision and without a local frame, because most materials consist of them. The other models go through evalLobes().
+// The formulas are those of brdf_glsl.h.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -15,7 +15,7 @@ namespace penumbra {
 // A point and who looks at it. The eye is mirrored to the side of the normal.
 struct LobeSurface {
     Vec3 normal, tangent, to_eye;  // unit
-    float eye_cosine;              // of the normal and to_eye, >= 0
+    float eye_cosine;              // cosine between normal and to_eye, >= 0
 };
 
 inline LobeSurface lobeSurface(Vec3 position, Vec3 normal, Vec3 tangent, Vec3 eye) {

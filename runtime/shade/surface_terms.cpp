@@ -23,7 +23,7 @@ std::vector<float> slopeCoefficients(int order, int axis) {
             for (std::size_t i = 0; i < y.size(); ++i) sums[i] += y[i] * s[axis] / (2.0 * kRows);
         }
     }
-    // Of other |m| than 1 these points see only what they alias.
+    // At these points, terms with another |m| than 1 are aliases only.
     for (int l = 0; l < order; ++l)
         for (int m = -l; m <= l; ++m)
             if (m != (axis == 0 ? 1 : -1)) sums[std::size_t(shIndex(l, m))] = 0;

@@ -1,8 +1,8 @@
-// What the parts of characters hide from any point, as CastShadow (runtime/cast/cast_shadow.h) has it. Before this
-// stands field.glsl.
+// Computes the visibility past the parts of characters at any point, like CastShadow (runtime/cast/cast_shadow.h).
+// Before this stands field.glsl.
 
-float penumbra_product[64];  // what the parts so far leave visible, at the directions
-float penumbra_light;        // what being inside of them leaves
+float penumbra_product[64];  // visibility past the parts so far, at the directions
+float penumbra_light;        // factor for being inside of parts
 
 void penumbra_cast_begin() {
     penumbra_light = 1.0;
@@ -40,8 +40,8 @@ void penumbra_cast_end(bool seen, out float mirrored[21]) {
 }
 
 // Writes the visibility past all parts i < part_count but those with left_out.x <= i < left_out.y, mirrored at the
-// horizon: the 21 SH of order 6 with even l+m, in the frame whose axes are the rows of local_from_scene. The last one is
-// the normal. Returns false where no part counts and everything is visible.
+// horizon: the 21 SH of order 6 with even l+m, in the frame whose axes are the rows of local_from_scene. The last one
+// is the normal. Returns false where no part counts and everything is visible.
 bool penumbra_cast_fields(int part_count, ivec2 left_out, vec3 position, mat3 local_from_scene,
                           out float mirrored[21]) {
     mat3 axes = transpose(local_from_scene);

@@ -1,6 +1,6 @@
-// What a part of a character hides from a point, by its field, as sh/far/far_lookup.h has it. The player's far.glsl uses
-// these functions, and so does cast_fields.glsl. Before this stand the text of fieldGlsl() (runtime/glsl/far_glsl.h)
-// and two macros:
+// Computes the visibility past a part of a character by its field, like sh/far/far_lookup.h. The player's far.glsl uses
+// these functions, and so does cast_fields.glsl. The text of fieldGlsl() (runtime/glsl/far_glsl.h) and two macros stand
+// before this:
 //   #define PENUMBRA_FIELD(word): the uint at `word` (a uint) of the buffer with the tables and bytes of fields
 //   #define PENUMBRA_PART(part, row): the vec4 `row` (0 to 6) of a posed part, writePosedPart() (far_glsl.h)
 
@@ -15,9 +15,9 @@ vec4 penumbra_field_bytes(uint word) {
 
 // A part as one point sees it.
 struct PenumbraSight {
-    float height, sine;  // of its sphere over the horizon; height 1: all of it is above
-    float share;         // of the sphere that it blocks
-    float weight;        // by which it counts
+    float height, sine;  // height and sine of its sphere over the horizon; height 1: all of it is above
+    float share;         // share of the sphere that it blocks
+    float weight;        // weight with which it counts
     float inside;        // how dark it is inside of it
     bool counts;
 };

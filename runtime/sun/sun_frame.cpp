@@ -8,7 +8,7 @@ namespace penumbra {
 
 namespace {
 
-constexpr double kTexelSteps = 8;       // of the texel's side, an octave
+constexpr double kTexelSteps = 8;       // steps of the texel's side per octave
 constexpr double kMinTexel = 1e-6;      // relative to the coordinates, which are floats
 constexpr float kLargestRadius = 1.4f;  // radians; the tangent stays finite
 

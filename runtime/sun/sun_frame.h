@@ -35,7 +35,7 @@ struct SunFrame {
     std::array<std::array<float, 4>, 3> rows{};
     Vec3 origin{};         // lies near the points of a small map, so that floats tell them apart
     float range = 0;       // depth of the caster that is farthest from the sun; the map stores depth / range
-    float tan_radius = 0;  // of the sun
+    float tan_radius = 0;  // tangent of the sun's angular radius
     float texel = 0;       // a texel's side in the scene's units
     int size = 0;          // texels a side; 0: nothing casts, and no point is shadowed
 

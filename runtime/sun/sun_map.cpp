@@ -90,11 +90,11 @@ bool isFinitePlace(Vec3 p) { return std::isfinite(p.x) && std::isfinite(p.y) && 
 // A point of a surface, and the depths of its plane over the map.
 struct SunReceiver {
     Vec3 place;              // less the bias in depth
-    float slope_x, slope_y;  // of the depth
+    float slope_x, slope_y;  // slopes of the depth
 };
 
 struct BoxBlockers {
-    float share = 0;     // of the box that blockers cover
+    float share = 0;     // share of the box that blockers cover
     float distance = 0;  // mean, in texels; only with share > 0
 };
 

@@ -47,7 +47,7 @@ public:
     // different parts at once.
     void draw(const SunCasters& casters, int band = 0, int bands = 1);
 
-    // As that of a SunMap. Without maps every point is lit.
+    // Fraction of the sun visible from a point, 0 to 1, as in SunMap::visibility(). Without maps every point is lit.
     float visibility(Vec3 position, Vec3 normal) const;
 
     const SunNest& nest() const { return nest_; }

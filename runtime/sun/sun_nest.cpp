@@ -26,10 +26,10 @@ namespace {
 constexpr double kFineEnough = 128;           // texels across the least member
 constexpr double kRingFactor = 8;             // sides of a ring and the one before
 constexpr double kCoarsestShadow = 16;        // texels of a map that members cast in, in those of the finest
-constexpr double kGroupShare = 0.75;          // of a group's map that its members fill
+constexpr double kGroupShare = 0.75;          // share of a group's map that its members fill
 constexpr double kLargestTriangle = 1 << 20;  // texels; on larger ones floats tell places no better than the bias
 constexpr double kMaxUneven = 16;             // sides of the largest group and the smallest that share out the maps
-constexpr int kBorderShare = 16;              // of a map's side that is its border, and that it moves by
+constexpr int kBorderShare = 16;              // share of a map's side that is its border, and by which it moves
 
 double sideOf(const SunBounds& box) { return std::max(box.high.x - box.low.x, box.high.y - box.low.y); }
 
@@ -59,7 +59,8 @@ std::array<Group, 2> halves(const Group& group, std::span<const SunBounds> boxes
     const int axis = extent.x >= extent.y ? 0 : 1;
     std::vector<std::uint32_t> order = group.members;
     std::ranges::stable_sort(order, {}, [&](std::uint32_t m) { return boxes[m].low[axis] + boxes[m].high[axis]; });
-    std::vector<SunBounds> before(order.size()), after(order.size());  // of the members up to one, and from one on
+    std::vector<SunBounds> before(order.size()), after(order.size());  // bounds of the members up to each one, and from
+                                                                       // each one on
     for (std::size_t i = 0; i < order.size(); ++i) {
         const std::size_t j = order.size() - 1 - i;
         if (i > 0) before[i] = before[i - 1], after[j] = after[j + 1];
@@ -123,7 +124,7 @@ public:
         const auto texelOf = [&](const Group& group) {
             return texelStep(sideOf(group.box) / (kGroupShare * size_), group.box);
         };
-        // Who has no fine map casts in the coarse ones.
+        // Members without a fine map cast in the coarse ones.
         std::erase_if(groups, [&](const Group& group) {
             if (texelOf(group) <= whole / 2) return false;
             coarse_.insert(coarse_.end(), group.members.begin(), group.members.end());
@@ -156,10 +157,11 @@ private:
     float radius_;
     int size_;
     SunBounds members_, all_;            // along the axes
-    std::vector<SunBounds> boxes_;       // of each member; none without a ground
+    std::vector<SunBounds> boxes_;       // one for each member; none without a ground
     std::vector<std::uint32_t> coarse_;  // members without a fine map
     std::vector<Vec3d> ground_;          // the points of the ground, along the axes
-    std::vector<std::uint8_t> sides_;    // of a window that each of them lies beyond, as bits
+    std::vector<std::uint8_t> sides_;    // for each point of the ground, the sides of a window beyond which it lies, as
+                                         // bits
 
     void measure() {
         const bool may_nest = !casters_.ground.triangles.empty();
@@ -213,7 +215,7 @@ private:
             window.low[i] = corner * texel;
             window.high[i] = (corner + size_) * texel;
         }
-        window.empty = true;  // of depths there are none yet
+        window.empty = true;  // its depths are still unknown
         SunBounds depths;
         for (std::uint32_t m = 0; m < boxes_.size(); ++m) {
             if (boxes_[m].empty || !overlap(boxes_[m], window)) continue;
@@ -250,7 +252,7 @@ private:
         for (std::size_t t = 0; t + 2 < all.size(); t += 3) {
             const unsigned a = sides_[all[t]], b = sides_[all[t + 1]], c = sides_[all[t + 2]];
             if (a & b & c || (a | b | c) & kNowhere) continue;
-            // Of a large triangle only what lies in the window has depths that count.
+            // Only depths inside the window count for a large triangle.
             const std::size_t corners = cutTriangle({ground_[all[t]], ground_[all[t + 1]], ground_[all[t + 2]]},
                                                     window.low, window.high, polygon);
             for (std::size_t i = 0; i < corners; ++i) {
@@ -273,7 +275,7 @@ float NestedSunMap::weight(Vec3 point) const {
     if (border == 0) return 1;
     const Vec3 at = frame.place(point);
     const float widest = std::max(2 * at.z * frame.tan_radius, 1.0f);
-    const float reach = widest / 2 + std::ceil(widest / float(kSunSearchCells));  // of the cells of a search
+    const float reach = widest / 2 + std::ceil(widest / float(kSunSearchCells));  // adds a cell of the search
     const float size = float(frame.size);
     const float inside = std::min({at.x, at.y, size - at.x, size - at.y}) - reach;
     if (!(inside > 0)) return 0;

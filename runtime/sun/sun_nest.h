@@ -5,14 +5,14 @@
 
 namespace penumbra {
 
-constexpr int kMaxSunGroups = 6;  // of members, each with the finest map that it can have
+constexpr int kMaxSunGroups = 6;  // groups of members, each with the finest map that it can have
 constexpr int kMaxSunRings = 3;   // maps around all members, between these and the whole
 constexpr int kMaxNestedMaps = kMaxSunGroups + kMaxSunRings + 1;
 
 struct NestedSunMap {
     SunFrame frame;
     float border = 0;                    // texels along its edges over which the next maps take over; 0: it is the last
-    std::vector<std::uint32_t> members;  // that cast in it: places among those of SunCasters
+    std::vector<std::uint32_t> members;  // casters in the map, as indices into those of SunCasters
     bool whole_ground = true;            // all triangles of the ground cast in it
     std::vector<std::uint32_t> ground;   // else the ones that reach into it, [3 T]
 

@@ -17,7 +17,7 @@ struct alignas(16) Header {
     const std::type_info* type;
     void* (*destroy)(void*);  // destructors return their object here
     void* adjusted;           // the object as the handler's type sees it
-    int handlers;             // that hold it
+    int handlers;             // number of handlers that hold it
     bool rethrown;
     Header* next;  // an exception that was caught before
 };
@@ -63,8 +63,8 @@ struct Reader {
     }
 };
 
-// What a landing pad tells the personality: the index of the call site and the table of the function. And what that
-// answers: which type matched; 0: none.
+// Indices of the values that a landing pad and the personality exchange. The pad gives the index of the call site and
+// the table of the function. The personality answers with the type that matched; 0: none.
 enum LandingPad { kCallSite, kHandlers, kSelector, kLandingPadSize };
 
 constexpr std::uint8_t kOmitted = 0xff;

@@ -12,7 +12,7 @@ from PIL import Image
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
 from ar.exr_reader import read_exr  # noqa: E402
-from flip import flip_map  # noqa: E402
+from figures.flip import flip_map  # noqa: E402
 
 
 def codes(path):
@@ -20,7 +20,7 @@ def codes(path):
 
 
 def ground_points(truth):
-    """Of every pixel, in metres of the character."""
+    """Returns for every pixel a position in metres of the character."""
     camera = truth["camera"]
     rotation, translation, (width, height) = np.array(camera["R"]), np.array(camera["t"]), camera["size"]
     x, y = np.meshgrid(np.arange(width), np.arange(height))

@@ -1,4 +1,5 @@
-"""Reads OpenEXR pictures of scan lines, uncompressed or with ZIP: half or float channels as [height, width, channels]."""
+"""Reads OpenEXR pictures of scan lines, uncompressed or with ZIP: half or float channels as [height, width,
+channels]."""
 import struct
 import zlib
 

@@ -1,4 +1,4 @@
-"""What make_pictures runs in Blender's window: presses the buttons of the add-on, and draws the result.
+"""Runs in Blender's window for make_pictures: presses the buttons of the add-on, and draws the result.
 
 usage: blender --python draw_pictures.py -- ZIP BIN FOLDER
 """

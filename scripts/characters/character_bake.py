@@ -7,7 +7,7 @@ import subprocess
 import h5py
 import numpy as np
 
-BYTES = 12 << 30  # of memory, for one bake
+BYTES = 12 << 30  # memory for one bake
 
 
 def limited():

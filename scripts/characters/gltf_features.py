@@ -1,4 +1,4 @@
-"""What a glTF file has that changes the picture, read from its JSON alone."""
+"""The features of a glTF file that change the picture, read from its JSON alone."""
 import json
 import pathlib
 import struct
@@ -83,7 +83,7 @@ def clip_names(scene):
 
 
 def untold(found, handled, notes):
-    """Those features of a file that the programs neither honour (`handled`) nor tell in a note."""
+    """Returns the features of a file that the programs neither honour (`handled`) nor tell in a note."""
     text = " ".join(notes).lower()
     return [f for f in found if f not in handled
             and not any(word in text for word in WORDS.get(f, (f.split()[-1].lower(),)))]

@@ -46,7 +46,8 @@ class Three:
         return list(zip(gltf_features.clip_names(gltf_features.read_json(self.file)), seconds))
 
     def places(self, asked):
-        """Of each asked (clip, seconds): [vertices, 3], NaN where glTF does not say or nothing is drawn."""
+        """Returns for each asked (clip, seconds) the positions [vertices, 3], NaN where glTF does not say or nothing is
+        drawn."""
         header = self.call(asked)
         theirs = np.fromfile(self.out, "<f8").reshape(len(asked), header["vertices"], 3)
         size = max(map(diagonal, theirs))

@@ -3,8 +3,8 @@
 // MODULES is the node_modules folder that has the npm package three. REQUEST is a JSON list of frames [[clip, seconds],
 // ...]; clip is an index into the animations of the file, or -1 for the file as it stands. OUT gets frames x vertices x
 // 3 little-endian doubles, world space, in the order of node, primitive and vertex. NaN stands for vertices that no
-// triangle with an area uses, and for those whose weights are all 0, of which glTF says nothing. Prints one line of JSON:
-// {"clips": [[name, seconds], ...], "vertices", "three_apart"}. With an empty REQUEST that line is all.
+// triangle with an area uses, and for those whose weights are all 0, of which glTF says nothing. Prints one line of
+// JSON: {"clips": [[name, seconds], ...], "vertices", "three_apart"}. With an empty REQUEST that line is all.
 //
 // three.js reads the file, moves the nodes and says where the bones are. The sum over targets and bones is done here in
 // doubles, because three.js takes four bones a vertex only; "three_apart" is the largest distance from its own sum

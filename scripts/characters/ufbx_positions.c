@@ -39,7 +39,7 @@ static size_t writeMesh(const ufbx_mesh* mesh, const ufbx_node* node, FILE* out)
     return count;
 }
 
-// What is visible is what `filed`, the scene without a clip, shows.
+// Writes the nodes that are visible in `filed`, the scene without a clip.
 static size_t writeScene(const ufbx_scene* scene, const ufbx_scene* filed, FILE* out) {
     size_t count = 0;
     for (size_t m = 0; m < scene->meshes.count; ++m) {

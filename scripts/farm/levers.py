@@ -34,7 +34,7 @@ def stale_jobs(plan, folder, digests):
 
 def set_levers(plan, folder):
     """Prepares Snakemake's decision, and names what is stale though it is there. Raises ForeignFile."""
-    os.makedirs(os.path.join(folder, ".farm", "log"), exist_ok=True)  # of jobs elsewhere
+    os.makedirs(os.path.join(folder, ".farm", "log"), exist_ok=True)  # folder for jobs on other machines
     digests = Digests(folder)
     try:
         stale = stale_jobs(plan, folder, digests)

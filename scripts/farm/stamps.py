@@ -79,7 +79,7 @@ class Digests:
         if self.changed:
             try:
                 write_whole(self.memory, json.dumps(self.known, indent=0))
-            except OSError:  # as above: no job fails for want of a memory
+            except OSError:  # no job fails because its memory cannot be written
                 pass
             self.changed = False
 

@@ -19,8 +19,8 @@ for side, x in (("L", 1), ("R", -1)):
 
 
 def capsule_man_mesh(around, along):
-    """Joins all capsules in one mesh, of `along` rings of `around` vertices each. Around its joint a capsule follows its parent by half, fading over 1.5
-    radii."""
+    """Joins all capsules in one mesh, of `along` rings of `around` vertices each. Around its joint a capsule follows
+    its parent by half, fading over 1.5 radii."""
     names = list(BODY)
     points, triangles, joints, weights = [], [], [], []
     for j, (parent, start, end, radius) in enumerate(BODY.values()):

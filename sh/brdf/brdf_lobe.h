@@ -1,6 +1,6 @@
 #pragma once
 // Lobes of a material: analytic BRDFs that add up to it, for light from a single direction. An analytic material is one
-// lobe, exactly. The lobes of a measured one are fitted (fit/reflectance/fit_lobes.h). They are small enough to go to a
+// lobe, exactly. The lobes of a measured one are fitted (formats/brdf/fit_lobes.h). They are small enough to go to a
 // shader as uniforms; runtime/glsl/brdf_glsl.h is the twin of this file.
 #include <array>
 #include <span>
@@ -9,11 +9,11 @@
 
 namespace penumbra {
 
-constexpr int kMaxBrdfLobes = 4;  // of a material
+constexpr int kMaxBrdfLobes = 4;  // limit for a material
 
 struct BrdfLobe {
     BrdfModel model = BrdfModel::kLambert;
-    std::array<float, 4> parameters{};  // as parametersOf(model) has them, then zeros
+    std::array<float, 4> parameters{};  // parametersOf(model) first, then zeros
     Vec3 color{1, 1, 1};                // linear Rec.709, a factor on the model
 
     bool operator==(const BrdfLobe&) const = default;

@@ -31,9 +31,9 @@ std::size_t endOfItem(std::string_view text, std::size_t at) {
     return std::min(text.find(',', at), end);
 }
 
-// What has the range.
+// The term and the key that hold the range.
 struct Owner {
-    std::size_t term = 0;  // its place among the terms of the text
+    std::size_t term = 0;  // index among the terms of the text
     std::string model, key;
     std::string words() const { return model + " " + key; }
 };

@@ -49,7 +49,7 @@ BrdfSum parseBrdfSum(std::string_view text) {
     const std::vector<std::string_view> terms = splitTerms(text);
     for (const std::string_view term : terms) {
         if (terms.size() > 1 && modelNameOf(term) == kMembraneName)
-            throw std::invalid_argument("a membrane is no part of a sum");
+            throw std::invalid_argument("a membrane cannot be part of a sum");
         addTerm(term, sum);
     }
     if (sum.terms.size() > std::size_t(kMaxBrdfLobes))
@@ -59,10 +59,10 @@ BrdfSum parseBrdfSum(std::string_view text) {
     for (const BrdfSpec& term : sum.terms) {
         if (sum.terms.size() == 1) break;
         if (isMirrorLobe(modelOf(term)))
-            throw std::invalid_argument(term.name + " has no table, so it is no part of a sum");
+            throw std::invalid_argument(term.name + " has no table, so it cannot be part of a sum");
         // Where suns are on, a mirror takes the light's picture in place of all other light.
         if (modelOf(term) == BrdfModel::kMirror)
-            throw std::invalid_argument("a mirror is no part of a sum: ggx:alpha=0.01 stands in for it");
+            throw std::invalid_argument("a mirror cannot be part of a sum: use ggx:alpha=0.01 instead");
     }
     return sum;
 }

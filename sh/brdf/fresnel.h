@@ -7,7 +7,7 @@ namespace penumbra {
 
 // Schlick 1994, eq. 15: from the reflectance f0 at normal incidence to f90 at grazing incidence, which is 1 there.
 inline double schlickFresnel(double cosine, double f0, double f90 = 1) {
-    const double c = std::max(1 - cosine, 0.0);  // of a cosine that rounding made larger than 1, too
+    const double c = std::max(1 - cosine, 0.0);  // rounding can make the cosine larger than 1
     return f0 + (f90 - f0) * (c * c * c * c * c);
 }
 

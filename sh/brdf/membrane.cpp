@@ -10,7 +10,7 @@ namespace penumbra {
 
 namespace {
 
-constexpr float kRounding = 1e-6f;  // of the sum of two shares in single precision
+constexpr float kRounding = 1e-6f;  // rounding of the sum of two shares in single precision
 
 // Returns as few digits as are needed to read back the same numbers.
 std::string triple(Vec3 v) {

@@ -14,7 +14,7 @@ constexpr const char* kMembraneName = "membrane";
 
 struct Membrane {
     Vec3 rho{0.5f, 0.5f, 0.5f}, tau{0.3f, 0.3f, 0.3f};  // linear Rec.709, each >= 0, rho + tau <= 1 in every channel
-    bool open_back = false;  // what comes from the other side is unshadowed, as Nowrouzezahrai 2008 has it
+    bool open_back = false;                             // light from the other side is unshadowed (Nowrouzezahrai 2008)
 
     bool operator==(const Membrane&) const = default;
 };

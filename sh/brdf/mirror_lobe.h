@@ -31,7 +31,7 @@ public:
     MirrorLobeSum(int rows, int columns);
 
     std::span<const Entry> entries() const { return entries_; }           // sorted by (i, j)
-    std::size_t momentCount() const { return std::size_t(degree_) + 1; }  // that evaluate() reads
+    std::size_t momentCount() const { return std::size_t(degree_) + 1; }  // moments that evaluate() reads
     // Writes the value of every entry. Allocates nothing.
     void evaluate(std::span<const double> moments, std::span<double> values) const;
 

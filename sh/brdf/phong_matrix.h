@@ -5,7 +5,7 @@
 
 namespace penumbra {
 
-constexpr int kPhongOrder = 4;  // of the paper
+constexpr int kPhongOrder = 4;  // order in the paper
 
 // Returns M^alpha_ij = integral over z >= 0 of z^alpha y_i y_j, row-major [order^2, order^2], for any real alpha >= 0.
 //

@@ -15,7 +15,7 @@ namespace penumbra {
 
 namespace {
 
-constexpr double kMinEigenvalue = 0.02;  // of the largest; anything from .005 to .04 gives as good shadows
+constexpr double kMinEigenvalue = 0.02;  // relative to the largest; .005 to .04 give equally good shadows
 constexpr double kFadeFrom = 0.85;       // distance / radius where a sphere begins to hide something
 constexpr double kMinDistance = 1e-6;    // no axis can be told nearer to the center
 

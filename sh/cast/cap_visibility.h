@@ -1,5 +1,5 @@
 #pragma once
-// What spheres hide from a point, and its logarithm.
+// Computes the visibility past spheres, and its logarithm.
 //
 // Problem: a character as a caster of shadows is 10 to 20 spheres. A receiver needs the SH of the visibility past all
 // of them.

@@ -14,9 +14,9 @@ namespace penumbra {
 struct CastTables {
     int order;
     const float* logs;                               // rows of 8 (CapLogTable)
-    const BasicRepeatedProduct<float>::Term* terms;  // of output i: first[i] up to first[i + 1]
+    const BasicRepeatedProduct<float>::Term* terms;  // output i has the terms first[i] up to first[i + 1]
     const std::uint16_t* first;
-    const FarConstants* turns;  // of which `mirror` and `quarter_turn` are read
+    const FarConstants* turns;  // only `mirror` and `quarter_turn` are read
 };
 struct CastScene {
     const float* spheres;  // x, y, z, radius
@@ -37,7 +37,7 @@ using CastAnchorLanes = void (*)(const CastTables&, const CastScene&, float* val
 struct CastPath {
     static const CastPath portable, avx2;
     CastVisibilityLanes visibility;
-    CastAnchorLanes anchors;  // of order 5
+    CastAnchorLanes anchors;  // anchors of order 5
 };
 inline const CastPath& fastestCastPath() { return fastestPath<CastPath>(); }
 

@@ -20,7 +20,7 @@ namespace {
 
 constexpr float kEntryOfHalfSine = 515.40939f;  // (kCapLogEntries - 1) / sin(kMaxCapAngle / 2)
 constexpr int kMaxCastSquarings = 8;
-constexpr float kMaxNorm = 24;  // of a logarithm; those of one person are below 15
+constexpr float kMaxNorm = 24;  // limit for a logarithm; one person's stay below 15
 
 // The unit direction to the center, and the place of the cap in the table; both are 0 where nothing is hidden.
 struct CapLanes {
@@ -176,7 +176,7 @@ inline void exponentialLanes(const CastTables& tables, Lanes* v) {
     }
 }
 
-constexpr std::size_t kMirroredNumbers = std::size_t(kEven), kMirroredRow = std::size_t(kPaddedEven);
+constexpr std::size_t kMirroredCoefficients = std::size_t(kEven), kMirroredRow = std::size_t(kPaddedEven);
 template <int... I>
 inline void mirrorLanes(const CastTables& tables, const Lanes* v, Lanes* out, Numbers<I...>) {
     (mirrorOrder<I - kOrder + 1>(tables.turns->mirror, v, kZeros + 1, kZeros, out), ...);
@@ -231,7 +231,8 @@ inline void castLanesOf(const CastTables& tables, const CastScene& scene, float*
         }
         Lanes mirrored[kMirroredRow];
         mirrorLanes(tables, v, mirrored, Upto<2 * kOrder - 1>());
-        storeRows(mirrored, kMirroredNumbers, int(kMirroredNumbers), lanes, out + first * kMirroredNumbers);
+        storeRows(mirrored, kMirroredCoefficients, int(kMirroredCoefficients), lanes,
+                  out + first * kMirroredCoefficients);
     }
 }
 

@@ -16,7 +16,7 @@ struct CastExponential {
     bool chain = false;  // productChain() instead of an exponential of logarithms
     bool isDefault() const { return !chain && options.method == ExpMethod::kHybPs2; }
 };
-constexpr int kMaxSeriesTerms = 20;  // of "ps-K"
+constexpr int kMaxSeriesTerms = 20;  // limit of K in "ps-K"
 
 // Reads "hyb-ps2", "hyb-ol", "ps-K" with K from 1 to kMaxSeriesTerms, "ol" or "chain". Throws std::invalid_argument
 // with a sentence.

@@ -25,14 +25,14 @@ struct CastFade {
     float least = 0, full = 0;
 };
 constexpr std::size_t kMirroredCast = 21;
-constexpr int kCastOrder = 5;  // of the logarithms of the spheres
+constexpr int kCastOrder = 5;  // order of the spheres' logarithms
 
 // Writes the visibility past all `spheres` in each point's local frame, mirrored at its horizon (sh/mirrored_product.h,
 // order 6): out[r * kMirroredCast + i]. Allocates nothing, but the first call makes its tables.
 void castMirrored(std::span<const CasterSphere> spheres, const CastPoints& points, const CastFade& fade,
                   std::span<float> out, const CastPath& path = fastestCastPath());
-// The same, where anchors have summed the spheres that are not near, as castAnchors() does. `spheres` are those that
-// are near to any of them, of whose number are those of the anchors' values.
+// The same, if castAnchors() has summed the spheres that are not near. `spheres` holds every sphere near some anchor,
+// including those in the anchors' lists.
 void castMirrored(std::span<const CasterSphere> spheres, const FarAnchors& anchors, const CastPoints& points,
                   const CastFade& fade, std::span<float> out, const CastPath& path = fastestCastPath());
 

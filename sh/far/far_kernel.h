@@ -9,11 +9,11 @@
 
 namespace penumbra {
 
-constexpr int kMaxSpheres = 4;             // of a field
-constexpr std::size_t kMaxReceivers = 64;  // of a call
+constexpr int kMaxSpheres = 4;             // spheres per field
+constexpr std::size_t kMaxReceivers = 64;  // receivers per call
 
 // Near parts (sh/far/near_parts.h).
-constexpr std::size_t kMaxNear = 4;       // of a part
+constexpr std::size_t kMaxNear = 4;       // near parts per part
 constexpr std::uint16_t kNoPart = 65535;  // stands where a part has fewer near parts than others
 constexpr float kPerGain = 1 / 128.0f;    // a gain is a byte times this
 
@@ -22,7 +22,7 @@ struct FarBox {
     float low[3], high[3], per_cell[3], cells[3];
     float per_width;  // 1 / width over which it fades into the next level
     std::int32_t stride[3];
-    std::int32_t first;  // its first point
+    std::int32_t first;  // index of the first point
 };
 // A FieldTable (sh/far/part_field.h) as the kernel reads it.
 struct FarTable {
@@ -67,8 +67,8 @@ struct FarConstants {
     float quarter_turn[286];  // blocks of R(X(90)), band after band
     float mirror[21][6];      // [even][l]: what mirrorAtHorizon() takes from the odd coefficient (l, m) of the same m
     FarGrid grid;
-    FarProduct compose;                // of the local visibility and a far one; only of orders above 6
-    int order;                         // of the local visibility
+    FarProduct compose;                // multiplies local and far visibility; used only for orders above 6
+    int order;                         // order of the local visibility
     float sphere_scales[kMaxSpheres];  // kFieldSphereScales
     // Anchors sum parts that block up to near[0] of the sphere; receivers multiply those above near[1] in one by one.
     // Between the two both have a share. The sum takes what blocks most 1 + depth times.
@@ -93,16 +93,18 @@ struct FarScene {
     const FarPart* posed;
     const std::uint16_t* parts;
     std::size_t part_count;
-    float spacing = 0;  // of the anchors, kept away from what is nearer than kNearSpacings; 0: size alone decides
-    // What receivers multiply in besides, by gains of their own (sh/far/near_parts.h). Anchors know nothing of it.
+    float spacing = 0;  // distance between anchors: parts nearer than kNearSpacings of it stay out of them; 0: only the
+                        // part's size decides
+    // Near parts that receivers multiply in with gains of their own (sh/far/near_parts.h). Anchors leave them out.
     const std::uint16_t* near_parts = nullptr;  // [near_count], kNoPart: none
     std::size_t near_count = 0;
 };
 
-// What anchors know, for the receivers around them. An anchor has `stride` floats: the sum [36] over the parts that
-// block little, 4 zeros, then how near each part is (0..1, as `near` above tells by what it blocks).
+// Layout of the anchors, from which the receivers around them interpolate. An anchor has `stride` floats: the sum [36]
+// over the parts that block little, 4 zeros, then how near each part is (0..1, as `near` above tells by what it
+// blocks).
 constexpr std::size_t kAnchorSums = 40, kMaxAnchorParts = 32, kAnchorsOfReceiver = 4;
-constexpr std::size_t kMaxNearParts = 128;  // of a call of FarPath::far() with anchors
+constexpr std::size_t kMaxNearParts = 128;  // limit for a call of FarPath::far() with anchors
 // Anchors leave out what stands nearer than the first number of their spacings, and take whole what stands farther than
 // the second: what they see changes too much from one to the next.
 constexpr float kNearSpacings[2] = {4, 8};
@@ -124,7 +126,7 @@ struct FarPath {
                 const FarReceivers& receivers, float* far) = nullptr;
     // Multiplies numbers[v * stride + i] by far[v * 21 + i] and adds mean[v * stride + i], unless mean is null.
     void (*compose)(const FarConstants& constants, const float* far, const float* mean, std::size_t vertices,
-                    std::size_t stride, float* numbers) = nullptr;
+                    std::size_t stride, float* coefficients) = nullptr;
 };
 
 inline const FarPath& fastestFarPath() { return fastestPath<FarPath>(); }

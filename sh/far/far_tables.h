@@ -31,7 +31,7 @@ public:
     // Parts that a vertex of `part` sees as far ones.
     std::span<const std::uint16_t> partsSeenBy(std::size_t part) const { return far_parts_[part]; }
     const NearParts& nearParts() const { return near_parts_; }
-    // What a vertex of `part` sees, posed as `posed` [P] says.
+    // Returns the parts that a vertex of `part` sees in the pose `posed` [P].
     FarScene sceneOf(std::size_t part, const FarPart* posed) const;
     const FarTable* tables() const { return tables_.data(); }
 
@@ -60,7 +60,7 @@ private:
 const FarConstants& productConstants(int order);
 
 // FarConstants::mirror.
-using MirrorTable = std::array<float[kFieldOrder], kFarNumbers>;
+using MirrorTable = std::array<float[kFieldOrder], kFarCoefficients>;
 const MirrorTable& mirrorTable();
 
 // The part as the kernel reads it; it points into `posed`.
@@ -73,7 +73,7 @@ struct FarPose {
 
     explicit FarPose(const FarTables& tables) : posed(tables.partCount()), parts(tables.partCount()) {}
     FarPose() = default;
-    // As poseParts(). Allocates nothing.
+    // Same as poseParts(), but allocates nothing.
     void set(const FarTables& tables, std::span<const Affine> bones, const Affine& still = {});
 };
 

@@ -145,7 +145,8 @@ inline void toLocal(const FarConstants& constants, const Turns& q, Lanes* f) {
     turn(q.cos_a, q.sin_a, f);
 }
 
-constexpr int evenPlace(int l, int m) { return l * (l + 1) / 2 + (m + l) / 2; }  // of (l, m) with even l + m
+// Returns the index of (l, m) if only pairs with even l + m are stored.
+constexpr int evenPlace(int l, int m) { return l * (l + 1) / 2 + (m + l) / 2; }
 
 // Mirrors at the horizon: the even coefficients stay, and odd ones of the same m come in. `by_bands` is the weight of
 // this, `by_height` that of the even coefficients alone.

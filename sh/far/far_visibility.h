@@ -1,7 +1,8 @@
 #pragma once
-// What the rigid parts of a posed character leave visible at a point: the product of the visibilities of all parts that
-// can be seen from there (docs/formulas.md, section 7), for the vertices of the character itself or for any other
-// point. These functions are the plain form; fits and the run time compute the same for many points at once (sh/far/).
+// Computes the visibility that the rigid parts of a posed character leave at a point. It is the product of the
+// visibilities of all parts that can be seen from there (docs/formulas.md, section 7). The point may be a vertex of the
+// character or any other. These functions are the plain form; fits and the run time compute the same for many points at
+// once (sh/far/).
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -12,7 +13,7 @@
 
 namespace penumbra {
 
-constexpr std::size_t kFarNumbers = std::size_t(mirroredCount(kFieldOrder));
+constexpr std::size_t kFarCoefficients = std::size_t(mirroredCount(kFieldOrder));
 // A part that blocks less than the first share of the sphere does not count, above the second it counts in full.
 constexpr float kMinBlocked = 0.001f, kFullBlocked = 0.003f;
 
@@ -26,7 +27,7 @@ struct FarFields {
 // A part in one pose.
 struct PosedPart {
     Affine to_part;       // from the model frame to the part's rest frame
-    Mat3 turn;            // of the directions: from the rest frame to the model frame
+    Mat3 turn;            // turns directions from the rest frame to the model frame
     ShRotation to_model;  // the same for SH functions
     Vec3 center;          // bounding sphere, in the model frame
     float radius = 0;

@@ -1,6 +1,6 @@
 #pragma once
-// What an infinite floor leaves visible. It hides every direction that points down, from any height above it, so it
-// needs no field: in the local frame of a receiver it only depends on how its normal stands to y, which is up.
+// Computes the visibility above an infinite floor. It hides every direction that points down, from any height above it,
+// so it needs no field: in the local frame of a receiver it only depends on how its normal stands to y, which is up.
 #include <span>
 
 #include "sh/far/far_kernel.h"

@@ -20,7 +20,7 @@ std::string findNearProblem(std::span<const std::uint16_t> near_parts, const Par
         if (int(parts.steps[of * parts.count + part]) > parts.local_steps)
             return entry + "is a far part of part " + std::to_string(of);
         if (std::find(row, near_parts.begin() + std::ptrdiff_t(i), part) != near_parts.begin() + std::ptrdiff_t(i))
-            return entry + "is there twice for part " + std::to_string(of);
+            return entry + "occurs twice for part " + std::to_string(of);
     }
     return "";
 }

@@ -17,10 +17,10 @@
 namespace penumbra {
 
 constexpr int kFieldOrder = 6;
-constexpr std::size_t kFieldNumbers = 36;     // SH coefficients of a point
-constexpr std::size_t kFieldLevels = 3;       // fine box, coarse box, spheres
-constexpr std::size_t kFieldSpheres = 4;      // radii r / u for u of kFieldSphereScales
-constexpr std::size_t kFieldSphereSide = 13;  // points along a side of the octahedral map of a sphere
+constexpr std::size_t kFieldCoefficients = 36;  // SH coefficients of a point
+constexpr std::size_t kFieldLevels = 3;         // fine box, coarse box, spheres
+constexpr std::size_t kFieldSpheres = 4;        // radii r / u for u of kFieldSphereScales
+constexpr std::size_t kFieldSphereSide = 13;    // points along a side of the octahedral map of a sphere
 constexpr std::array<float, kFieldSpheres> kFieldSphereScales = {0.08f, 0.3f, 0.5f, 0.7f};
 // Over these shares of the radius a box fades into the next level, so that no border shows.
 constexpr std::array<float, 2> kFieldBlendWidth = {0.1f, 0.3f};
@@ -35,11 +35,11 @@ struct FieldBox {
 
 // Where the field of one part has its points, and what its bytes stand for. Points are those of the fine box, of the
 // coarse box, then of the spheres, the largest one first. All lengths are in the space of the rest positions.
-constexpr std::uint32_t kStillJoint = 65535;  // of a part that stands still in the model frame
+constexpr std::uint32_t kStillJoint = 65535;  // joint of a part that stands still in the model frame
 struct PartField {
     std::uint32_t joint = 0;  // the part moves with its bone
-    Vec3 center;              // of the part's bounding sphere
-    float radius = 0;         // of that sphere, > 0
+    Vec3 center;              // centre of the part's bounding sphere
+    float radius = 0;         // its radius, > 0
     std::array<FieldBox, 2> boxes;
     // [level][band] what a byte 1 stands for; and of the signed distances
     std::array<std::array<float, kFieldOrder>, kFieldLevels> scale{};
@@ -51,7 +51,7 @@ struct PartField {
 };
 // The bytes of one part.
 struct FieldBytes {
-    std::span<const std::int8_t> values;     // [points, kFieldNumbers]
+    std::span<const std::int8_t> values;     // [points, kFieldCoefficients]
     std::span<const std::int8_t> distances;  // [points of the fine box] signed distance, < 0 inside, clamped
 };
 
@@ -66,7 +66,7 @@ struct FieldTable {
     Vec3 center;
     float radius = 0;
     std::array<FieldBox, 2> boxes;
-    std::array<std::array<float, kStride>, kFieldLevels> scale{};  // of each number of a point
+    std::array<std::array<float, kStride>, kFieldLevels> scale{};  // scale of each number of a point
     float fade = 0;                                                // depth below the surface at which it is dark
     std::vector<std::int8_t> points;
 };
@@ -74,8 +74,8 @@ struct FieldTable {
 FieldTable makeFieldTable(const PartField& part, const FieldBytes& bytes, float fade);
 
 // Writes V - 1 of the part as `point` of its rest frame sees it, or as the surface near a point inside does; out.size()
-// == kFieldNumbers. Returns how dark it is there besides: 0 outside, 1 from the depth `fade` on. Both are continuous in
-// the point everywhere. Works for any point; what it writes for one that is not finite means nothing.
+// == kFieldCoefficients. Returns how dark it is there besides: 0 outside, 1 from the depth `fade` on. Both are
+// continuous in the point everywhere. Works for any point; what it writes for one that is not finite means nothing.
 float sampleField(const FieldTable& field, Vec3 point, std::span<float> out);
 
 }  // namespace penumbra

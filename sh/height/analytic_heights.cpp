@@ -24,7 +24,7 @@ AnalyticHeights parseOne(std::string_view text) {
     } else if (name == "ripples") {
         out = {AnalyticHeights::Kind::kRipples, 0.1, 1, 1, 0, 0, 1, 1};
     } else {
-        throw std::invalid_argument("'" + std::string(name) + "' is none of waves, dunes and ripples");
+        throw std::invalid_argument("'" + std::string(name) + "' is not waves, dunes or ripples");
     }
     if (colon == text.npos) return out;
     for (const KeyValue& item : splitKeyValues(text.substr(colon + 1))) {
@@ -44,7 +44,7 @@ AnalyticHeights parseOne(std::string_view text) {
         else if (item.key == "seed" && out.kind == AnalyticHeights::Kind::kWaves)
             out.seed = int(number(0, 1e6));
         else
-            throw std::invalid_argument("'" + std::string(item.key) + "' is no key of " + std::string(name));
+            throw std::invalid_argument("'" + std::string(item.key) + "' is not a key of " + std::string(name));
     }
     return out;
 }

@@ -7,7 +7,7 @@
 namespace penumbra {
 
 struct HeightStroke {
-    float row = 0, column = 0;  // its middle, which may lie beyond the border
+    float row = 0, column = 0;  // middle of the stroke, which may lie beyond the border
     float radius = 0;           // metres
     float rise = 0;             // metres at the middle; below 0 it digs
 };

@@ -13,13 +13,13 @@ namespace penumbra {
 struct HeightTap {
     float row, column, per_metre;
     float scale, offset;
-    float last_row, last_column;  // of the level
+    float last_row, last_column;  // last row and column of the level
     std::int32_t columns, first;
 };
 
 struct HeightScene {
-    const float* numbers;  // of all levels
-    float rows, columns;   // of level 0
+    const float* heights;  // heights of all levels
+    float rows, columns;   // size of level 0
     bool wraps, open;
     float least;  // leastHorizon()
     int order, azimuths;
@@ -46,10 +46,10 @@ struct HeightPair {
 // From SH in the frame of a field to mirrored numbers in the frames of points: turns about z, a quarter turn about x, a
 // turn about z, `mirror` (the quarter turn back, then the mirror), a turn about z.
 struct HeightMirror {
-    int order, size;  // of V; numbers that come out
+    int order, size;  // order of V; number of coefficients in the output
     const HeightTurn *quarter, *mirror;
     std::size_t quarter_count, mirror_count;
-    const HeightPair* pairs;  // of the numbers that come out
+    const HeightPair* pairs;  // pairs of output coefficients
     std::size_t pair_count;
     const float* below;    // [size] what is added: the mirrored "1 below the horizon"; null: nothing
     const float* ambient;  // [size] weights of E, which is clamped to [0, 1]

@@ -40,7 +40,7 @@ public:
     }
     // Lists all that are awake, ascending, and puts them to sleep.
     void takeAwake(std::vector<std::uint32_t>& receivers);
-    // Lists all cells of which looks() holds, ascending, for which it then does not.
+    // Moves the cells with looks() into `cells`, ascending, and clears the mark.
     void takeLooking(std::vector<std::uint32_t>& cells);
 
     // Call this where a receiver that has looked again sees something else. Different ones may run at once.

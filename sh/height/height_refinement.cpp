@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::size_t kBatch = 64;
 
-// What four corners say of a place between them.
+// Heights and normals at the four corners around a place.
 struct Corners {
     const float* rows[4];
     Vec3 normals[4];
@@ -199,7 +199,7 @@ void HeightVisibility::mixFiner(const HeightGrid& grid, const HeightRefined& ref
             return refined.sharesOf(size)[refined.place(startOf(row, refined.first_row, size),
                                                         startOf(column, refined.first_column, size))];
         };
-        float left = cellShare(step());  // of the sum, for what is finer
+        float left = cellShare(step());  // share left for finer cells
         if (left <= 0) continue;
         const std::span<float> sum = rows.subspan(p * row_size_, row_size_);
         for (float& x : sum) x *= 1 - left;
@@ -241,9 +241,9 @@ std::uint64_t HeightVisibility::finerKey(const HeightRefined& refined, int row, 
             if ((r == step() || c == step()) && (r % 2 || c % 2)) continue;
             const std::int16_t slot = refined.slot[refined.place(row + r, column + c)];
             if (slot < 0) continue;
-            const float* const numbers = &refined.rows[std::size_t(slot) * row_size_];
+            const float* const coefficients = &refined.rows[std::size_t(slot) * row_size_];
             for (std::size_t i = 0; i < row_size_; ++i)
-                key = (key ^ std::bit_cast<std::uint32_t>(numbers[i])) * 1099511628211u;
+                key = (key ^ std::bit_cast<std::uint32_t>(coefficients[i])) * 1099511628211u;
         }
     return key;
 }

@@ -28,9 +28,9 @@ float cellError(float apart, float rough);
 // How much of what is finer shows, 0 to 1.
 float refinementOf(float error, float tolerance);
 
-// What finer receivers of a tile see: rows of one band of cells, and some columns. The tile begins at a cell.
+// Part of a tile that finer receivers read: rows of one band of cells, and some columns. The tile begins at a cell.
 struct HeightRefined {
-    static constexpr int kColumns = 64;  // of points, at most
+    static constexpr int kColumns = 64;  // columns of points, at most
     static constexpr int kMaxStep = 8, kStride = kColumns + 1, kPlaces = (kMaxStep + 1) * kStride;
 
     int first_row = 0, first_column = 0, end_row = 0, end_column = 0;
@@ -38,7 +38,7 @@ struct HeightRefined {
     std::size_t count = 0;
     // At a cell's first point: how much of what is finer shows, for cells of 8, 4 and 2 points.
     std::array<std::array<float, kPlaces>, 3> shares;
-    std::array<std::int16_t, kPlaces> slot;  // of a point among those below, or -1
+    std::array<std::int16_t, kPlaces> slot;  // slot of each point among those below, or -1
     std::array<float, kPlaces * 32> rows;    // [count, 32] V
     std::array<Vec3, kPlaces> normals;       // [count]
 

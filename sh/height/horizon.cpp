@@ -33,7 +33,8 @@ HorizonTaps horizonTaps(const HeightField& field, int azimuths) {
     const int top = int(field.levels().size()) - 1;
     for (int a = 0; a < azimuths; ++a) {
         const double phi = horizonAzimuth(a, azimuths), x = std::cos(phi) / double(grid.cell_x),
-                     y = std::sin(phi) / double(grid.cell_y), metres = 1 / std::hypot(x, y);  // of a texel
+                     // length of one texel in this direction
+            y = std::sin(phi) / double(grid.cell_y), metres = 1 / std::hypot(x, y);
         for (const double octaves : all_octaves) {
             const double distance = std::exp2(octaves);
             const int level = int(std::nearbyint(octaves - kLevelBias));

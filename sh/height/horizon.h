@@ -1,7 +1,7 @@
 #pragma once
-// What a height field leaves visible at a point: horizons at some azimuths, and the SH of what lies above them
-// (Nowrouzezahrai 2009 eq. 4-5, corrected: omega is an elevation). These are the directions in which a point looks;
-// height_visibility.h computes what it sees, and tests/sh/horizon_reference.h has the plain form.
+// Computes the visibility that a height field leaves at a point: horizons at some azimuths, and the SH of the sky above
+// them (Nowrouzezahrai 2009 eq. 4-5, corrected: omega is an elevation). These are the directions in which a point
+// looks; height_visibility.h computes what it sees, and tests/sh/horizon_reference.h has the plain form.
 //
 // V is 1 above the horizon and 0 below it, over the whole sphere, in the frame of the field. Between azimuths the
 // trapezoid rule integrates: v_l,+-m = 2 pi / A sum_i Theta_l|m|(omega_i) {cos, sin}(m phi_i). It is exact for A > 2 n
@@ -27,7 +27,7 @@ struct HorizonTap {
 // errs. The level is that of the distance less 3.25: pure maxima at the level of the distance are far too dark.
 // taps[a * count + k], k ascending.
 struct HorizonTaps {
-    std::size_t count = 0;  // of an azimuth
+    std::size_t count = 0;  // taps per azimuth
     std::vector<HorizonTap> taps;
 };
 HorizonTaps horizonTaps(const HeightField& field, int azimuths = kHorizonAzimuths);

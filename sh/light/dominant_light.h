@@ -71,9 +71,9 @@ private:
     std::vector<Vec3d> directions_;
     std::vector<float> basis_;                          // [order^2, directions], a row a coefficient
     std::array<std::vector<float>, 3> light_;           // windowed, a channel each
-    std::vector<float> luminance_;                      // of light_
+    std::vector<float> luminance_;                      // luminance of light_
     std::array<std::vector<float>, kMaxSuns> kernels_;  // the windowed delta of each peak, as a part of its maximum
-    double kernel_peak_ = 0;                            // that maximum for the irradiance 1
+    double kernel_peak_ = 0;                            // largest value of that kernel, for irradiance 1
     double lobe_ = 0;                                   // radians from the peak to where the kernel ends
     std::array<Peak, kMaxSuns> peaks_;
     int count_ = 0;

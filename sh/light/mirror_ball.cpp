@@ -84,7 +84,8 @@ std::optional<Vec3d> BallView::rayToPlace(Vec3d place) const {
     if (along * along + across * across <= r * r) return std::nullopt;
     const auto difference = [&](double i, double& slope) {
         const double sine = k_ * std::sin(i), cosine = std::sqrt(1 - sine * sine);
-        const double turn = i - std::asin(sine), turning = 1 - k_ * std::cos(i) / cosine;  // of the normal
+        // angle of the normal, and its derivative
+        const double turn = i - std::asin(sine), turning = 1 - k_ * std::cos(i) / cosine;
         const double up_along = std::cos(turn), up_across = std::sin(turn);
         const double x = along - r * up_along, y = across - r * up_across;
         const double up = x * up_along + y * up_across, aside = y * up_along - x * up_across;

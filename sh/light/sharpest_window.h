@@ -1,5 +1,5 @@
 #pragma once
-// Weights for the bands of a light under which no kernel is negative.
+// Band weights of the sharpest zonal filter that never turns a non-negative light negative.
 #include <cassert>
 #include <span>
 

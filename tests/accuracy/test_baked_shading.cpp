@@ -18,7 +18,7 @@ namespace penumbra::test_baked_shading {
 namespace {
 
 struct Scene {
-    std::vector<Vec3> positions, normals;  // of the points that are shaded
+    std::vector<Vec3> positions, normals;  // the points that are shaded
     SceneScale scale;
     OcclusionScene occluders;
 };

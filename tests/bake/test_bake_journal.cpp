@@ -138,7 +138,7 @@ TEST(BakeJournal, AnotherBakesIsNamedAndNotUsed) {
     }
     write(path, "PNBJRNL2 is of a later day, or of somebody else");
     EXPECT_THAT(BakeJournal(output, header(), Precision::kFloat32, Journal::kResume).note(),
-                HasSubstr("is no journal"));
+                HasSubstr("is not the journal"));
     leaveJournal(output, 2);
     EXPECT_THAT(BakeJournal(output, header(), Precision::kFloat32, Journal::kFresh).note(), HasSubstr("discarded"));
     EXPECT_EQ(folder.entries(), 0u);

@@ -93,8 +93,8 @@ PathScene shellScene(int bounces, bool nested = false) {
     return PathScene(of);
 }
 
-// What reaches the inside of the shell under a uniform light of radiance 1: only tau comes in, and each reflection
-// leaves rho of it.
+// Returns the radiance inside of the shell under a uniform light of radiance 1: tau of it comes in, and each reflection
+// leaves rho of that.
 double insideOfShell(int channel, int bounces) {
     const double rho = double(kShellRho[channel]), tau = double(kShellTau[channel]);
     return tau * (1 - std::pow(rho, bounces)) / (1 - rho);
@@ -161,7 +161,7 @@ TEST(BouncedLight, ComesThroughAClosedShell) {
     }
 }
 
-// What reaches the inside of the inner shell with two bounces has come through both.
+// With two bounces, light reaches the inside of the inner shell only through both shells.
 TEST(BouncedLight, ComesThroughTwoNestedShells) {
     const PathScene shells = shellScene(2, true);
     Vec3d found;

@@ -47,7 +47,7 @@ TEST(FarBias, RaysStartInTheGapAndOverTheFloor) {
         const MomentTracer tracer = tracerOf(plan, posed, directions);
         const MomentOutput out = outputOf(posed.frame);
         traceMoments(tracer, posed.frame.positions, posed.frame.normals, out);
-        std::vector<double> open;  // of the hemisphere
+        std::vector<double> open;  // open share of the hemisphere
         for (std::size_t v = 0; v < posed.frame.positions.size(); ++v)
             open.push_back(double(out.coefficients[25 * v]) / unblockedOf(plan.header.quantity));
         std::size_t facing = 0;

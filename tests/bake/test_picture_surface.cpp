@@ -1,4 +1,4 @@
-// What the reference sees of pictures and colours of vertices at a point.
+// Tests how the reference reads pictures and colours of vertices at a point.
 #include <gtest/gtest.h>
 
 #include "bake/reference/picture_surface.h"

@@ -116,7 +116,7 @@ TEST(Sheets, SheetSunkIntoAThinPlateComesOutOnce) {
 // A character of two boxes and a banner of two triangles back to back. One box and the banner have sunk into the other
 // box.
 TEST(Sheets, PartsOfACharacterThatSinkInAreDarkBesideABanner) {
-    constexpr double kDepth = 5e-3;  // of a diagonal near 2: less than kSunkIn
+    constexpr double kDepth = 5e-3;  // less than kSunkIn, at a diagonal near 2
     Shape s = box({-0.5, -1, -0.5}, {0.5, 0, 0.5});
     shapes::append(s, box({-0.1, -kDepth, -0.1}, {0.1, 1, 0.1}));
     const std::vector<Vec3> banner{toFloat({0.3, -kDepth, 0.3}), toFloat({0.3, -kDepth, 0.4}),

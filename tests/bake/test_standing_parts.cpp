@@ -98,7 +98,7 @@ protected:
         FieldPlan plan;
         plan.file.fields.fade = 0.0075f;
         plan.meshes = {foot()};
-        plan.file.fields.parts = placeFields(plan.meshes, 8, 1 << 30);  // as the feet of a man have
+        plan.file.fields.parts = placeFields(plan.meshes, 8, 1 << 30);  // a man's feet have fields as well
         const FieldFile file = bakeFields(plan, {}, 2, ProgressStyle::kNone);
         fields_.tables = {makeFieldTable(file.fields.parts[0], file.fields.bytesOf(0), file.fields.fade)};
         fields_.joints = {0};
@@ -108,11 +108,11 @@ protected:
         const Affine bone;
         poseParts(fields_, {&bone, 1}, posed);
         const std::uint16_t part = 0;
-        std::array<float, kFarNumbers> visible, weights;
+        std::array<float, kFarCoefficients> visible, weights;
         farVisibility(fields_, posed, {&part, 1}, {point, {0, 1, 0}, {1, 0, 0}}, visible);
         ambientWeights(parseConvention("D6"), weights);
         double sum = 0;
-        for (std::size_t i = 0; i < kFarNumbers; ++i) sum += double(weights[i] * visible[i]);
+        for (std::size_t i = 0; i < kFarCoefficients; ++i) sum += double(weights[i] * visible[i]);
         return sum;
     }
 

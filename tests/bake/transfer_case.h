@@ -18,7 +18,7 @@ struct TransferCase {
     float bias = 1e-4f;
 };
 
-// What the bake of a case holds, of each vertex.
+// The result of baking a case, one row per vertex.
 struct Transfer {
     std::size_t n2 = 0;
     std::vector<float> direct, indirect;

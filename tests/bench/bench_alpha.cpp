@@ -1,4 +1,4 @@
-// What triangles that let rays through cost, and how right the light below them is.
+// Measures the time that triangles with opacity cost, and the error of the light below them.
 //   bench_alpha [--rays N] [--runs N] [--rings N]
 // Times are CPU seconds of one thread for the rays of all vertices of a bumpy sphere, the least of some runs, as ratios
 // to the same scene without opacity in the same run. The error is that of E in the middle below a card with hair

@@ -1,5 +1,5 @@
-// What a height field costs and how far it is from the truth. Figures are of the processor's time of one thread, which
-// other programs hardly change; frames are also timed on two threads.
+// Measures the time that a height field takes and its error against the truth. Figures are of the processor's time of
+// one thread, which other programs hardly change; frames are also timed on two threads.
 //
 //   bench_height                 waves of 128^2 to 1024^2 points: cost by step and with more receivers where cells
 //                                need them; sub-sampling of waves, dunes and a steep fractal against full resolution

@@ -1,4 +1,5 @@
-// Processor time of what a worker does for a crowd: one update of each level, and a second of 12 near and 38 far members.
+// Processor time of what a worker does for a crowd: one update of each level, and a second of 12 near and 38 far
+// members.
 //
 // usage: node web_crowd.mjs PACKAGE X.pnb
 // The figures are of the processor's time, so other work on the machine matters little.

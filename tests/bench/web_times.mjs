@@ -1,4 +1,5 @@
-// usage: node web_times.mjs PACKAGE ASSET: milliseconds of one thread that a frame takes, least of rounds over all poses.
+// usage: node web_times.mjs PACKAGE ASSET: milliseconds of one thread that a frame takes, least of rounds over all
+// poses.
 import fs from 'node:fs';
 import path from 'node:path';
 import { pathToFileURL } from 'node:url';

@@ -13,7 +13,7 @@ import numpy as np
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "pipeline"))
 from test_web_runtime import LIBRARY, Error, Vertices
 
-ROUNDS, STEP = 6, 3  # those of web_times.mjs
+ROUNDS, STEP = 6, 3  # the same values as in web_times.mjs
 
 
 def native_ms(path, simd):

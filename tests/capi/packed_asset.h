@@ -16,7 +16,7 @@ struct Recipe {
     bool slots = true;  // "body/skin", "body/cloth" with materials "lambert" and "tinted"
     bool materials = true, lights = true;
     bool bounces = false;    // light that bounces
-    std::uint32_t seed = 3;  // of the light
+    std::uint32_t seed = 3;  // seed of the light
 };
 
 // "lambert" has no operators; "tinted" has them and three channels.

@@ -84,7 +84,8 @@ struct LitCaster {
         frame.bounced.resize(info.vertex_count * PENUMBRA_BOUNCED_STRIDE);
         EXPECT_EQ(frame.evaluate(one.get(), info), PENUMBRA_OK);
     }
-    // Of each vertex the factor between two arrays of light that bounces, which all its numbers have.
+    // Returns for each vertex the factor between two arrays of light that bounces. All numbers of a vertex have the
+    // same.
     std::vector<float> sharesIn(const std::vector<float>& cast) const {
         std::vector<float> shares;
         for (std::size_t v = 0; v < info.vertex_count; ++v) {

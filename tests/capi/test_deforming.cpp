@@ -90,7 +90,7 @@ TEST(CApiDeforming, SameNumbersAsTheClassesInEitherOrder) {
             for (std::size_t f = 0; f < cloth.info.frame_count; ++f) {
                 const std::vector<float> inputs = synthetic::clothInputs(f / 3.0);
                 evaluator.setPositions(cloth.points(f), inputs);
-                const auto [positions, normals, tangents, numbers, indirect] = PosedArrays(evaluator);
+                const auto [positions, normals, tangents, coefficients, indirect] = PosedArrays(evaluator);
                 std::vector<float> asset_order;
                 for (std::size_t v = 0; v < positions.size(); ++v)
                     for (int i = 0; i < 3; ++i)
@@ -102,7 +102,7 @@ TEST(CApiDeforming, SameNumbersAsTheClassesInEitherOrder) {
                               PENUMBRA_OK)
                         << cloth.error.message;
                     ASSERT_EQ(frame.evaluate(cloth.character.get(), cloth.info, 3), PENUMBRA_OK);
-                    EXPECT_EQ(frame.coefficients, numbers);
+                    EXPECT_EQ(frame.coefficients, coefficients);
                     for (std::size_t v = 0; v < positions.size(); ++v)
                         for (std::size_t i = 0; i < 3; ++i) {
                             ASSERT_EQ(frame.positions[3 * v + i], positions[v][int(i)]);
@@ -136,7 +136,7 @@ TEST(CApiDeforming, WrongCallsAreRefused) {
               "PENUMBRA_INVALID_ARGUMENT: vertex_count is 30; the asset has 60 vertices");
     EXPECT_EQ(set(PENUMBRA_SOURCE_VERTICES, {0, 0, 0}, inputs),
               "PENUMBRA_INVALID_ARGUMENT: vertex_count is 1; the asset has 30 source vertices");
-    EXPECT_THAT(set(penumbra_vertex_order(2), source, inputs), HasSubstr("order is no penumbra_vertex_order"));
+    EXPECT_THAT(set(penumbra_vertex_order(2), source, inputs), HasSubstr("order is not a penumbra_vertex_order"));
     EXPECT_THAT(set(PENUMBRA_SOURCE_VERTICES, source, {1, 2, 3}), HasSubstr("input_count is 3; the asset has 4"));
     std::vector<float> wrong = inputs;
     wrong[2] = std::numeric_limits<float>::infinity();

@@ -221,7 +221,7 @@ TEST(CApiErrors, Poses) {
     std::vector<float> matrices(36, 0.5f), rotations(9, 0.1f);
     EXPECT_EQ(pose(0, nullptr, 3, &rotations, 9), "PENUMBRA_INVALID_ARGUMENT: matrices is NULL");
     EXPECT_EQ(pose(0, &matrices, 2, &rotations, 9), "PENUMBRA_INVALID_ARGUMENT: joint_count is 2; the asset has 3");
-    EXPECT_THAT(pose(2, &matrices, 3, &rotations, 9), HasSubstr("layout is no penumbra_matrix_layout"));
+    EXPECT_THAT(pose(2, &matrices, 3, &rotations, 9), HasSubstr("layout is not a penumbra_matrix_layout"));
     EXPECT_EQ(pose(0, &matrices, 3, nullptr, 9),
               "PENUMBRA_INVALID_ARGUMENT: the model reads joint rotations: rotations is NULL");
     EXPECT_THAT(pose(0, &matrices, 3, &rotations, 8), HasSubstr("rotation_count is 8; the asset has 9"));

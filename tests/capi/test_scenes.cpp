@@ -1,4 +1,4 @@
-// What characters hide from one another and from the engine's own meshes, through the C interface.
+// Tests how characters shadow one another and the engine's own meshes, through the C interface.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -129,7 +129,8 @@ TEST(CApiScenes, CastsOnCharacters) {
     EXPECT_NE(received.coefficients, unshadowed.coefficients);
 }
 
-// What is hidden is what E loses, and a ground on which a character lies on its head hides what it did not before.
+// E loses exactly the hidden light, and a ground on which a character lies on its head hides other directions than
+// before.
 TEST(CApiScenes, ALevelGroundHidesWhatGoesDown) {
     const std::vector<std::byte> bytes = tube();
     const Asset asset = open(bytes);

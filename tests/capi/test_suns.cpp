@@ -383,7 +383,7 @@ TEST(CApiSuns, WrongCallsOfMaps) {
               PENUMBRA_INVALID_ARGUMENT);
     EXPECT_EQ(penumbra_sun_map_set_casters(nullptr, &awning.sun, nullptr, 0, nullptr, nullptr),
               PENUMBRA_INVALID_ARGUMENT);
-    // What was refused has changed nothing: the awning still casts.
+    // The refused calls have changed nothing: the awning still casts.
     const float below[3] = {}, up[3] = {0, 1, 0};
     float visible = -1;
     EXPECT_EQ(penumbra_sun_map_visibility(map.get(), below, up, 1, &visible, nullptr), PENUMBRA_OK);

@@ -54,7 +54,7 @@ TEST(CApiSurfaces, NumbersAreThoseOfTheAsset) {
     EXPECT_EQ(penumbra_asset_slot_surface(open(plain).get(), 0, &slot), 0) << "an asset without textures has none";
 }
 
-// What an engine does in a frame: each part of both slots into an array of its own.
+// The terms that an engine computes in a frame: each part of both slots into an array of its own.
 struct Terms {
     std::vector<float> d, a[2], b[2];
 

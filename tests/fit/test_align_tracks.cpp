@@ -57,7 +57,7 @@ TEST(AlignTracks, IsExactWithoutNoise) {
 }
 
 // Five views with 2 mm and .3 degrees of noise a pose. The golden alternation is off by .0046 in scale, .15 degrees and
-// 3.1 mm or less; the errors here are held to three times the medians that formulas-light-and-blockers, section 7, has.
+// 3.1 mm or less. The bounds here are three times the median errors of such draws.
 TEST(AlignTracks, BearsNoise) {
     const nlohmann::json golden = readGolden("calibration.json");
     const MapError error = errorOf(alignFrames(goldenPairs(golden.at("noisy"))).map, golden.at("truth"));

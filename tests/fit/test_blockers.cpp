@@ -341,7 +341,7 @@ TEST(FitBlockers, SilhouettesAreAsLargeAsTheMeshs) {
     // A tube without ends, 1.8 m long, radius 0.15: the mean silhouette is about a quarter of its hull's surface.
     EXPECT_NEAR(fit.mesh_area, (2 * kPi * 0.15 * 1.8 + 2 * kPi * 0.0225) / 4, 0.05);
     EXPECT_LT(fit.silhouette_error, 0.1);
-    EXPECT_EQ(fit.poses, 6u);  // of the training clip
+    EXPECT_EQ(fit.poses, 6u);  // poses in the training clip
     // Each sphere is on the axis, of the joint that it is nearest to.
     for (std::size_t s = 0; s < fit.blockers.spheres.size(); ++s) {
         const CasterSphere& sphere = fit.blockers.spheres[s];

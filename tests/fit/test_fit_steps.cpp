@@ -27,7 +27,7 @@ std::vector<double> interpolatedSlices(const BrdfSteps& steps, double value) {
 
 struct Case {
     const char* text;
-    std::size_t steps;  // that the default error asks for
+    std::size_t steps;  // steps that the default error needs
 };
 
 // The error that steps state is that of their middles. Elsewhere it is at most a fifth larger: measured at eight places
@@ -66,7 +66,7 @@ TEST(FitSteps, AreExactAtEveryStep) {
     EXPECT_GT(steps.error, kMaxStepError) << "three steps are too few, and it is said";
 }
 
-// What counts is the picture: between two steps it is as far from brute force as at a step.
+// The picture decides: between two steps it is as far from brute force as at a step.
 TEST(FitSteps, ShadeAsWellBetweenAsAtThem) {
     const BrdfRange range = *parseBrdfRange("ggx:alpha=0.1..0.6");
     const BrdfSteps steps = fitSteps(range, {}, int(kMaxBrdfSteps), 2);

@@ -12,9 +12,9 @@
 namespace penumbra::test_visibility_lobes {
 namespace {
 
-std::vector<double> grey(const std::vector<double>& numbers) {
+std::vector<double> grey(const std::vector<double>& values) {
     std::vector<double> sh;
-    for (const double number : numbers) sh.insert(sh.end(), 3, number);
+    for (const double number : values) sh.insert(sh.end(), 3, number);
     return sh;
 }
 
@@ -120,7 +120,7 @@ synthetic::Options smallCharacter() {
 TEST(VisibilityLobes, AreComparedWithSh) {
     const synthetic::TemporaryFile file("lobes.vis.h5");
     synthetic::Options character = smallCharacter();
-    character.convention = synthetic::Options().convention;  // of few bands, which two lobes follow
+    character.convention = synthetic::Options().convention;  // has few bands, which two lobes can follow
     synthetic::writeCharacter(file.path, character);
     const VisibilityReader reader(file.path);
     const PoseTable poses = readPoses(reader, {.threads = 2});
@@ -162,7 +162,7 @@ FrameSpread spreadOfFile(const VisibilityReader& truth, const VisibilityReader& 
     return spreadOver(squares, frames);
 }
 
-// What `visibility --model zh-lobes` writes and `predict` reads back has the errors that `compare` shows.
+// The file that `visibility --model zh-lobes` writes and `predict` reads back has the errors that `compare` shows.
 TEST(VisibilityLobes, AFileHasTheErrorsOfTheComparison) {
     const synthetic::TemporaryFile file("lobes.vis.h5"), model_file("lobes.lobes.h5"), predicted_file("lobes.pred.h5");
     synthetic::writeCharacter(file.path, smallCharacter());
@@ -208,7 +208,7 @@ TEST(VisibilityLobes, OfNothingAreNothing) {
     options.lobes = 3;
     const VisibilityReader reader(file.path);
     const LobeModelFit fit = fitLobeModel(reader, options, {});
-    for (const float number : predictLobeNumbers(fit.model, reader.readFrame(3).pose, 1)) EXPECT_NEAR(number, 0, 1e-9);
+    for (const float number : predictLobeValues(fit.model, reader.readFrame(3).pose, 1)) EXPECT_NEAR(number, 0, 1e-9);
     EXPECT_EQ(fit.report.train_spread.mean, 0);
 }
 

@@ -12,7 +12,7 @@ struct DrawnTag {
     TagFamily family = TagFamily::k36h11;
     int id = 0;
     double side = 1;
-    Vec3d place = {};  // of its middle, in the plane z = 0
+    Vec3d place = {};  // its middle, in the plane z = 0
 };
 
 struct Photograph {

@@ -89,7 +89,7 @@ struct ZipEntry {
     std::string name, data;
     bool compress = false;
     bool zip64 = false;  // sizes and offset in the extra field, as in archives beyond 4 GiB
-    int method = -1;     // what the directory says, if not the truth
+    int method = -1;     // method that the directory states instead of the true one; -1: the true one
     std::uint64_t stated_size = 0;
     std::string behind = "";  // bytes of the member behind the end of its deflate stream
 };

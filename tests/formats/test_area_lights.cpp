@@ -19,7 +19,7 @@ using std::numbers::pi;
 struct Disc {
     Vec3d direction;
     double radius = 0;      // degrees
-    double irradiance = 1;  // of red; green has 0.8 and blue 0.6 of it
+    double irradiance = 1;  // irradiance of red; green has 0.8 and blue 0.6 of it
 };
 
 EnvironmentMap roomWith(const std::vector<Disc>& discs, int width = 192) {

@@ -119,7 +119,8 @@ TEST(CasterSphere, MovesAndScalesWithItsBone) {
     const CasterSphere moved = movedBy(Affine{{0, -2, 0, 10, 2, 0, 0, 20, 0, 0, -2, 30}}, sphere);
     EXPECT_EQ(moved.center, (Vec3{6, 22, 24}));
     EXPECT_FLOAT_EQ(moved.radius, 1);
-    EXPECT_FLOAT_EQ(movedBy(Affine{{8, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}}, sphere).radius, 1);  // as volumes do
+    // the scale is the cubic root of the volume's scale
+    EXPECT_FLOAT_EQ(movedBy(Affine{{8, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}}, sphere).radius, 1);
 }
 
 }  // namespace

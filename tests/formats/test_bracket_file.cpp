@@ -50,7 +50,7 @@ TEST(BracketFile, ShotsHaveAPoseEach) {
     const std::string shot = R"({"file": "/p/a.jpg", "exposure": 1, )" + kPose + "}";
     const BracketFile read =
         parseShots("{" + kCamera + R"(, "pictures": [)" + shot + ", " + shot + "]}", "shots/b.json");
-    ASSERT_EQ(read.pictures.size(), 2u);  // of one exposure, which a walk around may have
+    ASSERT_EQ(read.pictures.size(), 2u);  // pictures of a walk around may have the same exposure
     EXPECT_EQ(read.pictures[1].file, "/p/a.jpg");
     ASSERT_TRUE(read.pictures[1].pose);
     EXPECT_EQ(read.pictures[1].pose->translation.z, 2);
@@ -84,7 +84,7 @@ TEST(BracketFile, RefusesWithThePlace) {
         {R"({"tag": "36h11:3:0.7", )" + kPose + ", " + pictures({"4", "1"}) + "}", "has a \"tag\" and a pose"},
         {R"({"R": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], )" + pictures({"4", "1"}) + "}", "b.json: /: has no \"t\""},
         {R"({"R": [[2, 0, 0], [0, 1, 0], [0, 0, 1]], "t": [0, 0, 1], )" + pictures({"4", "1"}) + "}",
-         "b.json: /: has an R that is no rotation"},
+         "b.json: /: has an R that is not a rotation"},
         {R"({"lens": 1, )" + pictures({"4", "1"}) + "}", "b.json: /lens: unknown key"},
     };
     for (const auto& [text, expected] : cases) EXPECT_THAT(problemOf(parseBracket, text), HasSubstr(expected)) << text;

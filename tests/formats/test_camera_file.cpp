@@ -82,7 +82,7 @@ TEST(CameraPosesFile, RefusesWithThePlace) {
         {with("[{" + r + R"(, "t": [0, NaN, 1]}])"), "p.json: not JSON"},
         {with("[{" + r + R"(, "t": [0, 1e300, 1]}])"), "p.json: /frames/0/t/1: is 1e+300, not in"},
         {with(R"([{"R": [[1, 0, 0], [0, 1, 0], [0, 0, -1]], "t": [0, 0, 1]}])"),
-         "p.json: /frames/0: has an R that is no rotation"},
+         "p.json: /frames/0: has an R that is not a rotation"},
         {with(R"([{"R": [[1, 0, 0], [0, 1, 0]], "t": [0, 0, 1]}])"), "p.json: /frames/0/R: must have 3 rows"},
         {R"({"format": "penumbra.camera_poses", "version": 2})", "p.json: /version: is version 2"},
         {R"({"frames": []})", "p.json: /: has no \"format\""}};

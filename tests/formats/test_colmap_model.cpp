@@ -78,7 +78,7 @@ TEST(ColmapModel, RefusesWithTheLine) {
         {"1 nan 0 0 0 0 0 1 1 a\n", "line 1: QW must be a number up to 2, not 'nan'"},
         {"1 1 0 0 0 0 0 1e99 1 a\n", "line 1: TZ must be a number"},
         {"1 1 0 0 0 0 0 1 1.5 a\n", "line 1: CAMERA_ID must be a whole number"},
-        {"1 1 0 0 0 0 0 1 1 a\n\n2 1 0 0 0 0 0 1 1 a\n\n", "line 3: 'a' stands twice"},
+        {"1 1 0 0 0 0 0 1 1 a\n\n2 1 0 0 0 0 0 1 1 a\n\n", "line 3: 'a' occurs twice"},
         {"1 1 0 0 0 0 0 1 9 a\n", "m/cameras.txt: has no camera 9"},
     };
     for (const auto& [text, expected] : images) EXPECT_THAT(problemOf(camera, text), HasSubstr(expected)) << text;
@@ -88,7 +88,7 @@ TEST(ColmapModel, RefusesWithTheLine) {
         {"1 SIMPLE_PINHOLE 0 480 600 320 240\n", "line 1: the camera has no pixels"},
         {"1 SIMPLE_PINHOLE 640 480 -600 320 240\n", "line 1: the camera has a focal length that is not above 0"},
         {"1 SIMPLE_PINHOLE 99999 480 600 320 240\n", "line 1: WIDTH must be a number up to 32768"},
-        {camera + camera, "line 2: camera 1 stands twice"},
+        {camera + camera, "line 2: camera 1 occurs twice"},
         {"one\n", "line 1: CAMERA_ID must be a number"},
     };
     for (const auto& [text, expected] : cameras) EXPECT_THAT(problemOf(text, kImages), HasSubstr(expected)) << text;

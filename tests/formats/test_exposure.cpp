@@ -16,7 +16,7 @@ Image greys(const std::vector<float>& values) {
     return image;
 }
 
-// Of 100 greys 1..100 the 90th percentile is 90, in any order.
+// The 90th percentile of the greys 1..100 is 90, in any order.
 TEST(AutomaticExposure, ShowsThePercentileAsTheStatedValue) {
     std::vector<float> values;
     for (int i = 0; i < 100; ++i) values.push_back(float(1 + i * 37 % 100));

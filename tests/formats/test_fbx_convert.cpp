@@ -46,7 +46,7 @@ struct FbxConvert : testing::Test {
 
     void SetUp() override {
         fs::create_directory(folder.path / "tmp");
-        samples::writeText(fbx, samples::asciiFile(samples::turningRig(8).root));  // which assimp reads wrong
+        samples::writeText(fbx, samples::asciiFile(samples::turningRig(8).root));  // assimp reads this rig wrong
         samples::EditableGlb prepared = samples::EditableGlb::of("swing");
         prepared.json["animations"][0]["name"] = "turn";
         samples::writeText(glb, prepared.bytes());
@@ -80,7 +80,7 @@ TEST_F(FbxConvert, WhatItMakesIsReadAsTheFile) {
     EXPECT_EQ(source.file, fbx);
     EXPECT_THAT(source.files_read, ElementsAre(fbx, program));
     ASSERT_EQ(source.clips.size(), 1u);
-    EXPECT_NEAR(source.clips[0].duration, 1, 1e-6);  // of its take
+    EXPECT_NEAR(source.clips[0].duration, 1, 1e-6);  // length of its take
     ASSERT_TRUE(source.converted);
     EXPECT_EQ(source.converted->size(), fs::file_size(glb));
     EXPECT_THAT(source.log, ElementsAre(AllOf(HasSubstr(program.string()), HasSubstr("network"))));

@@ -128,7 +128,7 @@ TEST(FbxScan, DamagedPolygonsAreRefused) {
 struct Case {
     const char* name;
     std::function<void(FbxRig&)> change;
-    const char *assimp, *converter;  // what their faults say; "": there is none
+    const char *assimp, *converter;  // text of the expected faults; "": there is none
     std::int64_t flag = 4;
 };
 
@@ -297,7 +297,7 @@ TEST(FbxTakes, ClipsAreTheirPartOfTheKeys) {
     const FbxScan scan = scanRig(rig);
     ASSERT_EQ(scan.takes.size(), 3u);
     const auto span = [&](int take) { return std::pair(spanOfClip(scan, take)->first, spanOfClip(scan, take)->last); };
-    EXPECT_EQ(span(0), std::pair(0.5, 1.0));  // of 0 to 1 s, as far as there are keys
+    EXPECT_EQ(span(0), std::pair(0.5, 1.0));  // the take lasts from 0 to 1 s, and the keys begin at 0.5 s
     EXPECT_EQ(span(1), std::pair(1.0, 2.5));
     EXPECT_EQ(span(2), std::pair(0.5, 3.0));
 }

@@ -228,7 +228,7 @@ TEST_F(HeightFile, RefusesWhatIsTooLargeOrCutShortOrOfAnotherKind) {
     const std::string picture = png16(64, 64, std::vector<std::uint16_t>(64 * 64, 700));
     EXPECT_THAT(problem(from(write("c.png", picture.substr(0, picture.size() / 2)))), HasSubstr("PNG: is cut short"));
     EXPECT_THAT(problem(from(write("rgb.png", png16(1, 1, {5}, PNG_COLOR_TYPE_RGB)))), HasSubstr("only grey"));
-    EXPECT_THAT(problem(from(write("rubbish.png", "rubbish"))), HasSubstr("rubbish.png: is no file of heights"));
+    EXPECT_THAT(problem(from(write("rubbish.png", "rubbish"))), HasSubstr("rubbish.png: is not a file of heights"));
     EXPECT_THAT(problem(from(write("rubbish.exr", "\x76\x2f\x31\x01rubbish"))),
                 HasSubstr("rubbish.exr: not a readable"));
     write("b.hdr", "NROWS 2\nNCOLS 2\n");
@@ -236,7 +236,7 @@ TEST_F(HeightFile, RefusesWhatIsTooLargeOrCutShortOrOfAnotherKind) {
     HeightSource analytic;
     analytic.at = "s.json: /ground/heights";
     analytic.analytic = "hills";
-    EXPECT_THAT(problem(analytic), HasSubstr("/analytic: 'hills' is none of"));
+    EXPECT_THAT(problem(analytic), HasSubstr("/analytic: 'hills' is not waves"));
     analytic.analytic = "waves";
     analytic.scale = 1e9;
     EXPECT_THAT(problem(analytic), HasSubstr("beyond 1e7"));
@@ -245,7 +245,7 @@ TEST_F(HeightFile, RefusesWhatIsTooLargeOrCutShortOrOfAnotherKind) {
 TEST(RawHeader, NamesTheLineThatIsWrong) {
     const auto problem = [](const std::string& text) { return problemOf([&] { parseRawHeader(text, "a.hdr"); }); };
     EXPECT_THAT(problem("NCOLS 4\n"), HasSubstr("a.hdr: has no NROWS"));
-    EXPECT_THAT(problem("NROWS x\n"), HasSubstr("a.hdr, line 1: \"x\" is no number"));
+    EXPECT_THAT(problem("NROWS x\n"), HasSubstr("a.hdr, line 1: \"x\" is not a number"));
     EXPECT_THAT(problem("\nNROWS 65537\n"), HasSubstr("a.hdr, line 2"));
     EXPECT_THAT(problem("NROWS\n"), HasSubstr("a key without a value"));
     EXPECT_THAT(problem("NROWS 1\nNCOLS 1\nNBITS 32\n"), HasSubstr("unsupported: a.hdr, line 3"));

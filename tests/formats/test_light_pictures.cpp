@@ -317,7 +317,7 @@ TEST(LightPictures, RepairTakesTheMeanOfNeighbours) {
     const std::vector<float> before = channels[0].values;
     const float nan = std::nanf("");
     channels[0].values[32 * 5 + 7] = nan;
-    channels[1].values[32 * 9 + 0] = INFINITY;  // whose neighbours go on at the other end of the row
+    channels[1].values[32 * 9 + 0] = INFINITY;  // the row continues at its other end, so the neighbours are there
     for (int y = 12; y < 15; ++y)
         for (int x = 20; x < 23; ++x) channels[2].values[std::size_t(32 * y + x)] = nan;
     writeChannels("nan.exr", {32, 16}, channels);

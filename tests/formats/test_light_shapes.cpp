@@ -173,7 +173,7 @@ TEST(PictureLight, BandsAgreeWithTheWholePicture) {
     }
 }
 
-// What must be looked at with its neighbours is read as a whole.
+// Pictures whose faults need neighbouring pixels are read as a whole.
 TEST(PictureLight, LargePicturesWithFaultsAreReadWhole) {
     const std::filesystem::path file = scratch("faults.exr");
     Image image{64, 32, std::vector<Vec3>(64 * 32, Vec3{1, 1, 1}), {}};
@@ -184,7 +184,7 @@ TEST(PictureLight, LargePicturesWithFaultsAreReadWhole) {
     const PictureLight negative = readPictureLight({&file, 1}, {}, choice);
     EXPECT_EQ(negative.map.image.width, 64);
     EXPECT_EQ(negative.map.negative_pixels, 1u);
-    // What rings is mended in the picture, and stays in the sum.
+    // Pixels that ring are mended in the picture and stay in the sum.
     EnvironmentMap file_pixels;
     file_pixels.image = readImage(file);
     const MapProjection expected = projectMap(file_pixels, 4, 1), got = negative.project(4, 1);

@@ -1,5 +1,5 @@
-// A reader knows one version of its format and names whatever a file has not. So a file of an earlier build, which
-// lacks a field that a later one added, is refused by the field's name.
+// A reader accepts one version of its format and names every field that a file lacks. So a file of an earlier build,
+// which lacks a field that a later one added, is refused by the field's name.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -151,7 +151,7 @@ TEST(ModelFile, RefusesNearPartsThatCannotBe) {
     EXPECT_THAT(refusal(8, 5), testing::HasSubstr("/composition/near_parts: entry 8, part 5, is not below 5"));
     EXPECT_THAT(refusal(8, 2), testing::HasSubstr("is near itself"));
     EXPECT_THAT(refusal(8, 4), testing::HasSubstr("is a far part of part 2"));
-    EXPECT_THAT(refusal(8, 1), testing::HasSubstr("is there twice for part 2"));
+    EXPECT_THAT(refusal(8, 1), testing::HasSubstr("occurs twice for part 2"));
     EXPECT_THAT(refusalOfNear([](Composition& c) {
                     c.near_count = 5;
                     c.near_parts.assign(25, kNoPart);

@@ -66,7 +66,7 @@ TEST(Options, AreReadAsTheirTypes) {
     EXPECT_EQ(values.background, std::nullopt);
 }
 
-// As real numbers of the text, 0.01 lies below the double of that name, and 0.3 above.
+// The double 0.01 lies above the real number of that text, and the double 0.3 below; both still count as in range.
 TEST(Options, BothEndsOfARangeAreInIt) {
     for (const char* value : {"0.01", ".01", "1e-2", "0.3", "0.1"})
         EXPECT_EQ(refusal(std::string("--part ") + value), "") << value;

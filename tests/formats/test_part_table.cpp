@@ -132,14 +132,14 @@ TEST(PartTable, FromOneRootToAnotherThereIsNoWay) {
 // Legs may hang from a bone of their own, which is no child of the spine, and still bend the belly.
 TEST(PartTable, PartsThatShareAnEdgeOfTheMeshAreOneStepApart) {
     Rig rig = rigOf({-1, 0, 1, 2, -1}, {1, 1, 1, 1, 1});
-    rig.mesh.triangles.push_back({0, 3 * 4, 3 * 4 + 1});      // of bones 0 and 3
-    rig.mesh.triangles.push_back({1 * 4, 1 * 4 + 1, 4 * 4});  // of bone 1 and of the other root
+    rig.mesh.triangles.push_back({0, 3 * 4, 3 * 4 + 1});      // joins bones 0 and 3
+    rig.mesh.triangles.push_back({1 * 4, 1 * 4 + 1, 4 * 4});  // joins bone 1 and the other root
     const PartTable table = rig.table();
     EXPECT_EQ(table.stepsBetween(0, 3), 1);
     EXPECT_EQ(table.stepsBetween(3, 0), 1);
     EXPECT_EQ(table.stepsBetween(1, 4), 1);
     EXPECT_EQ(table.stepsBetween(4, 1), 1);
-    EXPECT_EQ(table.stepsBetween(0, 2), 2);  // as far as the skeleton says
+    EXPECT_EQ(table.stepsBetween(0, 2), 2);  // the number of steps in the skeleton
     EXPECT_EQ(table.stepsBetween(0, 4), 255);
 }
 

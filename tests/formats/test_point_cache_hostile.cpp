@@ -84,7 +84,7 @@ TEST(PointCacheHostile, EveryChangedByteOfAnNpz) {
         }
         c = char(c ^ 0x41);
     }
-    EXPECT_LE(read, 104u);  // of 1,003: dates, versions, and fields of local headers that the directory has as well
+    EXPECT_LE(read, 104u);  // out of 1,003: dates, versions, and fields of local headers that the directory repeats
 }
 
 TEST(PointCacheHostile, EveryTruncationOfAnNpy) {

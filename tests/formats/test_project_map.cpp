@@ -63,7 +63,7 @@ TEST(ProjectMap, UniformPictureHasBandZeroOnly) {
     }
 }
 
-// What is off the disc or the cross does not count, however bright it is.
+// Pixels off the disc or the cross do not count, however bright they are.
 TEST(ProjectMap, IgnoresWhatIsOffTheLight) {
     for (const Layout& layout : kLayouts) {
         const auto radiance = [](Vec3d d) { return Vec3{float(1 + d.x), float(1 + d.y), float(1 + d.z)}; };

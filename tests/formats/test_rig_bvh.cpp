@@ -89,15 +89,15 @@ TEST(RigBvh, WrongFilesAreNamedByLine) {
         std::string text = kBvh;
         return refusalOf(text.replace(text.find(from), from.size(), to));
     };
-    EXPECT_THAT(changed("Zrotation", "Wrotation"), HasSubstr("line 5: 'wrotation' is no channel"));
-    EXPECT_THAT(changed("Zrotation", "Xrotation"), HasSubstr("channel 'xrotation' is there twice"));
+    EXPECT_THAT(changed("Zrotation", "Wrotation"), HasSubstr("line 5: 'wrotation' is not a channel"));
+    EXPECT_THAT(changed("Zrotation", "Xrotation"), HasSubstr("channel 'xrotation' occurs twice"));
     EXPECT_THAT(changed("CHANNELS 6", "CHANNELS 7"), HasSubstr("line 5: a joint has 0 to 6 channels"));
     EXPECT_THAT(changed("Frames: 2", "Frames: 3"), HasSubstr("the file ends in frame 3 of 3"));
-    EXPECT_THAT(changed("Frames: 2", "Frames: 1"), HasSubstr("values stand behind the last frame"));
+    EXPECT_THAT(changed("Frames: 2", "Frames: 1"), HasSubstr("values follow the last frame"));
     EXPECT_THAT(changed("Frames: 2", "Frames: 1e12"), HasSubstr("number of frames"));
     EXPECT_THAT(changed("0.25", "0"), HasSubstr("frame time"));
     EXPECT_THAT(changed("0.25", "nan"), HasSubstr("not finite"));
-    EXPECT_THAT(changed("OFFSET 0 50", "OFFSET 0 5O"), HasSubstr("line 8: '5o' is no number"));
+    EXPECT_THAT(changed("OFFSET 0 50", "OFFSET 0 5O"), HasSubstr("line 8: '5o' is not a number"));
     EXPECT_THAT(changed("OFFSET 0 50", "OFSET 0 50"), HasSubstr("line 8: 'ofset' is not known here"));
 }
 

@@ -26,8 +26,8 @@ const Vec3d kOffsets[kJoints] = {{0, 1, .1}, {0, .5, 0}, {.2, .2, 0}, {.4, 0, 0}
 struct Shape {
     std::string prefix = "";
     double size = 1;                            // its lengths, over those of kOffsets
-    Quaternion axes[kJoints] = {};              // what turns the axes of each joint; 0: nothing
-    std::array<double, 3> node_scale{1, 1, 1};  // of a node above the hips
+    Quaternion axes[kJoints] = {};              // rotation of each joint's axes; 0: none
+    std::array<double, 3> node_scale{1, 1, 1};  // scale of a node above the hips
     Quaternion node_rotation{0, 0, 0, 1};
 };
 

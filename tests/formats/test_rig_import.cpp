@@ -351,7 +351,7 @@ TEST(RigBytes, PartsShareTheirTextures) {
 // A child that has overwritten its memory may hand back anything.
 TEST(RigBytes, DamagedOnesAreRefusedOrSound) {
     RigSource source = importWithAssimp(sample("swing_pivot.fbx"));
-    source.parts[0].triangles.resize(4);  // so that damage meets more than positions
+    source.parts[0].triangles.resize(4);  // few triangles, so that damage reaches more than positions
     const Bytes whole = bytesOf(source);
     std::mt19937 random(7);
     int refused = 0;

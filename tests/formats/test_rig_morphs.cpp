@@ -17,7 +17,7 @@ namespace {
 
 using samples::EditableGlb;
 
-constexpr std::size_t kTargets = 6;  // of the face (data-samples/README.md)
+constexpr std::size_t kTargets = 6;  // targets of the face (data-samples/README.md)
 
 Rig readEdited(const EditableGlb& glb, const std::string& name = "edited_face.glb") {
     const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / name;
@@ -89,7 +89,7 @@ TEST(RigMorphs, TargetsAreSparse) {
     const MorphTargets& morphs = samples::readSample("face").mesh.morphs;
     for (std::size_t m = 0; m < morphs.count(); ++m) {
         EXPECT_GT(morphs.rowsOf(m).vertices.size(), 10u) << morphs.names[m];
-        EXPECT_LT(morphs.rowsOf(m).vertices.size(), 1200u) << morphs.names[m];  // of 2402
+        EXPECT_LT(morphs.rowsOf(m).vertices.size(), 1200u) << morphs.names[m];  // the mesh has 2402 vertices
     }
 }
 

@@ -53,7 +53,7 @@ TEST(RigWeld, ToleranceDoesNotDependOnWhereAPointLies) {
     }
 }
 
-// Nor has it a say in the normal of the point that it is given.
+// An unused vertex has no influence on the normal of the point that it is given.
 TEST(RigWeld, UnusedVerticesTurnNoNormal) {
     SourceVertices source = vertices({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 1, 0}});
     source.triangles = {{0, 1, 2}};
@@ -116,7 +116,7 @@ TEST(RigWeld, KeepsAllInfluencesOfSumOne) {
     }
 }
 
-// What is cut above 64 influences is said with its share: here 6 of 70 equal weights.
+// The share of influences beyond 64 that are cut is reported: here 6 of 70 equal weights.
 TEST(RigWeld, InfluencesAreCutAtSixtyFourAndThatIsSaid) {
     RigSource source = samples::skinnedTriangle(70);
     EXPECT_EQ(gatherVertices(source, chooseJoints(source)).influences, 64);

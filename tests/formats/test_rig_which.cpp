@@ -128,7 +128,7 @@ TEST(RigWhich, NodesBringTheirSubtreesAndPatternsMustMatch) {
     EXPECT_THAT(slots({.nodes = {"body", "floor"}, .without = {"body/default"}}),
                 ElementsAre("sword_01/default", "floor/default"));
     EXPECT_THAT(messageOf<BadOption>(path, {.nodes = {"flor"}}), HasSubstr("near it are 'floor'"));
-    file.node("sword_[0]1", mesh, body);  // as a glob it is sword_01
+    file.node("sword_[0]1", mesh, body);  // a pattern of this name would match sword_01
     EXPECT_THAT(readRig({file.save("select_brackets")}, {.without = {"sword_[0]1", "floor"}}).mesh.slots,
                 ElementsAre("body/default", "sword_01/default"));
     EXPECT_THAT(messageOf<BadOption>(path, {.without = {"camera*"}}), HasSubstr("without a mesh at or below it"));
@@ -149,7 +149,7 @@ TEST(RigWhich, CopiesAndHullsAreNoted) {
     const shapes::Shape fine = ball(0.5, 16), coarse = ball(0.52, 6), other = shapes::sphere({1, 0, 0}, 0.5, 6);
     EXPECT_THAT(notedNodes({{"head_LOD0", fine}, {"head_LOD1", coarse}}), ElementsAre("head_LOD1"));
     EXPECT_THAT(notedNodes({{"shell", coarse}, {"head", fine}}), ElementsAre("shell"));
-    shapes::Shape box;  // whose corners are far from the ball
+    shapes::Shape box;  // its corners are far from the ball
     for (const float x : {-0.51f, 0.51f})
         for (const float y : {-0.51f, 0.51f})
             for (const float z : {-0.51f, 0.51f}) box.positions.push_back({x, y, z});

@@ -86,7 +86,7 @@ TEST(SceneFile, RefusesWithThePlace) {
         {sceneOf("7"), "s.json: /characters/0: must be an object"},
         {sceneWith(R"(, "sun": {})"), "s.json: /sun: unknown key"},
         {character(R"("yav": 3)"), "s.json: /characters/0/yav: unknown key"},
-        {character(R"("casts": "light")"), "s.json: /characters/0/casts: is none of fields, spheres and nothing"},
+        {character(R"("casts": "light")"), "s.json: /characters/0/casts: must be fields, spheres or nothing"},
         {character(R"("casts": 1)"), "s.json: /characters/0/casts: "},
         {character(R"("yaw": NaN)"), "s.json: not JSON"},
         {character(R"("yaw": 1e999)"), "s.json: not JSON"},
@@ -97,9 +97,9 @@ TEST(SceneFile, RefusesWithThePlace) {
         {character(R"("pose": {"file": "p.json", "frame": -1})"), "s.json: /characters/0/pose/frame: is -1"},
         {character(R"("pose": {"file": "p.json", "time": 1})"), "s.json: /characters/0/pose/time: unknown key"},
         {character(R"("pose": {"file": "p.json"}, "time": 1)"),
-         "s.json: /characters/0/pose: stands beside a \"time\"; one or the other"},
+         "s.json: /characters/0/pose: cannot stand beside a \"time\": give one of them"},
         {sceneWith(R"(, "props": [{"asset": "p.pnb", "pose": {}}])"), "s.json: /props/0/pose: unknown key"},
-        {character(R"("scale": 2)"), "s.json: /characters/0/scale: is not 1; fields and models hold for one size"},
+        {character(R"("scale": 2)"), "s.json: /characters/0/scale: must be 1: fields and models are made for one size"},
         {character(R"("position": [0, 0])"), "s.json: /characters/0/position: must have 3 numbers"},
         {character(R"("position": [0, 1e9, 0])"), "s.json: /characters/0/position/1: is 1e+09"},
         {character(R"("slots": ["body"])"), "s.json: /characters/0/slots: must be an object"},
@@ -112,9 +112,9 @@ TEST(SceneFile, RefusesWithThePlace) {
         {sceneWith(R"(, "ground": {"albedo": [0, 2, 0]})"), "s.json: /ground/albedo/1: is 2, not in [0, 1]"},
         {sceneWith(R"(, "camera": {})"), "s.json: /camera: has no \"size\""},
         {sceneWith(R"(, "camera": 3)"), "s.json: /camera: must be a string"},
-        {R"({"version": 1, "version": 1, "characters": []})", "s.json: /version: stands twice"},
+        {R"({"version": 1, "version": 1, "characters": []})", "s.json: /version: occurs twice"},
         {sceneOf(R"({"asset": "a.pnb"}, {"asset": "b.pnb", "position": [1, 2, 3], "yaw": 1, "yaw": 2})"),
-         "s.json: /characters/1/yaw: stands twice"},
+         "s.json: /characters/1/yaw: occurs twice"},
         {sceneWith(R"(, "light": )" + std::string(100000, '[')), "s.json: nested too deep"},
     };
     for (const auto& [text, expected] : cases) EXPECT_THAT(problemOf(text), HasSubstr(expected)) << text.substr(0, 200);
@@ -197,13 +197,13 @@ TEST(SceneFile, RefusesHeightsWithThePlaceOfWhatIsWrong) {
     for (const auto& [keys, problem] : std::initializer_list<std::pair<const char*, const char*>>{
              {R"("cell": 1)", "/ground/heights: has either a \"file\" or an \"analytic\""},
              {R"("file": "a", "analytic": "waves")", "either"},
-             {R"("file": "a", "rows": 4)", "/ground/heights/rows: is of \"analytic\""},
-             {R"("analytic": "waves", "fill": 4)", "/ground/heights/fill: is of a \"file\""},
+             {R"("file": "a", "rows": 4)", "/ground/heights/rows: is only for \"analytic\""},
+             {R"("analytic": "waves", "fill": 4)", "/ground/heights/fill: is only for a \"file\""},
              {R"("analytic": "waves", "columns": 65537)", "/ground/heights/columns"},
              {R"("file": "a", "cell": 0)", "/ground/heights/cell"},
-             {R"("file": "a", "cell": 1, "cells": [1, 1])", "/ground/heights/cells: stands beside"},
-             {R"("file": "a", "border": "torn")", "is none of clamped, periodic and open"},
-             {R"("file": "a", "step": 3)", "is none of 1, 2, 4 and 8"},
+             {R"("file": "a", "cell": 1, "cells": [1, 1])", "/ground/heights/cells: cannot stand beside"},
+             {R"("file": "a", "border": "torn")", "must be clamped, periodic or open"},
+             {R"("file": "a", "step": 3)", "must be 1, 2, 4 or 8"},
              {R"("file": "a", "order": 6)", "/ground/heights/order"},
              {R"("file": "a", "refine": 0)", "/ground/heights/refine"},
              {R"("file": "a", "refine": "much")", "/ground/heights/refine"},
@@ -214,12 +214,13 @@ TEST(SceneFile, RefusesHeightsWithThePlaceOfWhatIsWrong) {
     EXPECT_THAT(problemOf(sceneOf(R"({"asset": "a.pnb", "on_ground": 1})")), HasSubstr("must be true or false"));
     EXPECT_THAT(problemOf(R"({"version": 1, "characters": [{"asset": "a.pnb"}],
         "ground": {"size": 4, "heights": {"analytic": "waves"}}})"),
-                HasSubstr("/ground/size: is of a ground without"));
+                HasSubstr("/ground/size: is only for a ground without"));
     EXPECT_THAT(problemOf(sceneWith(R"(, "ground": {"casts": false, "heights": {"analytic": "waves"}})")),
-                HasSubstr("s.json: /ground/casts: is of a ground without heights"));
+                HasSubstr("s.json: /ground/casts: is only for a ground without heights"));
     EXPECT_TRUE(parsed(sceneWith(R"(, "ground": {})")).ground->casts);
     EXPECT_FALSE(parsed(sceneWith(R"(, "ground": {"casts": false})")).ground->casts);
-    EXPECT_THAT(problemOf(sceneWith(R"(, "ground": {"material": "clay"})")), HasSubstr("is of a ground with heights"));
+    EXPECT_THAT(problemOf(sceneWith(R"(, "ground": {"material": "clay"})")),
+                HasSubstr("is only for a ground with heights"));
 }
 
 }  // namespace

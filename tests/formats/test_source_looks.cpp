@@ -57,7 +57,7 @@ TEST(GltfLook, TellsWhatIsNotSeenOfExtensions) {
                                         "KHR_materials_unlit is not read: it is shaded as any other surface"));
 }
 
-// Of the older extension the specular colour is the reflectance at normal incidence.
+// The older extension's specular colour is the reflectance at normal incidence.
 TEST(GltfLook, ReadsSpecularGlossiness) {
     const SourceLook look = lookOf(R"({"extensions": {"KHR_materials_pbrSpecularGlossiness":
         {"diffuseFactor": [0.5, 0.5, 0.5, 1], "specularFactor": [0.25, 0.5, 0.125], "glossinessFactor": 0.75}}})");
@@ -162,7 +162,7 @@ TEST(SourceLooks, OfColladaMapWhatOursHas) {
     EXPECT_THAT(looks.slots[1].look.notes, IsEmpty());
 }
 
-// What the importer of FBX and Collada sends from its own process is what it read.
+// The looks survive the way from the process in which FBX and Collada files are imported.
 TEST(SourceLooks, SurviveTheWayFromAnotherProcess) {
     RigSource source;
     source.parts.resize(1);

@@ -103,7 +103,7 @@ TEST(TagFamily, CodesOfArucoDifferInFourBitsHoweverTheyAreTurned) {
             for (int quarter = 0; quarter < 4; ++quarter, code = turned(code))
                 if (a != b || quarter > 0) least = std::min(least, std::popcount(unsigned(kAruco4x4[a]) ^ code));
         }
-    EXPECT_EQ(least, 4);  // what OpenCV's dictionary promises
+    EXPECT_EQ(least, 4);  // the distance that OpenCV's dictionary promises
 }
 
 TEST(TagPose, IsExactForExactCorners) {
@@ -123,7 +123,7 @@ TEST(TagPose, IsExactForExactCorners) {
 
 TEST(TagPose, TheMarginTellsWhereTwoPosesFit) {
     const PinholeCamera camera{640, 319.5, 239.5, 640, 480, 0, 0};
-    const auto marginFrom = [&](double distance) {  // of a tag that is seen obliquely, with corners off by .3 pixels
+    const auto marginFrom = [&](double distance) {  // for a tag that is seen obliquely, with corners off by .3 pixels
         const CameraPose pose = samples::lookingAt({0, -distance * 0.5, distance * 0.87}, {0, 0, 0});
         std::vector<SeenPoint> seen;
         const double off[] = {0.3, -0.2, 0.25, -0.3};

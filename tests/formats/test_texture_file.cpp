@@ -103,7 +103,7 @@ TEST(TextureFile, SizesThatTheBytesCannotHoldTakeNoMemory) {
             changed[std::size_t(16 + i)] = std::byte(width >> (24 - 8 * i));
             changed[std::size_t(20 + i)] = std::byte(height >> (24 - 8 * i));
         }
-        png_uint_32 crc = png_uint_32(0xFFFFFFFF);  // of the chunk's type and data
+        png_uint_32 crc = png_uint_32(0xFFFFFFFF);  // checksum of the chunk's type and data
         for (std::size_t i = 12; i < 29; ++i) {
             crc ^= png_uint_32(changed[i]);
             for (int bit = 0; bit < 8; ++bit) crc = crc & 1 ? 0xEDB88320u ^ (crc >> 1) : crc >> 1;

@@ -40,7 +40,7 @@ struct FakeCamera {
     int setFormat(v4l2_pix_format& pix) {
         if (std::ranges::find(formats, pix.pixelformat) == formats.end()) {
             if (formats.empty()) return fail(EINVAL);
-            pix.pixelformat = formats[0];  // as drivers do
+            pix.pixelformat = formats[0];  // drivers do the same
         }
         pix.width = width;
         pix.height = height;

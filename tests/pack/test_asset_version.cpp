@@ -1,4 +1,4 @@
-// An asset is refused by the number of another version, and by the name of a field that it must have and has not.
+// An asset is refused by the number of another version, and by the name of a required field that it lacks.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

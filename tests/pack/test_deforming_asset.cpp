@@ -104,13 +104,14 @@ TEST(DeformingAsset, FramesOfSkinnedOnesCanBeLeftOut) {
     Evaluator evaluator(asset), expected(whole);
     evaluator.setPose(whole.animation.bonesOf(1), whole.animation.poseOf(1));
     expected.setFrame(1);
-    std::vector<float> numbers(evaluator.vertexCount() * std::size_t(asset.model.stride)), same(numbers.size());
+    std::vector<float> coefficients(evaluator.vertexCount() * std::size_t(asset.model.stride)),
+        same(coefficients.size());
     for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) {
-        evaluator.evaluateCluster(c, numbers);
+        evaluator.evaluateCluster(c, coefficients);
         expected.evaluateCluster(c, same);
     }
-    EXPECT_EQ(largestDifference(numbers, same), 0);
-    EXPECT_GT(largestMagnitude(numbers), 0.3);
+    EXPECT_EQ(largestDifference(coefficients, same), 0);
+    EXPECT_GT(largestMagnitude(coefficients), 0.3);
 }
 
 TEST(DeformingAsset, SkinnedOnesHaveNoPlayback) {
@@ -176,7 +177,7 @@ TEST(DeformingAsset, NamesTheFieldThatIsWrong) {
     expectSays(refusalAfter([&](Asset& a) { input(a, 0)->mutate_joint(4); }), "input_joints[0].joint");
     expectSays(refusalAfter([&](Asset& a) { input(a, 0)->mutate_joint(3); }), "input_joints[0].joint");
     expectSays(refusalAfter([&](Asset& a) { input(a, 0)->mutate_column(2); }), "input_joints[0].column");
-    expectSays(refusalAfter([&](Asset& a) { input(a, 0)->mutate_columns(2); }), "neither 1 nor 3");
+    expectSays(refusalAfter([&](Asset& a) { input(a, 0)->mutate_columns(2); }), "must be 1 or 3");
     expectSays(refusalAfter([&](Asset& a) { input(a, 1)->mutate_scale(nan); }), "input_joints[1].scale");
     expectSays(refusalAfter([&](Asset& a) { input(a, 1)->mutate_offset(nan); }), "input_joints[1].offset");
     expectSays(refusalAfter([&](Asset& a) { a.mutable_mesh()->mutable_skin_joints()->Mutate(3, 2); }),

@@ -1,4 +1,4 @@
-"""What the scripts that test_blender.py runs in Blender share."""
+"""Helpers of the scripts that test_blender.py runs in Blender."""
 import os
 import sys
 
@@ -21,7 +21,7 @@ def values(thing, attribute):
 
 
 def worst_difference(things, attribute, table, frames):
-    """Of what Blender shows in these frames from the rows of a table [F,V]."""
+    """Returns the difference between the rows of a table [F,V] and the values that Blender shows in these frames."""
     worst = 0.0
     for row, frame in enumerate(frames):
         bpy.context.scene.frame_set(frame)

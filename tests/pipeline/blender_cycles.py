@@ -1,4 +1,4 @@
-"""What test_blender.py runs in Blender: ambient occlusion as Cycles bakes it, beside ours, on the same frames.
+"""Runs in Blender for test_blender.py: ambient occlusion as Cycles bakes it, beside ours, on the same frames.
 
 usage: blender -b --factory-startup --python blender_cycles.py -- ADDON BIN FOLDER RAYS
 """
@@ -22,7 +22,7 @@ FRAMES = (6, 12, 20)
 
 
 def still_copy(thing):
-    """What Blender shows of an object in this frame, as a mesh without modifiers in world space."""
+    """Returns an object as Blender shows it in this frame, as a mesh without modifiers in world space."""
     evaluated = thing.evaluated_get(bpy.context.evaluated_depsgraph_get())
     mesh = bpy.data.meshes.new_from_object(evaluated)
     mesh.transform(evaluated.matrix_world)

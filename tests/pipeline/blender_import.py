@@ -1,4 +1,4 @@
-"""What test_blender_import.py runs in Blender: writes what its importer of glTF makes of files.
+"""Runs in Blender for test_blender_import.py: writes files as Blender's importer of glTF reads them.
 
 usage: blender -b --factory-startup --python blender_import.py -- FILE.glb...
 

@@ -1,4 +1,4 @@
-"""What test_blender.py runs in Blender: the add-on from its zip, both routes, and what must be refused.
+"""Runs in Blender for test_blender.py: the add-on from its zip, both routes, and what must be refused.
 
 usage: blender -b --factory-startup --python blender_steps.py -- ZIP BIN FOLDER
 """

@@ -1,4 +1,4 @@
-"""What the tests of exports in programs of others share: the files that they read, and what they should have read."""
+"""Cases for the tests of exports in other programs: the files that they read, and what they should have read."""
 import os
 import sys
 

@@ -47,7 +47,7 @@ def replace(path, old, new):
 
 def snakemake(folder, *words, code=0, env=None):
     """Runs Snakemake and returns all that it printed."""
-    command = ["snakemake", *words, "-s", os.path.join(SCRIPTS, "Snakefile"), "--configfile", "farm.yaml"]
+    command = ["snakemake", *words, "-s", os.path.join(SCRIPTS, "farm", "Snakefile"), "--configfile", "farm.yaml"]
     if "--profile" not in words:
         command.append("-c2")
     result, text = run_forked(command, folder, env) if imported_snakemake() else run_program(command, folder, env)
@@ -73,7 +73,7 @@ def imported_snakemake():
 
 
 def run_forked(command, folder, env):
-    """As run_program(), in a fork of this process, which has imported Snakemake already."""
+    """Same as run_program(), in a fork of this process, which has imported Snakemake already."""
     sys.stdout.flush()
     sys.stderr.flush()
     read, write_end = os.pipe()

@@ -19,9 +19,9 @@ def of_running(pid):
 def stop(process, number):
     """Sends a signal to a program and waits for its end.
 
-    Returns what the program wrote to stderr and the processor time that it still took, divided by the number of cores. On a
-    machine with nothing else to do a program that keeps all cores busy ends after so many seconds. One that waits for
-    something else must end within ten seconds, however busy the machine is.
+    Returns what the program wrote to stderr and the processor time that it still took, divided by the number of cores.
+    On a machine with nothing else to do a program that keeps all cores busy ends after so many seconds. One that waits
+    for something else must end within ten seconds, however busy the machine is.
     """
     ended = of_ended_children()
     used = of_running(process.pid)

@@ -1,5 +1,5 @@
-"""Every verb of the four programs on the smallest inputs, and damaged files of every kind of input: the exit codes are as
-documented, and no sanitizer complains. scripts/test runs it with the programs of the sanitizer build.
+"""Every verb of the four programs on the smallest inputs, and damaged files of every kind of input: the exit codes are
+as documented, and no sanitizer complains. scripts/test runs it with the programs of the sanitizer build.
 
 usage: smoke.py BIN
 """
@@ -21,7 +21,7 @@ TINY = ["--size", "24x24"]
 TEXTURED = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "fuzz", "corpus", "fuzz_base_colors", "textured.glb")
 BOUNCE = ["--quantity", "transfer", "--bounces", "1"]
 count = 0
-counting = threading.Lock()  # of `count`
+counting = threading.Lock()  # guards `count`
 
 
 def environment():

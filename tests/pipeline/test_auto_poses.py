@@ -96,7 +96,7 @@ def check_failures(folder):
     out = os.path.join(folder, "no.poses.h5")
     bake = os.path.join(BIN, "penumbra-bake")
     call = [bake, "poses", MAN, "-o", out]
-    refused(1, "--minutes goes with --auto", *call, "--sample", "3", "--minutes", "3")
+    refused(1, "--minutes needs --auto", *call, "--sample", "3", "--minutes", "3")
     refused(1, "--choose: --auto lists the frames", *call, "--auto", "--choose", "3")
     refused(1, "--minutes must be a finite number above 0", *call, "--auto", "--minutes", "0")
     refused(1, "--minutes must be", *call, "--auto", "--minutes", "nan")

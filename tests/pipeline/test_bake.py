@@ -224,7 +224,8 @@ def check_signals(folder):
 
 
 def check_notes(folder):
-    """What a reader does not do is one warning line, is listed by --report and info, and is an error with --strict."""
+    """A deviation of a reader from its file is one warning line, is listed by --report and info, and is an error with
+    --strict."""
     place = lambda name: os.path.join(folder, name)
     scene, binary = read_glb(MAN)
     scene["materials"] = [{"name": "lens", "extensions": {"KHR_materials_transmission": {"transmissionFactor": 1}}}]

@@ -1,5 +1,5 @@
-"""Light that bounces from bake to picture: fit indirect, pack asset, check --bounces and render --bounces, on a skeleton
-and on cloth, on both paths, and one clear line for what does not fit.
+"""Light that bounces from bake to picture: fit indirect, pack asset, check --bounces and render --bounces, on a
+skeleton and on cloth, on both paths, and one clear line for what does not fit.
 
 usage: test_bounces.py BIN
 """
@@ -133,14 +133,14 @@ def check_refusals(place):
     refuse("needs order 3", 3, "fit", "indirect", model, place("o.vis.h5"), *out)
     refuse("another character", 3, "fit", "indirect", model, place("st.vis.h5"), *out)
     run("bake", "visibility", MAN, "-o", place("f.vis.h5"), "--fps", "3", "--rays", "64", "-q", *BOUNCES)
-    refuse("is no frame of the model", 3, "fit", "indirect", model, place("f.vis.h5"), *out)
+    refuse("is not a frame of the model", 3, "fit", "indirect", model, place("f.vis.h5"), *out)
     run("bake", "visibility", MAN, "-o", place("w.vis.h5"), *SMALL, *BOUNCES, "--clips", "wave")
     refuse("no frame is left to train on", 1, "fit", "indirect", model, place("w.vis.h5"), *out)
     refuse("--output-variance", 1, "fit", "indirect", model, place("t.vis.h5"), *out, "--output-variance", "0")
     assert not os.path.exists(out[1])
     refuse("--bounce-bytes", 1, "pack", "asset", place("b.model.h5"), "--bounce-bytes", "2", "-o", place("none.pnb"))
     refuse("no light that bounces", 3, "pack", "check", place("v.pnb"), place("v.vis.h5"), "--bounces", place("t.vis.h5"))
-    refuse("is no bake of transfer with bounces", 3, "pack", "check", place("b.pnb"), place("v.vis.h5"), "--bounces",
+    refuse("is not a bake of transfer with bounces", 3, "pack", "check", place("b.pnb"), place("v.vis.h5"), "--bounces",
            place("v.vis.h5"), "--dry-run")
     refuse("--bounce-bytes: needs a model with light", 1, "pack", "asset", model, "--bounce-bytes", "200", "-o", place("none.pnb"))
     picture = ["-o", place("none.png")]

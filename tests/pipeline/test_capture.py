@@ -46,7 +46,7 @@ def looking(eye, target):
 
 
 def radiance(start, ray):
-    """What is seen along rays [.., 3]."""
+    """Returns the radiance seen along rays [.., 3]."""
     down = ray[..., 2] < -1e-6
     distance = np.where(down, -start[..., 2] / np.where(down, ray[..., 2], -1), 0)
     place = start + distance[..., None] * ray

@@ -1,5 +1,5 @@
-"""scripts/characters/check_characters on two synthetic rigs: one that is read right, one that is cut. A program that bakes
-another rig in its place must be found out.
+"""scripts/characters/check_characters on two synthetic rigs: one that is read right, one that is cut. A program that
+bakes another rig in its place must be found out.
 
 usage: test_characters.py BIN
 

@@ -1,5 +1,5 @@
-"""A farm of cloth: numbered .obj files with an occluder, extra inputs, blocks to hold out and both sides, from bake to page; a changed
-table of inputs or a changed frame is baked again, and a second run does nothing.
+"""A farm of cloth: numbered .obj files with an occluder, extra inputs, blocks to hold out and both sides, from bake to
+page; a changed table of inputs or a changed frame is baked again, and a second run does nothing.
 
 usage: test_cloth_farm.py BIN
 """

@@ -1,6 +1,6 @@
-"""Pictures of a sheet that lies flat: the camera that is told nothing sees it from above, in penumbra-player and penumbra-bake
-reference alike, so that their pictures lie over each other; an upright one is seen as before; the figures against the truth are
-those of penumbra-pack check.
+"""Pictures of a sheet that lies flat: the camera that is told nothing sees it from above, in penumbra-player and
+penumbra-bake reference alike, so that their pictures lie over each other; an upright one is seen as before; the figures
+against the truth are those of penumbra-pack check.
 
 usage: test_cloth_pictures.py BIN
 """
@@ -94,7 +94,8 @@ def check_sequence():
 
 
 def check_words():
-    """Sizes and backgrounds that either program reads, both read: signs, white space, zeros, hexadecimal, too small a number."""
+    """Sizes and backgrounds that either program reads, both read: signs, white space, zeros, hexadecimal, too small a
+    number."""
     draw = (["player", "render", "flat.pnb"], ["bake", "reference", "flat.vis.h5", "--frame", 0])
     for program, *words in draw:
         for size in ("64x48", "+64x 48", "00000064x48"):

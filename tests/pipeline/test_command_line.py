@@ -1,4 +1,5 @@
-# The command line that all programs share: --help, --version, exit codes, one line for an error, and nothing left behind.
+# The command line that all programs share: --help, --version, exit codes, one line for an error, and nothing left
+# behind.
 # Usage: test_command_line.py BIN_FOLDER
 import hashlib
 import json
@@ -168,7 +169,7 @@ def test_report_of_a_failure(folder):
 
 
 def test_names_of_files(folder):
-    """What a run writes has a name of its own each, which is no input's. What it reads are regular files."""
+    """Each output of a run has a name of its own, which is no input's. Inputs are regular files."""
     source, old = folder / "in.glb", b"rubbish that stays"
     source.write_bytes(old)
     (folder / "linked").symlink_to(".")
@@ -191,7 +192,7 @@ def test_names_of_files(folder):
     check(json.loads((folder / "r.json").read_text())["exit_code"] == 1, "names: report of a usage error")
     os.mkfifo(folder / "pipe")
     (folder / "link").symlink_to("pipe")
-    # What a file names is treated as what the command line names.
+    # A file that another file names is treated in the same way as one on the command line.
     (folder / "named.gltf").write_text('{"asset": {"version": "2.0"}, "buffers": [{"uri": "pipe", "byteLength": 4}]}')
     expect_error(run([BIN / "penumbra-bake", "visibility", "named.gltf", "-o", "out.vis.h5"], folder), 2, "a buffer that is a pipe",
                  "pipe: not a regular file")
@@ -295,7 +296,7 @@ def main():
             folder = top / test.__name__
             folder.mkdir()
             test(folder)
-        subprocess.run([sys.executable, ROOT / "scripts" / "make_samples.py", top / "samples"], check=True,
+        subprocess.run([sys.executable, ROOT / "scripts" / "samples" / "make_samples.py", top / "samples"], check=True,
                        stdout=subprocess.DEVNULL)
         rig = top / "samples" / "bend.glb"
         folder = top / "bake"

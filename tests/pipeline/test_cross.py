@@ -26,11 +26,11 @@ SEEDS = sorted(glob.glob(os.path.join(ROOT, "tests/fuzz/corpus/fuzz_asset/*")))
 
 
 class Target(typing.NamedTuple):
-    name: str  # of the preset
+    name: str  # name of the preset
     compiler: str
     emulator: list
-    suffix: str  # of programs
-    library: str  # what a program links, from the folder of the build
+    suffix: str  # suffix of programs
+    library: str  # library that a program links, from the folder of the build
     setup: str  # the part of scripts/setup that has all this
     # The bound of E of an additive model. Windows' C library rounds angles of the pose otherwise in the last bit, so
     # that now and then a weight, a whole number of 16 bits, is the next one.

@@ -1,4 +1,5 @@
-"""Full disks, read-only folders, other file systems: a clear error and an old file that is still there, or a whole file.
+"""Full disks, read-only folders, other file systems: a clear error and an old file that is still there, or a whole
+file.
 
 Mounts small file systems: as root, or as root of a user namespace of its own. Where neither is allowed, CTest skips it.
 usage: test_disk.py BIN

@@ -1,4 +1,5 @@
-"""An asset inside of the .glb of its character: its bytes come back, the file says what it said, and other rigs are refused.
+"""An asset inside of the .glb of its character: its bytes come back, the file says what it said, and other rigs are
+refused.
 
 usage: test_embed.py BIN
 """

@@ -133,7 +133,7 @@ def check_play(folder):
     assert names[:own] == before.json["meshes"][0]["extras"]["targetNames"] and names[own] == "penumbra_ao_0"
     assert len(after.json["meshes"][0]["weights"]) == len(names)
 
-    # As many components as keep the error, and not one more.
+    # The export has just as many components as the error bound needs, and not one more.
     report = os.path.join(folder, "report.json")
     must(PACK, "export", vis, sample("face"), "-o", out, "--as", "play", "--max-error", ".005", "--report", report)
     figures = json.load(open(report))["figures"]
@@ -303,7 +303,7 @@ def check_compressed(folder):
 
 
 def check_color_morphs(folder):
-    """What morph targets of the file add to its colours is darkened: exactly by a mean, and with the error that is told
+    """Colours that morph targets of the file add are darkened: exactly by a mean, and with the error that is told
     where the occlusion follows the clips."""
     rig, out = os.path.join(folder, "colored.glb"), os.path.join(folder, "colored.ao.glb")
     colored_face(rig)

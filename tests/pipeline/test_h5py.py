@@ -1,5 +1,5 @@
-# Other people's tools: h5py reads what a bake writes, under the published names; and what h5py writes (its own older file
-# version, text of variable length, gzip) our programs read.
+# Other people's tools: h5py reads what a bake writes, under the published names; and what h5py writes (its own older
+# file version, text of variable length, gzip) our programs read.
 # Usage: test_h5py.py BIN_FOLDER
 import json
 import subprocess
@@ -88,7 +88,7 @@ def copy_as_h5py_does(source, target):
 def main():
     with tempfile.TemporaryDirectory(prefix="penumbra_h5py_") as name:
         folder = Path(name)
-        run(sys.executable, ROOT / "scripts" / "make_samples.py", folder / "samples")
+        run(sys.executable, ROOT / "scripts" / "samples" / "make_samples.py", folder / "samples")
         options = ["--fps", "3", "--order", "3", "--rays", "32", "--seed", "5"]
         for precision in ("f32", "f16"):
             run(BIN / "penumbra-bake", "visibility", folder / "samples" / "bend.glb", "-o", folder / f"{precision}.vis.h5",

@@ -1,5 +1,5 @@
-"""The install tree as an engine uses it: header, library, package files; the example built against it in C, by find_package
-(shared and static) and by pkg-config, and run.
+"""The install tree as an engine uses it: header, library, package files; the example built against it in C, by
+find_package (shared and static) and by pkg-config, and run.
 
 usage: test_install.py BIN
 """

@@ -1,5 +1,6 @@
-"""penumbra-fit light on every kind of light, good and bad, as a user runs it: layouts, analytic lights, lobes, windows, exit
-codes; penumbra-bake info shows what is in the file. PENUMBRA_DATA adds the light probe of data/lights in two layouts."""
+"""penumbra-fit light on every kind of light, good and bad, as a user runs it: layouts, analytic lights, lobes, windows,
+exit codes; penumbra-bake info shows what is in the file. PENUMBRA_DATA adds the light probe of data/lights in two
+layouts."""
 import json
 import math
 import os
@@ -12,7 +13,7 @@ import tempfile
 import h5py
 import numpy as np
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "scripts"))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "scripts" / "figures"))
 from spherical_harmonics import basis  # noqa: E402
 
 BIN = pathlib.Path(sys.argv[1]).resolve()
@@ -155,7 +156,7 @@ def check_sun(folder):
 
 
 def check_warnings(folder):
-    """What shows in pictures is said on stderr, also with -q. What does not show is not said."""
+    """Faults that show in pictures are reported on stderr, also with -q. Others are not."""
     spot = np.full((64, 128, 3), 1.0)
     spot[20:23, 37:40] = 1e4  # too large for the window of a hot pixel
     write_exr(folder / "spot.exr", spot)

@@ -124,8 +124,8 @@ def check_refusals(place):
                         (["--features", "relative-bones"], "knows joint-angles alone"),
                         (["--convention", "A4"], "takes B2 to B8"), (["--convention", "B1"], "takes B2 to B8"),
                         (["--convention", "D5"], "takes B2 to B8"), (["--convention", "B6"], "the file has order 5"),
-                        (["--output-variance", "0.9"], "--output-variance is of no use"),
-                        (["--parts", 3], "--parts is of no use"), (["--local-model", "linear"], "--local-model is of no use"),
+                        (["--output-variance", "0.9"], "--output-variance cannot be combined"),
+                        (["--parts", 3], "--parts cannot be combined"), (["--local-model", "linear"], "--local-model cannot be combined"),
                         (["--input-variance", "nan"], "--input-variance must lie in (0, 1]"),
                         (["--holdout", "nobody"], "no clip 'nobody'"),
                         (["--clusters", 5000], "--clusters: 5000 is more than")):

@@ -49,7 +49,7 @@ with tempfile.TemporaryDirectory() as folder:
     # Refusals.
     refused(3, "another skeleton: the model has no joint", PACK, "asset", "man.model.h5", "--lod",
             os.path.join(SAMPLES, "bend.glb"), "-o", "no.pnb")
-    refused(1, "--lod: 'man_LOD1' is no file; --rig", PACK, "asset", "man.model.h5", "--lod", "man_LOD1", "-o", "no.pnb")
+    refused(1, "--lod: 'man_LOD1' is not a file; --rig", PACK, "asset", "man.model.h5", "--lod", "man_LOD1", "-o", "no.pnb")
     assert not os.path.exists("no.pnb")
     # Half of the points: the whole mesh is drawn.
     with h5py.File("man.vis.h5") as whole:
@@ -60,7 +60,7 @@ with tempfile.TemporaryDirectory() as folder:
         chosen = points["drawn/vertex_of_point"][:]
         assert len(chosen) == vertices // 2 and np.array_equal(points["drawn/triangles"][:], triangles)
         assert points["visibility/coefficients"].shape == (frames, vertices // 2, 25)
-        # What is baked at a point is what is baked at that vertex.
+        # A bake of chosen points equals the bake of these vertices.
         assert np.array_equal(points["visibility/coefficients"][:], whole["visibility/coefficients"][:][:, chosen])
     must(FIT, "visibility", "points.vis.h5", "-o", "points.model.h5", "--clusters", 6, "-q")
     must(PACK, "asset", "points.model.h5", "-o", "points.pnb", "-q")
@@ -71,8 +71,8 @@ with tempfile.TemporaryDirectory() as folder:
     # The GPU interpolates what the CPU does.
     cpu, glsl = (picture("points.pnb", path) for path in ("cpu", "glsl"))
     assert np.abs(cpu - glsl).max() <= 2 and cpu.std() > 20, np.abs(cpu - glsl).max()
-    # .0201 and .0654 were measured. The capsules cut into one another, and between the rings that are left nothing tells
-    # where: far worse than skin, which has folds in few places.
+    # .0201 and .0654 were measured. The capsules cut into one another, and between the rings that are left nothing
+    # tells where: far worse than skin, which has folds in few places.
     assert half < 0.09
     refused(1, "--points", BAKE, "visibility", MAN, "--two-sided", "--points", 50, "-o", "no.vis.h5")
     refused(1, "--points", BAKE, "visibility", os.path.join(SAMPLES, "sheet.npz"), "--points", 50, "-o", "no.vis.h5")

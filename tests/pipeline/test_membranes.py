@@ -1,6 +1,6 @@
-"""Membranes with the light behind them, from files to pictures beside brute force: a bat of DirectX under soft light and under a
-sun, and leaves of a point cache. What comes through has the shadows of the rest, and an open back, which has none, is far off.
-The bat and the plant are synthetic: no found ones were at hand.
+"""Membranes with the light behind them, from files to pictures beside brute force: a bat of DirectX under soft light
+and under a sun, and leaves of a point cache. What comes through has the shadows of the rest, and an open back, which
+has none, is far off. The bat and the plant are synthetic: no found ones were at hand.
 
 usage: test_membranes.py BIN [FOLDER]    FOLDER keeps the pictures, with leaves.png beside one another
 """
@@ -23,7 +23,7 @@ LOOKS = {"bat": ["--camera", "yaw=25,pitch=-55,distance=2.1,target=0/0/0", "--si
                  "0.2/0.2/0.2"],
          "plant": ["--camera", "yaw=35,pitch=-12,distance=1.75,target=0/0.55/0", "--size", "240x200", "--exposure", 1.2, "--background",
                    "0.2/0.2/0.2"]}
-FRAMES = 36  # of the plant, in three seconds
+FRAMES = 36  # frames of the plant, in three seconds
 
 
 def leaf(number, time):

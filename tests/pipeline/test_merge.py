@@ -133,7 +133,7 @@ def check_refusals(folder):
     refused([a, c, "-o", out], "missing frames: '" + names[5][0] + f"' {names[5][1]}:")
     refused([c, "-o", out], f"'{clips[0]}' 0:")
     refused([a, a, c, "-o", out], "given twice", code=1)
-    refused([a, b, "-o", out, "--frames", "0:4"], "beyond the whole")
+    refused([a, b, "-o", out, "--frames", "0:4"], "frames that the whole does not have")
     refused([a, c, "-o", out, "--clips", "moonwalk"], "moonwalk", code=1)
     refused([MAN, a, "-o", out], "capsule_man.glb")
     # Nobody baked this clip.
@@ -221,7 +221,7 @@ def check_virtual(folder):
     os.rename(place("shards"), place("moved"))
     result = run("info", index)
     assert result.returncode == 2 and "s0.vis.h5" in result.stderr and "missing" in result.stderr, result
-    with h5py.File(index) as f:  # what HDF5 does on its own: no error, but no zeros either
+    with h5py.File(index) as f:  # HDF5 alone reports no error here, but reads NaN instead of zeros
         assert np.isnan(f["visibility/coefficients"][0]).all() and np.isnan(f["frames/positions"][0]).all()
     os.rename(place("moved"), place("shards"))
     assert run("info", index).returncode == 0
@@ -283,7 +283,8 @@ def check_all_named(folder):
     figures = json.load(open(report))["figures"]
     named = lambda kind: [sentence.partition(": ")[0] for sentence in figures[kind]]
     assert figures["shards"] == 4 and named("unusable") == shards[1:3] and named("unreadable") == [shards[3]], figures
-    assert len(figures["missing"]) == 9 and not figures["twice"] + figures["different"], figures  # of s1, s3 and s4
+    # frames of s1, s3 and s4
+    assert len(figures["missing"]) == 9 and not figures["twice"] + figures["different"], figures
     # Files that cannot be read are worth another try. Nothing is known without one that can.
     write_bytes(shards[1], kept[1])
     write_bytes(shards[2], kept[2])

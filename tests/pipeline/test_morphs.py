@@ -79,7 +79,8 @@ def check_pictures(asset, folder):
 
 
 def check_head_alone(folder):
-    """A head without a skeleton, whose clips move weights alone, goes through every stage without an option of its own."""
+    """A head without a skeleton, whose clips move weights alone, goes through every stage without an option of its
+    own."""
     data = open(FACE, "rb").read()
     size = int.from_bytes(data[12:16], "little")
     document = json.loads(data[20 : 20 + size])

@@ -22,8 +22,8 @@ FRAMES = 1000
 
 
 def true_ambient(vis):
-    """E = 1/pi integral of V max(n.s, 0) at every vertex [F, V], by bands 0 and 1 of the hemisphere moments: the moments
-    of V are those of V above the horizon alone, where n.s needs no clamp."""
+    """E = 1/pi integral of V max(n.s, 0) at every vertex [F, V], by bands 0 and 1 of the hemisphere moments: the
+    moments of V are those of V above the horizon alone, where n.s needs no clamp."""
     with h5py.File(vis) as f:
         rows = []
         for frame in range(f["frames/normals"].shape[0]):
@@ -89,12 +89,14 @@ with tempfile.TemporaryDirectory() as folder:
           f"{steps(truth)}")
     for quality, name in enumerate(("full", "fast")):
         e = evaluated_ambient(path("x.pnb"), bones, truth.shape[1], clusters, quality)
-        # The asset has its own order of vertices, so their mean is compared. A model that stands still makes no steps either.
+        # The asset has its own order of vertices, so their mean is compared. A model that stands still makes no steps
+        # either.
         mean, true_mean = e.mean(1), truth.mean(1)
         off = np.sqrt(np.mean((mean - true_mean) ** 2) / np.var(true_mean))
         print(f"{name}: E moves by {np.ptp(e, axis=0).max():.2f}, steps {steps(e)}; the mean is off by {off:.2f} of its own deviation")
         assert 0.7 < np.ptp(e, axis=0).max() / np.ptp(truth, axis=0).max() < 1.4 and off < 0.5, name
-        # Measured .10 and .17. The largest step of the truth is no bound: a vertex that slips into the body makes one of 1.
+        # Measured .10 and .17. The largest step of the truth is no bound: a vertex that slips into the body makes one
+        # of 1.
         largest, rare, alone = steps(e)
         assert largest <= 0.25 and rare <= 2 * steps(truth)[1] and alone <= 0.5 * largest, name
 print("no pops: ok")

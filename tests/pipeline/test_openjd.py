@@ -1,5 +1,5 @@
-"""The OpenJD template: keys, names and references as the 2023-09 schema has them, and its tasks, run here one after the other, make
-the bytes of the unsplit bake. (openjd check is the full validator; it is not packaged for Debian.)
+"""The OpenJD template: keys, names and references as the 2023-09 schema has them, and its tasks, run here one after the
+other, make the bytes of the unsplit bake. (openjd check is the full validator; it is not packaged for Debian.)
 
 usage: test_openjd.py BIN
 """
@@ -132,7 +132,7 @@ def check_run(template, folder):
     shards = given["Output"] + ".shards"
     frames = os.path.join(shards, "frames")
     os.rename(frames, frames + ".kept")
-    run_step(merge, values, folder)  # as on a node that does not see the list yet
+    run_step(merge, values, folder)  # a node may not see the list yet
     assert os.path.exists(given["Output"])
     os.rename(frames + ".kept", frames)
     run_step(merge, values, folder)
@@ -140,7 +140,7 @@ def check_run(template, folder):
     values["Param.KeepShards"] = "no"
     run_step(merge, values, folder)
     assert not os.path.exists(shards)
-    run_step(merge, values, folder)  # as after a kill at the very end
+    run_step(merge, values, folder)  # a kill at the very end leaves this state
     whole = os.path.join(folder, "whole.vis.h5")
     subprocess.run([BAKE, "visibility", rig, "--fps", "6", "--rays", "64", "-o", whole, "-q"], check=True)
     assert open(whole, "rb").read() == open(given["Output"], "rb").read()

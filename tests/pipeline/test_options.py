@@ -12,9 +12,9 @@ from programs import BIN, must, run_tool
 
 with open(os.path.join(SCRIPTS, "..", "docs", "options.md")) as file:
     stored = file.read()
-made = must(sys.executable, os.path.join(SCRIPTS, "make_options.py"), BIN)
+made = must(sys.executable, os.path.join(SCRIPTS, "dev", "make_options.py"), BIN)
 difference = list(difflib.unified_diff(stored.split("\n"), made.split("\n"), "docs/options.md", "made", lineterm="", n=0))
-assert not difference, "\n".join([*difference[:20], "make it anew: scripts/make_options.py BIN -o docs/options.md"])
+assert not difference, "\n".join([*difference[:20], "make it anew: scripts/dev/make_options.py BIN -o docs/options.md"])
 
 # The script reads --help by its layout, so hold what it found to the flags themselves.
 flags = 0

@@ -163,8 +163,8 @@ def frame_number():
 def check_against_ray_tracing():
     """Truth through our shading, and a picture that knows no SH but the light's: same outline, light, brightness.
 
-    Measured: 0.036, 0.108 and 0.044 in the median pixel. Where capsules meet, interpolation from vertices that lie inside the
-    next one is the whole error, hence no mean square.
+    Measured: 0.036, 0.108 and 0.044 in the median pixel. Where capsules meet, interpolation from vertices that lie
+    inside the next one is the whole error, hence no mean square.
     """
     for brdf, spec, bound, turn in (("lambert", "lambert", 0.05, "yaw=0"), ("ggx", "ggx:alpha=0.3,f0=0.9", 0.15, "yaw=0"),
                                     ("lambert", "lambert", 0.05, "yaw=130,pitch=40,roll=-60")):

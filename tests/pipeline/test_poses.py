@@ -288,7 +288,7 @@ def check_failures(folder):
         ([MAN, "--poses", place("cut.poses.h5")], 3, "cut.poses.h5"),
         ([MAN, "--poses", place("none.poses.h5")], 2, "none.poses.h5"),
         ([MAN, "--poses", place("list.vis.h5")], 3, "penumbra.visibility"),
-        ([MAN, "--poses", place("man.poses.h5"), "--fps", "5"], 1, "--fps goes with --clips"),
+        ([MAN, "--poses", place("man.poses.h5"), "--fps", "5"], 1, "--fps needs --clips"),
         ([MAN, "--poses", place("man.poses.h5"), "--clips", "walk"], 1, "walk"),
         ([os.path.join(SAMPLES, "bend.glb"), "--poses", place("man.poses.h5")], 3, "no clip 'wave'"),
         ([MAN, "--poses", place("other.poses.h5")], 3, "/mixed/node_names: mixed poses of a rig with other nodes"),

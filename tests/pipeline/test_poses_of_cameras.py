@@ -1,4 +1,4 @@
-"""Tags as scripts/make_tags prints them, photographed by this script, and penumbra-fit poses.
+"""Tags as scripts/ar/make_tags prints them, photographed by this script, and penumbra-fit poses.
 
 usage: test_poses_of_cameras.py BIN
 """
@@ -19,7 +19,7 @@ CAMERA = {"f": 420.0, "cx": 159.5, "cy": 119.5, "size": [320, 240], "k1": -0.15,
 
 def printed(folder, word, *more):
     """A page as light, and metres a pixel of it."""
-    done = subprocess.run([ROOT / "scripts/make_tags", *more, word, "-o", folder / "page.png", "--dpi", str(DPI)],
+    done = subprocess.run([ROOT / "scripts/ar/make_tags", *more, word, "-o", folder / "page.png", "--dpi", str(DPI)],
                           capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     return np.asarray(Image.open(folder / "page.png")).astype(float) / 255, 0.0254 / DPI
@@ -133,7 +133,7 @@ def check_refusals(folder, page, size, shift, both, none):
     exif[0x0112] = 6
     Image.open(both).save(folder / "turned.jpg", quality=98, exif=exif)
     assert "orientation 6" in poses(folder, [folder / "turned.jpg"], "--tag", "25h9:1:0.1")[1]
-    cases = [([write(folder, "twice.png", twice)], ["--tag", "4x4_50:5:0.12"], 3, "4x4_50:5 is there twice"),
+    cases = [([write(folder, "twice.png", twice)], ["--tag", "4x4_50:5:0.12"], 3, "4x4_50:5 occurs twice"),
              ([none], ["--tag", "25h9:1:0.1"], 3, "no such tag is seen in any picture"),
              ([write(folder, "small.png", np.zeros((40, 60, 3), np.uint8))], ["--tag", "25h9:1:0.1"], 3,
               "has 60 x 40 pixels, and the camera has 320 x 240"),

@@ -1,4 +1,5 @@
-"""Materials of a glTF file without a word typed: 8 spheres of metalness and roughness, beside path tracing of the same file.
+"""Materials of a glTF file without a word typed: 8 spheres of metalness and roughness, beside path tracing of the same
+file.
 
 usage: test_principled.py BIN [FOLDER]    FOLDER keeps the pictures, with spheres.png beside one another
 """
@@ -18,8 +19,8 @@ COLOR = [0.9, 0.5, 0.2]
 SPACING = 12  # between centers of spheres of radius 1, which must not see one another
 LIGHTS = {"sky": "sky:elevation=40,turbidity=4+uniform:radiance=0.3", "room": "disc:direction=0.5/0.6/0.7,angle=60,radiance=3+uniform:radiance=0.4"}
 LOOK = ["--size", "900x300", "--camera", "yaw=0,pitch=0,fov=5,distance=170,target=0/0/0", "--exposure", 0.3]
-# The largest error at roughness .1, .3, .6 and 1. Measured with the room's bands in both pictures, which shows the error
-# of the material alone, and with the whole sky, whose horizon is an edge that 8 bands blur: see docs/accuracy.md.
+# The largest error at roughness .1, .3, .6 and 1. Measured with the room's bands in both pictures, which shows the
+# error of the material alone, and with the whole sky, whose horizon is an edge that 8 bands blur: see docs/accuracy.md.
 BOUNDS = {"room": (0.1, 0.06, 0.06, 0.06), "sky": (0.13, 0.075, 0.06, 0.06)}
 
 
@@ -92,7 +93,8 @@ def linear(path):
 
 
 def errors(picture, truth):
-    """Returns the relative RMSE of every sphere, [metalness, roughness], over pixels that both cover fully and show unclipped."""
+    """Returns the relative RMSE of every sphere, [metalness, roughness], over pixels that both cover fully and show
+    unclipped."""
     (ours, inside), (exact, other) = linear(picture), linear(truth)
     inside &= other
     for axis in (0, 1):

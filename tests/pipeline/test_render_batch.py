@@ -19,7 +19,7 @@ import processor_time
 
 BIN = os.path.abspath(sys.argv[1])
 RIG = os.path.join(BIN, "..", "samples", "capsule_man.glb")
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts"))
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts", "figures"))
 import flip
 
 from programs import good, run_tool as run
@@ -165,7 +165,8 @@ def check_figures(lengths):
     for key in ("ambient_error_mean", "ambient_error_max"):
         assert np.isclose(ours["all"][key], (np.mean if "mean" in key else np.max)([float(r[key]) for r in table]), rtol=1e-8)
     for a, b in zip(rows("e.csv"), ours["frames"]):
-        assert 0 < float(a["ambient_error_mean"]) < float(a["ambient_error_max"]) <= 1.01, a  # bake noise: E can be above 1
+        # bake noise: E can be above 1
+        assert 0 < float(a["ambient_error_mean"]) < float(a["ambient_error_max"]) <= 1.01, a
         assert np.isclose(float(a["relative_error"]), b["relative_error"], rtol=1e-8)
 
 
@@ -186,7 +187,7 @@ def check_selection():
 
 
 def check_image_errors():
-    """Compares RMSE and FLIP of the CSV with those of the two PNGs, and FLIP with scripts/flip.py."""
+    """Compares RMSE and FLIP of the CSV with those of the two PNGs, and FLIP with scripts/figures/flip.py."""
     for look in (["--channel", "shaded", "--exposure", 0.3], ["--channel", "ao"]):
         chosen = ["--clip", "squat", "--frames", "2:6:3", *SMALL, *look]
         measure(*TRUTH, *chosen, "--framing", "clips", "--flip", "--csv", "i.csv")
@@ -200,7 +201,7 @@ def check_image_errors():
             mean = values[np.maximum(a[..., 3], b[..., 3]) > 0].mean()
             assert 0.3 < rmse and abs(float(row["image_rmse"]) / rmse - 1) < 1e-8, (row, rmse)
             assert 0.005 < mean and abs(float(row["flip"]) - mean) < 1e-6, (row["flip"], mean)  # measured: 1e-8
-            print("%s: RMSE %.3f / 255, FLIP %.5f, by scripts/flip.py %+.1e" % (look[1], rmse, mean, float(row["flip"]) - mean))
+            print("%s: RMSE %.3f / 255, FLIP %.5f, by scripts/figures/flip.py %+.1e" % (look[1], rmse, mean, float(row["flip"]) - mean))
         # The pictures are those that a run without the truth draws.
         data = read("m.2.png")
         render("-o", "m.%d.png", *chosen)
@@ -227,11 +228,12 @@ def check_sheet(lengths):
         tile = np.asarray(Image.open("p.%d.png" % n).convert("RGB"), int)
         found = [y for y in range(sheet.shape[0] - 119) if (sheet[y:y + 120, 8:128] == tile).all()]
         row = (sheet.shape[0] - 60) / squat
-        assert any(abs(y - 52 - n * row) < 12 for y in found), (n, found)  # clip and its mirror image in time look alike
+        # clip and its mirror image in time look alike
+        assert any(abs(y - 52 - n * row) < 12 for y in found), (n, found)
     # Tiles are shrunk by averaging, and one panel stands alone.
     measure(*TRUTH, *chosen, *background, "--sheet", "half.png", "--columns", 1, "--shrink", 2, "--panels", "truth")
     assert Image.open("half.png").width == 60 + 16
-    # What fails is red.
+    # Cases that fail are red in the sheet.
     rest = ["--sheet", "red.png", *TRUTH, *chosen]
     result = run("player", "measure", "x.pnb", *rest, "--fail-above", 0, "--report", "r.json", "--csv", "f.csv")
     assert result.returncode == 4, result.stderr

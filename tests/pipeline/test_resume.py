@@ -97,7 +97,7 @@ def check_damage(folder, expected):
         assert digest(out) == expected, at
         os.remove(out)
     open(journal, "wb").write(b"notes of somebody else")
-    assert "is no journal" in run(out, "--resume").stderr
+    assert "is not the journal" in run(out, "--resume").stderr
     assert digest(out) == expected
 
 

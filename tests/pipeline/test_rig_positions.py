@@ -13,7 +13,7 @@ import numpy as np
 from gltf_reference import Evaluator
 
 BIN = sys.argv[1]
-BOUND = 1e-5  # of the diagonal; 1.1e-6 measured (welding moves a vertex by up to 1e-6)
+BOUND = 1e-5  # in diagonals; 1.1e-6 was measured (welding moves a vertex by up to 1e-6)
 TIMES_A_CLIP = 4
 CLIPS_A_RIG = 12
 

@@ -1,5 +1,5 @@
-"""The whole pipeline, coarsely, on the synthetic character of scripts/make_samples.py, which is the same on every machine:
-bake, both feature sets, predict, pack, check, and the picture of the packed truth beside brute force.
+"""The whole pipeline, coarsely, on the synthetic character of scripts/samples/make_samples.py, which is the same on
+every machine: bake, both feature sets, predict, pack, check, and the picture of the packed truth beside brute force.
 
 usage: test_sample_rig.py BIN
 """
@@ -14,8 +14,8 @@ import numpy as np
 from PIL import Image
 
 BIN = pathlib.Path(sys.argv[1]).resolve()
-# The largest errors measured are 0.306 and 0.0107 in the training frames, 0.391 and 0.0131 in the held-out frames. A model
-# that always says the mean has a relative error of 1.
+# The largest errors measured are 0.306 and 0.0107 in the training frames, 0.391 and 0.0131 in the held-out frames. A
+# model that always says the mean has a relative error of 1.
 BOUNDS = {"training": {"relative_error": 0.36, "ambient_error": 0.0125},
           "held_out": {"relative_error": 0.46, "ambient_error": 0.0155}}
 CAMERA = ["--size", "200x200", "--camera", "yaw=35,pitch=12"]

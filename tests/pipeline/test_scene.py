@@ -114,7 +114,8 @@ def check_pictures():
 
 
 def check_periodic():
-    """Rays see a periodic ground as the middle one of nine. Measured: rms 1.6 of 255, and 6.2 without its neighbours."""
+    """Rays see a periodic ground as the middle one of nine. Measured: rms 1.6 of 255, and 6.2 without its
+    neighbours."""
     chance = np.random.default_rng(3)
     waves = np.fft.fftfreq(40)[:, None] ** 2 + np.fft.fftfreq(40)[None] ** 2
     waves[0, 0] = np.inf
@@ -143,8 +144,8 @@ def check_periodic():
 
 
 def check_wide_ground():
-    """A body on a ground of 500 m or 40 km is traced as on one of 8 m. Measured with a real character: 0.02 of 255 at most,
-    against 9 and 26 where the bias grew with the ground."""
+    """A body on a ground of 500 m or 40 km is traced as on one of 8 m. Measured with a real character: 0.02 of 255 at
+    most, against 9 and 26 where the bias grew with the ground."""
     def traced(cell):
         ground = {"heights": {"analytic": "waves:height=0", "rows": 101, "columns": 101, "cell": cell}}
         name = scene("wide.json", ground=ground, camera="yaw=40,pitch=60,fov=20,distance=7,target=0/0.9/0",
@@ -161,7 +162,7 @@ def check_wide_ground():
 
 
 def check_walk():
-    """Who stands on the ground stands there in both programs, and in a probe of what it casts."""
+    """A character on the ground stands there in both programs, and in a probe of what it casts."""
     name = scene("walk.json", camera="yaw=30,pitch=25,distance=6,target=0/0.9/0",
                  ground={"heights": {"analytic": "waves:height=0.5,length=2", "rows": 65, "columns": 65, "cell": 0.0625}},
                  characters=[{"asset": "man.pnb", "clip": CLIP, "on_ground": True}])
@@ -234,8 +235,8 @@ def make_suns():
 
 
 def check_suns(body):
-    """The sun's share of irradiance is past the map, and V_c shadows the rest alone. Measured: 0.3% of the points differ
-    from counted rays by more than 0.1, and 4.9% are in shadow."""
+    """The sun's share of irradiance is past the map, and V_c shadows the rest alone. Measured: 0.3% of the points
+    differ from counted rays by more than 0.1, and 4.9% are in shadow."""
     make_suns()
     low = body[0][:, 1].min()
     ground = grid()[0]
@@ -348,7 +349,8 @@ def check_inputs():
 
 
 def check_bench_of_suns(words):
-    """Suns have rows of their own, beside the same scene with all light as SH. An asset alone has no maps, and says so."""
+    """Suns have rows of their own, beside the same scene with all light as SH. An asset alone has no maps, and says
+    so."""
     name = scene("bench_suns.json", characters=[{"asset": "man.pnb", "clip": CLIP}], light={"asset": "sunny.pnb"})
     said = must(PLAYER, "bench", "--scene", name, *words, "--report", "suns.report.json")
     with open("suns.report.json") as f:
@@ -364,7 +366,8 @@ def check_bench_of_suns(words):
 
 
 def check_bench():
-    """What a scene costs: the scene itself, then copies of its first character on a ground that grows with them."""
+    """Measures the cost of a scene: the scene itself, then copies of its first character on a ground that grows with
+    them."""
     name = scene("bench.json", characters=[{"asset": "man.pnb", "clip": CLIP}], props=[{"asset": "additive.pnb"}],
                  ground={"size": 2, "resolution": 33})
     words = ("--scene", name, "--runs", 2, "--size", "64x64", "--gl", "osmesa", "--threads", 2)
@@ -399,8 +402,8 @@ def pixels(name):
 
 
 def check_truth():
-    """Pictures beside brute force: everyone at the same place, in the same light, with the same shadows. The clip is held
-    out, and capsules that meet are dark at whole vertices: measured .042 and .029."""
+    """Pictures beside brute force: everyone at the same place, in the same light, with the same shadows. The clip is
+    held out, and capsules that meet are dark at whole vertices: measured .042 and .029."""
     man = {"asset": "man.pnb", "clip": CLIP, "time": 1}
     name = scene("truth.json", characters=[man, {**man, "position": [0.7, 0, 0.2], "yaw": 200}], ground={"size": 3},
                  light={"rotation": "yaw=70"}, camera="yaw=25,pitch=25,fov=40")
@@ -425,8 +428,8 @@ def check_truth():
 
 
 def check_sheet():
-    """A two-sided sheet, a pipe with a slit, whose inside is dark: each side shows its own numbers, in both programs. Seen from the
-    side, both are in the picture. Measured: rms .0068; .197 where either side may be drawn."""
+    """A two-sided sheet, a pipe with a slit, whose inside is dark: each side shows its own numbers, in both programs.
+    Seen from the side, both are in the picture. Measured: rms .0068; .197 where either side may be drawn."""
     columns, rows, frames = 25, 13, 6
     angle, along = np.meshgrid(np.linspace(-0.9, np.pi + 0.9, columns), np.linspace(-0.8, 0.8, rows), indexing="ij")
     radius = 0.5 + 0.02 * np.arange(frames)[:, None, None]

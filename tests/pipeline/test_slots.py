@@ -1,5 +1,5 @@
-# Materials of parts: from the nodes and materials of a glTF file through bake, fit and pack to the player, whose pictures are
-# those of ray tracing with the same materials.
+# Materials of parts: from the nodes and materials of a glTF file through bake, fit and pack to the player, whose
+# pictures are those of ray tracing with the same materials.
 # Usage: test_slots.py BIN_FOLDER
 import json
 import subprocess

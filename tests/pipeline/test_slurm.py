@@ -1,5 +1,5 @@
-"""The pipeline on Slurm, on this machine alone: Snakemake's jobs, job arrays, a bake as one array. Jobs are killed in the middle;
-every file must be what a local run makes, byte for byte.
+"""The pipeline on Slurm, on this machine alone: Snakemake's jobs, job arrays, a bake as one array. Jobs are killed in
+the middle; every file must be what a local run makes, byte for byte.
 
 Most of the time goes by in Slurm's queue, so the three run side by side, each in a folder of its own.
 
@@ -21,12 +21,12 @@ BIN = os.path.abspath(sys.argv[1])
 SHARDS = 5
 MAX_TASKS = 3  # an array has no more, so that the shards need two arrays
 RAYS = 1024  # a shard takes about a second, so that it can be killed in the middle
-SLURM = os.path.join(SCRIPTS, "slurm")
+SLURM = os.path.join(SCRIPTS, "farm", "slurm")
 
 
 def make_slow_farm(folder):
-    """Does what make_farm does with one of its rigs, whose bake is long enough to be killed in the middle: about a second a
-    shard."""
+    """Does what make_farm does with one of its rigs, whose bake is long enough to be killed in the middle: about a
+    second a shard."""
     make_farm(folder, BIN)
     replace(os.path.join(folder, "farm.yaml"), "  bend: {files: [bend.glb], holdout: [sway]}\n", "")
     replace(os.path.join(folder, "farm.yaml"), "holdout: [walk],", f"holdout: [walk], shards: {SHARDS}, bake: {{rays: {RAYS}}},")
@@ -91,7 +91,7 @@ def check_snakemake(folder, wanted):
     """A job of Snakemake's is killed and submitted again."""
     make_slow_farm(folder)
     log = open(os.path.join(folder, "log"), "w+")
-    process = subprocess.Popen(["snakemake", "-s", os.path.join(SCRIPTS, "Snakefile"), "--configfile", "farm.yaml", "--profile",
+    process = subprocess.Popen(["snakemake", "-s", os.path.join(SCRIPTS, "farm", "Snakefile"), "--configfile", "farm.yaml", "--profile",
                                 SLURM, "--latency-wait", "10"], cwd=folder, stdout=log, stderr=log, env={**os.environ, "CI": "true"})
     kill_one_bake(folder)
     code = process.wait(timeout=600)
@@ -104,8 +104,8 @@ def check_snakemake(folder, wanted):
 
 
 def check_arrays(folder, wanted):
-    """Shards take two arrays, and the merge waits for both. A task is killed: it goes back into the queue. One is cancelled: what
-    waits for it ends, and is taken up again."""
+    """Shards take two arrays, and the merge waits for both. A task is killed: it goes back into the queue. One is
+    cancelled: what waits for it ends, and is taken up again."""
     make_slow_farm(folder)
     command = [os.path.join(SLURM, "farm_array"), "farm.yaml"]
     text = run(*command, cwd=folder)
@@ -128,7 +128,8 @@ def check_arrays(folder, wanted):
 
 
 def check_bake_array(folder, wanted):
-    """A task and the first merge are killed: both go back into the queue. Meanwhile the same bake is not submitted again."""
+    """A task and the first merge are killed: both go back into the queue. Meanwhile the same bake is not submitted
+    again."""
     make_slow_farm(folder)
     os.makedirs(os.path.join(folder, "out", "man"))
     programs = os.path.join(folder, "programs")

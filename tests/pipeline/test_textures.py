@@ -171,12 +171,13 @@ def check_normals(folder):
 
 
 def check_parts(folder, material):
-    """Who reads the rig again for its pictures takes the parts that the bake took. A glow without a picture counts once.
+    """A command that reads the rig again for its pictures takes the parts that the bake took. A glow without a picture
+    counts once.
 
     The sheet has two triangles; split_triangles makes more of them.
     """
     save_sheet(folder / "two.glb", [COLORS], {**material, "emissiveFactor": [0.1, 0.2, 0.05]}, n=1, beside=True)
-    split = subprocess.run(["/usr/bin/python3", SCRIPTS / "split_triangles.py", folder / "two.glb", folder / "parts.glb",
+    split = subprocess.run(["/usr/bin/python3", SCRIPTS / "rigs" / "split_triangles.py", folder / "two.glb", folder / "parts.glb",
                             "--share", "0.12"], check=True, capture_output=True, text=True).stdout
     assert split.startswith("2 triangles became ") and int(split.split()[3].rstrip(",")) >= 128, split
     make_model(folder, "parts", "--nodes", "set")
@@ -193,7 +194,7 @@ def check_lost_pictures(folder, material):
     assert whole == "", whole
     seen = shot(folder, folder / "whole.pnb")
     (folder / "lost0.png").write_bytes(COLORS[:60])  # the colours are cut short
-    (folder / "lost3.png").unlink()  # that of glow and occlusion is gone
+    (folder / "lost3.png").unlink()  # the picture of glow and occlusion is gone
     for storage in ("embed", "link"):
         packed = pack(folder, "lost", folder / "less.pnb", *words, storage)
         told = packed.stderr
@@ -252,7 +253,7 @@ def check(folder):
     check_scene(folder, base)
     check_parts(folder, base)
     check_lost_pictures(folder, every)
-    # What is wrong is named, and nothing is written.
+    # Faults are named, and nothing is written.
     save_sheet(folder / "other.glb", [COLORS], base, n=8)
     refused = pack(folder, "flat", folder / "x.pnb", "--materials-of", folder / "other.glb", "--textures", "embed", code=3)
     assert "mesh" in refused.stderr and not (folder / "x.pnb").exists(), refused.stderr

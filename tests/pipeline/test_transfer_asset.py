@@ -1,5 +1,6 @@
-"""Linear models of transfer from the fit to the picture: the run time against the fit's own errors and predictions, E_transfer
-as a channel and as a column, what an asset of transfer refuses, and the comparison with models of visibility.
+"""Linear models of transfer from the fit to the picture: the run time against the fit's own errors and predictions,
+E_transfer as a channel and as a column, what an asset of transfer refuses, and the comparison with models of
+visibility.
 
 usage: test_transfer_asset.py BIN
 """
@@ -164,7 +165,7 @@ def check_refusals(place):
     refused(3, "of order 7", PACK, "check", asset, place("low.vis.h5"))
     refused(3, "holds diffuse transfer", PLAYER, "render", place("v.pnb"), *SIZE, "--source", "truth", "--truth",
             place("t.truth.pnb"), "--channel", "ao", *out)
-    refused(1, "of no use", PACK, "check", asset, place("t.vis.h5"), "--predictions", place("t.vis.h5"))
+    refused(1, "cannot be used", PACK, "check", asset, place("t.vis.h5"), "--predictions", place("t.vis.h5"))
     scene = place("s.json")
     json.dump({"version": 1, "characters": [{"asset": "p.pnb"}]}, open(scene, "w"))
     refused(3, "nothing casts", PLAYER, "render", "--scene", scene, *SIZE, *out)
@@ -176,7 +177,7 @@ def check_refusals(place):
     refused(1, "--albedo must be R/G/B", PACK, "asset", model, "--albedo", "1/2/1", *pnb)
     refused(1, "--max-error", PACK, "asset", model, "--max-error", 0.1, *pnb)
     refused(1, "--bounce-bytes", PACK, "asset", model, "--bounce-bytes", 10, *pnb)
-    refused(1, "of no use", PACK, "check", asset, place("t.vis.h5"), "--bounces", place("t.vis.h5"))
+    refused(1, "cannot be used", PACK, "check", asset, place("t.vis.h5"), "--bounces", place("t.vis.h5"))
     refused(1, "--albedo: needs transfer", PACK, "asset", place("v.model.h5"), "--albedo", "1/1/1", *pnb)
     html = ["--holdout", HELD, "-o", place("none.html")]
     refused(1, "needs hemisphere_visibility of order 7", FIT, "compare", place("low.vis.h5"), "--transfer", *html)
@@ -184,7 +185,7 @@ def check_refusals(place):
     refused(3, "has no light that bounces", FIT, "compare", place("v.vis.h5"), "--transfer", "--components", "4,8", "--bounces",
             place("t.vis.h5"), *html)
     refused(1, "needs --transfer", FIT, "compare", place("v.vis.h5"), "--components", "4,8", *html)
-    refused(1, "of no use", FIT, "compare", place("v.vis.h5"), "--transfer", "--models", "linear", *html)
+    refused(1, "cannot be used", FIT, "compare", place("v.vis.h5"), "--transfer", "--models", "linear", *html)
     two = place("two.pnb")
     good("pack", "asset", model, "--brdf", place("clay.brdf.h5"), "--brdf", place("ggx.brdf.h5"), "--light",
          place("e.light.h5"), "-o", two, "-q")

@@ -103,7 +103,7 @@ def check_splits(place):
     for other in ([], BOUNCES[:2], [*BOUNCES[:5], "0.3/0.3/0.3"]):
         bake(place("o.vis.h5"), *other, "--frames", "1:7:2")
         result = run("merge", shards[0], place("o.vis.h5"), "-o", place("n.vis.h5"), code=3)
-        assert "not of one bake" in result.stderr and not os.path.exists(place("n.vis.h5")), result.stderr
+        assert "of different bakes" in result.stderr and not os.path.exists(place("n.vis.h5")), result.stderr
 
 
 def check_resume(place):
@@ -156,8 +156,8 @@ def check_picture(place):
 
 
 def check_picture_through(place):
-    """Paths go through the sheets of a bake with transmission: more light, with any material, the same for any number of
-    threads. --albedo may not make the sheet give back more than it gets."""
+    """Paths go through the sheets of a bake with transmission: more light, with any material, the same for any number
+    of threads. --albedo may not make the sheet give back more than it gets."""
     picture = ["--frame", 3, "--size", "24x24", "--samples", 64, "--bounces", 2, "-q"]
     sheet = ["--fps", "4", "--rays", "64", "--two-sided"]
     opaque = bake(place("o.vis.h5"), *BOUNCES, rig=SHEET, small=sheet)
@@ -182,30 +182,31 @@ def refuse(words, part, code, tool=BAKE):
 def check_refusals(place):
     table = place("bad.csv")
     transfer = ["--quantity", "transfer", "--bounces", "1"]
-    for words, part in ((["--bounces", "1"], "--bounces goes with --quantity transfer"),
+    for words, part in ((["--bounces", "1"], "--bounces needs --quantity transfer"),
                         ([*transfer[:3], "17", "--albedo", "0/0/0"], "--bounces must be 0..16"),
                         ([*transfer[:2], "--albedo", "0.5/0.5/0.5"], "--bounces"),
                         ([*transfer, "--albedo", "1/0.5/0.5"], "not in [0, 1)"),
                         ([*transfer, "--albedo", "0.5/0.5/0.5", "--transmission", "0.1/0.1/0.1"], "not two-sided"),
                         ([*transfer, "--albedo", "0.5/0.5/0.5", "--transmission", "0.6/0/0", "--two-sided"], "not in [0, 1 - albedo]"),
-                        ([*transfer[:2], "--local"], "--local goes with --quantity visibility")):
+                        ([*transfer[:2], "--local"], "--local needs --quantity visibility")):
         refuse(["visibility", MAN, "-o", place("x.vis.h5"), *SMALL, *words], part, 1)
     refuse(["visibility", SHEET, "-o", place("x.vis.h5"), *transfer], "--albedo: is needed", 1)
     for text, part in (("", "has no colours"), ("a,b\n", "slot,r,g,b or vertex,r,g,b"), ("slot,r,g,b\n", "has no colours"), ("slot,r,g,b\nnobody,0,0,0\n", "nobody"),
-                       ("vertex,r,g,b\n0,0,0\n", "fewer than 4 fields"), ("vertex,r,g,b\n0,0,0,nan\n", "'nan' is no number"),
-                       ("vertex,r,g,b\n0,0,0,0.5x\n", "is no number"), ("vertex,r,g,b\n9999,0,0,0\n", "is none of 0..1429"),
+                       ("vertex,r,g,b\n0,0,0\n", "fewer than 4 fields"), ("vertex,r,g,b\n0,0,0,nan\n", "'nan' is not a number"),
+                       ("vertex,r,g,b\n0,0,0,0.5x\n", "is not a number"), ("vertex,r,g,b\n9999,0,0,0\n", "is not in 0..1429"),
                        ("vertex,r,g,b\n0,0,0,0\n", "has no colour for vertex 1")):
         open(table, "w").write(text)
         refuse(["visibility", MAN, "-o", place("x.vis.h5"), *SMALL, *transfer, "--albedo", table], part, 3)
     open(table, "w").write("vertex,r,g,b\n" + "".join(f"{v},-0.1,0,0\n" for v in range(1430)))
     refuse(["visibility", MAN, "-o", place("x.vis.h5"), *SMALL, *transfer, "--albedo", table], "not in [0, 1)", 1)
     refuse(["visibility", MAN, "-o", place("x.vis.h5"), *SMALL, *transfer, "--albedo", place("none.csv")], "cannot read", 2)
-    refuse(["visibility", MAN, "-o", place("x.vis.h5"), *SMALL, *transfer, "--albedo", "0.5/0.5"], "is no colour R/G/B", 2)
+    refuse(["visibility", MAN, "-o", place("x.vis.h5"), *SMALL, *transfer, "--albedo", "0.5/0.5"], "is not a colour R/G/B", 2)
     assert not os.path.exists(place("x.vis.h5"))
 
 
 def check_consumers(place):
-    """Who reads visibility alone refuses transfer in one line, and so does the comparison of models of a higher order."""
+    """A program that reads visibility alone refuses transfer in one line, and so does the comparison of models of a
+    higher order."""
     file = bake(place("t.vis.h5"), *BOUNCES)
     fit, pack = os.path.join(BIN, "penumbra-fit"), os.path.join(BIN, "penumbra-pack")
     refuse(["visibility", file, "-o", place("t.model.h5")], "quantity", 3, fit)

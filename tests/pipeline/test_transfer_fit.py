@@ -1,5 +1,5 @@
-"""penumbra-fit transfer: the linear models of transfer against numpy, the same bytes for any number of threads, predictions in the
-layout of a bake, and one clear line for what cannot be fitted.
+"""penumbra-fit transfer: the linear models of transfer against numpy, the same bytes for any number of threads,
+predictions in the layout of a bake, and one clear line for what cannot be fitted.
 
 usage: test_transfer_fit.py BIN
 """

@@ -1,4 +1,5 @@
-"""A wrong command line of a script ends with 1 and its usage, as of a program; 2 means that something cannot be read or written.
+"""A wrong command line of a script ends with 1 and its usage, as of a program; 2 means that something cannot be read or
+written.
 
 usage: test_usage.py BIN
 """

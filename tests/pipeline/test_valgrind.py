@@ -1,5 +1,5 @@
-"""Load, 1,000 frames, unload under valgrind: no invalid or uninitialised read, nothing leaked, and nothing allocated per frame
-(as many allocations as for 2 frames). Both code paths.
+"""Load, 1,000 frames, unload under valgrind: no invalid or uninitialised read, nothing leaked, and nothing allocated
+per frame (as many allocations as for 2 frames). Both code paths.
 
 usage: test_valgrind.py BIN
 """
@@ -55,7 +55,7 @@ if not shutil.which("valgrind"):
 with tempfile.TemporaryDirectory() as folder:
     os.chdir(folder)
     make_asset()
-    frames = 1000  # of the best path; the other one takes several times as long
+    frames = 1000  # for the best path; the other one takes several times as long
     for path in ("avx2", "portable"):
         few = allocations(2, path)
         if few is None:

@@ -138,7 +138,7 @@ def check_channels(view, first):
             assert difference(a, b) > 0.5, (a.said, b.said)
     clusters = pictures[2]
     colors = {tuple(c) for c in clusters.picture[clusters.mask()][::7]}
-    assert len(colors) >= 8, colors  # of 13 clusters, those that are seen
+    assert len(colors) >= 8, colors  # 13 clusters, some of which are hidden
     view.keys("1")
 
 
@@ -329,8 +329,8 @@ def fix_camera(name, **changes):
 
 
 def share_like_render(scene, shot):
-    """Draws the scene without a window. Returns the share of the pixels of its middle that are within 5 steps in the shot,
-    which has no background."""
+    """Draws the scene without a window. Returns the share of the pixels of its middle that are within 5 steps in the
+    shot, which has no background."""
     size = f"{shot.picture.shape[1]}x{shot.picture.shape[0]}"
     good("player", "render", "--scene", scene, "--size", size, "--gl", "osmesa", "--aa", 1, "--tone", "filmic", "-o", "drawn.png")
     drawn = np.asarray(Image.open("drawn.png").convert("RGBA"), int)
@@ -345,8 +345,8 @@ def share_like_render(scene, shot):
 
 
 def check_same_as_render():
-    """The window chooses the exposure that render chooses, the ground's share of the picture included. A fifth of the light
-    is taken off every other tile of its grid."""
+    """The window chooses the exposure that render chooses, the ground's share of the picture included. A fifth of the
+    light is taken off every other tile of its grid."""
     fix_camera("fixed.json")
     view = View("--scene", "fixed.json", "--no-settings", size=f"{WIDTH}x{HEIGHT}")
     shown = view.shot("b")
@@ -362,7 +362,8 @@ def turned_sun(view, before):
 
 
 def check_suns():
-    """The suns of the light shine as in render, on both paths. Their shadows go with the light, and H takes them away."""
+    """The suns of the light shine as in render, on both paths. Their shadows go with the light, and H takes them
+    away."""
     good("fit", "light", "--analytic", "uniform", "--analytic", "sun:direction=-0.6/1/0.5,irradiance=4", "--factor",
          "--name", "sunny", "-o", "sunny.light.h5")
     good("pack", "asset", "y.model.h5", "--brdf", "lambert.brdf.h5", "--light", "sunny.light.h5", "-o", "sunny.pnb")

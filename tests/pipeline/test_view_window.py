@@ -1,5 +1,5 @@
-"""The window of penumbra-player view under Xvfb: errors, size, idle, dropped files, settings, several assets, displays of
-high density, a window manager.
+"""The window of penumbra-player view under Xvfb: errors, size, idle, dropped files, settings, several assets, displays
+of high density, a window manager.
 
 usage: test_view_window.py BIN
 """
@@ -59,7 +59,7 @@ def check_window(view):
     dragged = view.shot()
     assert difference(dragged, before) > 0.1
     assert difference(view.shot("BackSpace"), before) == 0, "the view before"
-    assert difference(view.shot("shift+BackSpace"), dragged) == 0, "forth again"
+    assert difference(view.shot("shift+BackSpace"), dragged) == 0, "forward again"
     view.keys("BackSpace")
     corner = lambda: view.shot(panels=True).picture[-40:, :300]
     view.keys("x")
@@ -144,7 +144,7 @@ def check_managed():
     geometry = subprocess.run(["xdotool", "getwindowgeometry", view.window], stdout=subprocess.PIPE, text=True).stdout
     view.close()
     place = [int(n) for n in geometry.split("Position: ")[1].split(" ")[0].split(",")]
-    assert abs(place[0] - 300) < 12 and abs(place[1] - 200) < 40, geometry  # but for the frame around it
+    assert abs(place[0] - 300) < 12 and abs(place[1] - 200) < 40, geometry  # the window's frame shifts the position
     assert "800x600" in geometry, geometry
     manager.terminate()
     manager.wait()
@@ -152,7 +152,7 @@ def check_managed():
 
 def check_resize(view):
     view.keys("space")
-    for i in range(40):  # while it draws
+    for i in range(40):  # presses keys while the window draws
         view.tool("windowsize", view.window, 400 + 37 * i % 800, 300 + 53 * i % 700)
         time.sleep(0.03)
     view.keys("space")
@@ -282,7 +282,7 @@ def check_exposure():
         for name in ("bright", "dim"):
             assert np.abs(shots[name].picture - shots["grey"].picture).max() <= 2, (path, name)
         assert 100 < shots["grey"].picture[inside].mean() < 210, (path, shots["grey"].picture[inside].mean())
-        fixed = view.shot("e")  # of the last light, dim.hdr
+        fixed = view.shot("e")  # with the last light, dim.hdr
         assert difference(fixed, shots["dim"]) > 0.3, path
         view.keys("l", "l")
         assert "bright" in view.shot("l").said and view.shot().picture[inside].min() > 250, "a fixed exposure stays"

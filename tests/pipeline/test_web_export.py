@@ -77,8 +77,8 @@ def ambient_of(vis):
 
 
 def write_case(folder, export, vis, more):
-    """What the pages compare with: the truth of some frames, by mesh and primitive of the exported file. Of a static
-    export that is the mean in every frame."""
+    """Returns the reference of the pages: the truth of some frames, by mesh and primitive of the exported file. Of a
+    static export that is the mean in every frame."""
     ambient, clips, times = ambient_of(vis)
     if Glb(export).json["asset"]["extras"]["penumbra_export"]["as"] == "static":
         ambient = np.repeat(ambient.mean(0, keepdims=True), len(ambient), 0)
@@ -145,7 +145,8 @@ def main():
                 found = page(one, port, profile)
                 for shot in found["out"]:
                     print("%s %s, %s: %s" % (found["reader"], name, kind, shot))
-                    # The sum of floats is rounded once more on the way to 8 bits: at most one pixel in a thousand differs.
+                    # The sum of floats is rounded once more on the way to 8 bits: at most one pixel in a thousand
+                    # differs.
                     assert shot["pixels"] > 5000 and shot["rms"] < 2e-4 and shot["max"] <= 1.001 / 255, shot
                 if "picture" in found and len(sys.argv) > 3:
                     with open(os.path.join(sys.argv[3], name + ".png"), "wb") as picture:

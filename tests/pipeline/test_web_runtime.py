@@ -24,7 +24,7 @@ BAKE, FIT, PACK, PLAYER = (os.path.join(BIN, "penumbra-" + name) for name in ("b
 LIBRARY = os.path.join(BIN, "..", "runtime", "libpenumbra.so")
 MAN = os.path.join(BIN, "..", "samples", "capsule_man.glb")
 MODULES = os.path.join(os.environ.get("XDG_DATA_HOME", os.path.expanduser("~/.local/share")), "penumbra/web/node_modules")
-POINTS, SPACING = 16, 0.125  # those of web/runtime.mjs
+POINTS, SPACING = 16, 0.125  # the same values as in web/runtime.mjs
 
 
 def skip(reason):
@@ -123,7 +123,7 @@ def make_cases(folder):
 
 
 def check_sizes(package, folder):
-    """What goes over the wire, and what is left of an import that nobody uses."""
+    """Measures the bytes that go over the wire, and the rest of an import that nobody uses."""
     size = lambda name: len(gzip.compress(open(os.path.join(package, "dist", name), "rb").read(), 9))
     print(f"penumbra.wasm {size('penumbra.wasm') / 1000:.0f} KB gzip, packed.js {size('packed.js') / 1000:.0f} KB")
     assert size("penumbra.wasm") <= 520e3 and size("packed.js") <= 540e3
@@ -147,7 +147,7 @@ def can_browse():
 
 
 def look_at(page, package, files, *flags):
-    """What a page of tests/pipeline/web found."""
+    """Returns the results of a page of tests/pipeline/web."""
     driver = os.path.join(ROOT, "tests/pipeline/web/chromium.mjs")
     found = json.loads(must("node", driver, package, MODULES, files, shutil.which("chromium"), page, *flags))
     print(page, json.dumps(found))
@@ -176,7 +176,7 @@ def check_three(package, files):
 
 
 def check_worker(package, files):
-    """What a module worker computes, and many characters that it updates."""
+    """Tests the results of a module worker, and many characters that it updates."""
     found = look_at("worker.html", package, files)
     assert found["different"] == 0 and found["compared"] > 10000
     assert found["refused"] == ["INVALID_ASSET", "DISPOSED", "DISPOSED", "DISPOSED"] and found["oneUnderWay"]
@@ -261,7 +261,7 @@ def make_demo_data(cases, data):
          "--channel", "ao", "-o", path("city.exr"))
     shutil.copy(path("city.exr"), path("apartment.exr"))
     # The clip files hold the character's clips, of which the page plays the first.
-    must("/usr/bin/python3", os.path.join(ROOT, "scripts/web_truth.py"), os.path.join(cases, "man.vis.h5"),
+    must("/usr/bin/python3", os.path.join(ROOT, "scripts/figures/web_truth.py"), os.path.join(cases, "man.vis.h5"),
          "--clip", "wave", "--every", 1, "-o", path("walk.truth.gz"))
 
 
@@ -277,7 +277,7 @@ def check_demo(package, folder, cases):
     found = json.loads(must("node", driver, demo, MODULES, shutil.which("chromium")))
     print("demo", json.dumps(found))
     assert not found["errors"] and found["stats"]
-    # What was traced is nearer than no shadows at all, and than those of a white sky.
+    # The traced light is nearer to the truth than no shadows at all, and than shadows of a white sky.
     assert 0 < found["truth"] < 0.5 * found["off"] and found["occlusion"] > 0.01 and found["sun"] > found["off"]
     assert found["fromDisk"] == 0 and found["comparesOnlyWalk"]
     assert found["divider"] == "5"  # the least there is

@@ -13,7 +13,7 @@ import processor_time
 from programs import BIN, good
 
 RIG = os.path.join(BIN, "..", "samples", "capsule_man.glb")
-WIDTH, HEIGHT, PANEL, TIMELINE = 800, 600, 320, 132  # of the panels: panelSizes() in player/view/view_layout.cpp
+WIDTH, HEIGHT, PANEL, TIMELINE = 800, 600, 320, 132  # sizes of the panels: panelSizes() in player/view/view_layout.cpp
 ROWS = PANEL + 120  # where the rows of the timeline begin, to the right of their names
 SCRUB, RANGE, ERROR = HEIGHT - TIMELINE + 44, HEIGHT - TIMELINE + 70, HEIGHT - TIMELINE + 97  # the middles of the rows
 

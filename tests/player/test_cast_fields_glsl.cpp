@@ -78,7 +78,7 @@ struct FieldPair {
     Character characters[2];
     Scene scene;
     FieldInputs inputs;
-    int first_of_second = 0;  // of the parts
+    int first_of_second = 0;  // first part of the second character
 
     explicit FieldPair(const char* convention) : bytes{composedBytes(convention, 5), composedBytes(convention, 4)} {
         penumbra_scene* made = nullptr;
@@ -163,7 +163,7 @@ TEST(CastFieldsGlsl, CastsOnCharactersAsTheSceneDoes) {
         const auto worst = [&](const std::vector<float>& expected) {
             return program.difference(results, kFieldShaders.results, info.coefficient_count, expected, info.stride);
         };
-        EXPECT_GT(worst(pair.inputs.numbers), 0.1) << "nothing is cast";
+        EXPECT_GT(worst(pair.inputs.coefficients), 0.1) << "nothing is cast";
         EXPECT_LT(worst(frame.coefficients), 5e-5) << convention;
         std::printf("%s: numbers within %.1e\n", convention, worst(frame.coefficients));
     }

@@ -57,8 +57,8 @@ TEST(ClosedSurfaces, OneInsideOutSpoilsThePose) {
     EXPECT_FALSE(allOutward(surfaces, positions));
 }
 
-// What is left out of a sphere is hidden. At the silhouette front and back meet at one depth, and which is drawn
-// first stays: measured 2 pixels of 16384.
+// Triangles that face away are left out of a sphere, because they are hidden. At the silhouette front and back meet at
+// one depth, and which is drawn first stays: measured 2 pixels of 16384.
 TEST(ClosedSurfaces, PictureIsTheSameWithoutWhatIsHidden) {
     const player_test::SyntheticAsset data;
     RenderOptions options;

@@ -42,7 +42,7 @@ Vec3d litReference(const std::vector<double>& light, const std::vector<double>& 
     std::vector<double> cosine(64);
     const std::vector<WeightedDirection> hemisphere = gaussHemisphere(32, 64);
     for (int l = 0; l < 8; ++l) {
-        double zonal = 0;  // of the cosine about z
+        double zonal = 0;  // zonal coefficient of the cosine about z
         for (const WeightedDirection& d : hemisphere) {
             evalBasis(8, d.direction, y);
             zonal += d.weight * d.direction.z * y[std::size_t(l * (l + 1))];
@@ -71,7 +71,7 @@ std::vector<double> flat(const nlohmann::json& rows) {
     return out;
 }
 
-// The reference of formulas-scene 8, whose ratio is clamped to 1; ours is not, as light from characters may pass it.
+// The reference, whose ratio is clamped to 1; ours is not, as light from characters may pass it.
 TEST(Composite, FormulaIsTheGoldenOne) {
     const nlohmann::json golden = readGolden("shadow_catcher.json");
     for (const nlohmann::json& one : golden["cases"]) {
@@ -294,7 +294,7 @@ TEST_F(PhotographTest, RefusesScenesWithoutACameraOrALight) {
                  InvalidInput);
 }
 
-// What the adaptive look says is what every pixel alone would see. Measured: 0.004 on average.
+// The adaptive search gives the visibility that a search in every pixel gives. Measured: 0.004 on average.
 TEST(SunPixels, AreThoseOfEveryPoint) {
     const std::vector<Vec3> corners = {{-1, 1, -1}, {1, 1, -1}, {1, 1, 1}, {-1, 1, 1}};
     const std::vector<std::uint32_t> triangles = {0, 1, 2, 0, 2, 3};

@@ -51,7 +51,7 @@ uniform samplerBuffer weights, bones, rotations, scores;
 uniform usamplerBuffer joints, words, clusters;      // clusters: of each vertex; material, then what Cluster below has
 uniform vec3 eye;
 uniform int influences;
-ivec4 range, start;  // of this vertex' cluster: first vertex, vertices, components, first score; mean, basis, material
+ivec4 range, start;  // for this vertex' cluster: first vertex, vertices, components, first score; mean, basis, material
 #define PENUMBRA_MATERIAL(i) texelFetch(materials, i)
 #define PENUMBRA_LIGHT(i) texelFetch(light, i)
 #define PENUMBRA_SCORE(k) texelFetch(scores, range.w + k).x
@@ -72,7 +72,7 @@ PenumbraSurface surfaceOf(int v, out vec4 numbers[PENUMBRA_STRIDE4]) {
             row[r] += texelFetch(weights, v * influences + k).x *
                       texelFetch(bones, 3 * int(texelFetch(joints, v * influences + k).x) + r);
     int c = int(texelFetch(clusters, 3 * v + 2).x);
-    penumbra_numbers(v - range.x, range.y, range.z, numbers);
+    penumbra_coefficients(v - range.x, range.y, range.z, numbers);
     penumbra_clamp_ambient(numbers);
     return penumbra_surface(row[0], row[1], row[2], vectorOf(positions, v), vectorOf(normals, v), vectorOf(tangents, v),
                             vectorOf(rotations, 3 * c), vectorOf(rotations, 3 * c + 1), vectorOf(rotations, 3 * c + 2));
@@ -319,7 +319,7 @@ struct EnginePictures {
     }
 };
 
-// What fragments join: the slot's factors and its textures.
+// Sets what fragments need to join the terms: the slot's factors and its textures.
 EnginePictures setLook(const GlObject& program, const AssetView& view, const penumbra_slot_surface& slot) {
     const auto uniform = [&](const char* name) { return gl::GetUniformLocation(program.id(), name); };
     gl::Uniform1i(uniform("parts[0]"), GLint(slot.diffuse));

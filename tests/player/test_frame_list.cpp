@@ -54,7 +54,7 @@ TEST(FrameList, WrongChoicesAreNamed) {
     EXPECT_EQ(usage({.clips = {"run"}}), "clip: the asset has no \"run\"; it has walk, squat, wave");
     EXPECT_EQ(usage({.clips = {"w"}}), "clip: the asset has more than one \"w\"; it has walk, squat, wave");
     EXPECT_EQ(usage({.clips = {"walk", "wal"}, .sequence = true}), "clip: wal is given twice");
-    EXPECT_EQ(usage({.clips = {"walk", "all"}, .sequence = true}), "clip: all goes with no other clip");
+    EXPECT_EQ(usage({.clips = {"walk", "all"}, .sequence = true}), "clip: all cannot be combined with another clip");
     EXPECT_EQ(usage({.clips = {"squat"}, .frame = 2}), "frame: must be 0..1 for clip \"squat\", not 2");
     EXPECT_EQ(usage({.clips = {"walk", "squat"}, .frame = 1}), "frame: 1 is of one clip, and 2 are chosen");
     EXPECT_EQ(usage({.clips = {"squat"}, .frames = FrameRange{0, 3, 1}}),

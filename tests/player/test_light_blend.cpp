@@ -40,7 +40,7 @@ Sun sunAt(double degrees_from_up, Vec3 irradiance, float radius = 0.01f) {
     return {toFloat(Vec3d{std::sin(angle), std::cos(angle), 0}), irradiance, radius};
 }
 
-// What a frame shows of a light: irradiance on upright and level squares, in the shadow of all suns and out of it.
+// Returns the irradiance on upright and level squares that a frame shows, in the shadow of all suns and out of it.
 std::vector<double> irradiances(const LightView& light) {
     std::vector<float> soft(light.sh.begin(), light.sh.end());
     subtractSuns(light.suns, light.window, soft);

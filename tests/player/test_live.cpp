@@ -1,4 +1,4 @@
-// What a window does with photographs as they come: where they come from, and who follows the camera.
+// Tests how a window handles photographs as they come: the sources, and who follows the camera.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

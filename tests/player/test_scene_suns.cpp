@@ -32,7 +32,7 @@ LightFile sunny(std::vector<SunD> suns) {
     return light;
 }
 
-// Two tubes. Of the ways to join that need spheres, which these have not, they cast nothing.
+// Two tubes. They have no spheres, so they cast nothing in the modes that need spheres.
 class SceneSunsOfProbe : public testing::Test {
 protected:
     fs::path folder = fs::path(testing::TempDir()) / ("scene_suns_" + std::to_string(getpid()));

@@ -258,7 +258,7 @@ TEST(SunMapPainter, CoarseMeshesWithSmoothNormalsHaveNoAcne) {
     EXPECT_GT(dark_by_normals, 100u);
 }
 
-// What blocks tell is what texels tell, and it is most of a picture.
+// Blocks give the same visibility as texels, and they cover most of a picture.
 TEST(SunMapPainter, BlocksTellMostPixelsWhatTexelsTell) {
     const auto context = createGlContext(GlBackend::kOsMesa);
     const OffscreenTarget target(160, 160, 1);
@@ -371,7 +371,7 @@ TEST(SunMapPainter, VerticesThatAreNotFiniteCastNothing) {
     const SunCasters casters{{sheet}};
     maps.setCasters(casters);
     EXPECT_NEAR(darkness(), 0.25, 0.01);
-    const Vec3 corner = sheet.positions[1];  // of one of the two triangles
+    const Vec3 corner = sheet.positions[1];  // a corner of one of the two triangles
     sheet.positions[1].x = std::numeric_limits<float>::quiet_NaN();
     EXPECT_NEAR(darkness(), 0.125, 0.01);
     sheet.positions[1] = corner;

@@ -93,7 +93,7 @@ TEST(Switching, DrawsWhatIsOnAndMakesNothing) {
     }
 }
 
-// What was switched while no frame was drawn is drawn with the next one, whatever the number of changes.
+// Changes made while no frame was drawn show in the next frame, however many they are.
 TEST(Switching, ManyChangesBetweenFramesDrawTheLast) {
     Stage stage({});
     stage.set.setLightRotation(rotationOf("yaw=30"));

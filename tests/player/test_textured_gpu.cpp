@@ -258,7 +258,7 @@ TEST_F(TexturedGpu, PhotographsHaveThePictures) {
     EXPECT_GT(more, 0.1);
 }
 
-// What stays and what a frame takes: no GL object and no byte after the first.
+// A frame after the first makes no GL object and allocates no byte.
 TEST_F(TexturedGpu, AFrameAllocatesNothing) {
     const std::vector<std::byte> bytes = synthetic::texturedTube(TexturedSlots::kClothAndCard, sunnyLight(), tube_);
     const AssetView asset = openAsset(bytes);

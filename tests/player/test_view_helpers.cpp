@@ -142,7 +142,7 @@ TEST(MaterialLabel, NamesModelsAndTheirParameters) {
 
 TEST(WhyNothing, SaysWhatAKeyNeeds) {
     EXPECT_EQ(whyNothing({'T', false}), "T (baked truth or model) needs a baked truth (--truth)");
-    EXPECT_EQ(whyNothing({';', false}), "; is no key here; F1 lists them");
+    EXPECT_EQ(whyNothing({';', false}), "; is not a key of this window; F1 lists them");
     EXPECT_EQ(whyNothing({340, true}), "") << "Shift alone";
 }
 

@@ -1,5 +1,5 @@
-// What is drawn follows from keys: nothing is made or drawn where nothing changed, and every key and every control
-// makes another picture, which is that of a scene that has just been opened.
+// The keys of a view determine what is drawn: if nothing changed, nothing is computed or drawn, and each key and
+// control gives another picture, equal to the picture of a scene that was just opened.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -28,7 +28,7 @@ protected:
     fs::path folder = fs::path(testing::TempDir()) / ("view_keys_" + std::to_string(getpid()));
     UpdateCost cost;
     std::vector<float> moments;
-    std::deque<AssetView> truths;  // of each scene that was opened
+    std::deque<AssetView> truths;  // truth of each scene that was opened
 
     void SetUp() override {
         fs::create_directories(folder);
@@ -119,7 +119,7 @@ protected:
         for (std::size_t v = 0; v < shown.size(); ++v)
             ASSERT_LT(length(shown[v] - fresh[v]), 2e-4f * (1 + length(fresh[v]))) << name << ", vertex " << v;
     }
-    // What the scene shows, after all that it has shown before, is what one shows that has just been opened.
+    // Expects that a scene with a history shows the same as one that was just opened.
     void expectFresh(const Scene& scene, const ViewState& state, const std::string& name) {
         Scene fresh = open();
         update(fresh, state);
@@ -177,7 +177,7 @@ TEST_P(ViewKeysTest, EveryKeyDrawsAnotherFrame) {
 TEST_P(ViewKeysTest, EveryControlDrawsAnotherFrame) {
     Scene scene = open();
     std::set<std::string> tried;
-    for (const int key : std::array<int, 6>{0, '3', '6', 'C', 'c', '0'}) {  // what brings controls of its own
+    for (const int key : std::array<int, 6>{0, '3', '6', 'C', 'c', '0'}) {  // keys that bring controls of their own
         ViewState state = livedIn(scene);
         state.lighting.parameters[1] = 30;
         chooseMaterial(state, 1);

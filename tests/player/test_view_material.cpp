@@ -67,7 +67,7 @@ TEST_F(ViewMaterial, TheSliderChangesWhatIsShown) {
     EXPECT_EQ(state.lighting.parameters.count(1), 0u) << "a material of tables has none";
 }
 
-// What a drag adds to a frame: the change itself makes nothing.
+// A drag adds nothing to a frame: the change itself makes no objects.
 TEST_F(ViewMaterial, ADragMakesNothing) {
     ShadingSet& shading = *scene.characters[0]->shown.shading;
     chooseParameter(scene, state, 0, 20);  // the first choice takes a place in the map

@@ -304,7 +304,7 @@ TEST(ViewActions, ScalesAndFormsGoByKeys) {
 TEST(ViewActions, ExposureIsAutomaticUntilItIsFixed) {
     Contents c;
     EXPECT_TRUE(c.state.automatic_exposure);
-    c.state.display.exposure = 0.01f;  // as it was measured
+    c.state.display.exposure = 0.01f;  // the value that automatic exposure measured
     c.press('D');
     EXPECT_FALSE(c.state.automatic_exposure);
     EXPECT_FLOAT_EQ(c.state.display.exposure, 0.008f);

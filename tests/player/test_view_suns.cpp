@@ -153,7 +153,7 @@ TEST_F(ViewSuns, ExposureIsMeasuredAnew) {
     EXPECT_NE(exposedLook(*scene, state), with);
 }
 
-// Who casts nothing in SH casts in the map: its pose counts, too.
+// A character that casts nothing in SH casts in the map, so its pose counts, too.
 TEST_F(ViewSuns, EveryMoveCounts) {
     update();
     const ViewKeys before = keysOf(*scene, state);

@@ -21,13 +21,13 @@ struct AssetRecipe {
     std::string convention = "D5";
     AssetPrecision precision = AssetPrecision::kF32;
     bool mixed = false;            // instead of `precision`: each cluster another one than those before and after it
-    int rings = 24;                // of the sphere: rings * 2 rings + 2 vertices
-    float basis_size = 0.05f;      // of the PCA components; 0: the model's numbers are the mean in every pose
+    int rings = 24;                // rings of the sphere, which has rings * 2 rings + 2 vertices
+    float basis_size = 0.05f;      // size of the PCA components; 0: the model's numbers are the mean in every pose
     bool open = false;             // mean = unoccluded, else darkened from vertex to vertex
     Vec3 light_from{-1, 1, 0.5f};  // where most of the light comes from
     float light_ambient = 0.4f;    // radiance that comes from everywhere
     float light_lobe = 1;          // size of the directed part, a clamped cosine
-    int light_order = 4;           // of "sky"
+    int light_order = 4;           // order of "sky"
     int slots = 0;                 // parts "part0", "part1", ... with materials 0, 1, ...; each vertex has another one
                                    // than its neighbours
 };

@@ -81,7 +81,7 @@ TEST(ShadingSuns, OnIsTheRemainderAndTurnedSuns) {
     EXPECT_TRUE(set.suns().empty()) << "the other light has none";
 }
 
-// What was windowed is the light with its suns, so theirs is the same window.
+// The window applies to the light with its suns, so the suns have the same window.
 TEST(ShadingSuns, TheWindowOfTheLightIsTheWindowOfItsSuns) {
     const std::vector<float> window = {1, 0.8f, 0.5f, 0.2f};
     Lit lit(window);

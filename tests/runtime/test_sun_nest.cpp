@@ -93,7 +93,7 @@ TEST(SunMaps, AManHasTheSameShadowOnEveryGround) {
             const Vec3 at{std::round(0.3f * side), std::round(-0.2f * side), 0}, sun = sunAt(elevation);
             const SunMesh man = manAt(at.x, at.y), ground = sunGround(side, 33);
             const SunMaps maps = mapsOf({{man}, ground}, sun);
-            const float x = at.x - 0.25f - 0.5f / std::tan(elevation * kDegree);  // of what hangs 0.5 m high
+            const float x = at.x - 0.25f - 0.5f / std::tan(elevation * kDegree);  // shadow of an object 0.5 m high
             for (const float to : {-1.0f, 1.0f}) {
                 const auto seen = [&](float y) { return maps.visibility({x, at.y + to * y, 0}, kUp); };
                 EXPECT_EQ(seen(0.05f), 0) << side << " " << elevation;
@@ -140,7 +140,7 @@ TEST(SunMaps, BordersHaveNoAcneAndNoLeaks) {
     EXPECT_GT(shadowed, 2000u);
 }
 
-// What is seen changes little from a millimetre to the next, so no border shows on waves that shadow themselves.
+// Visibility changes little from one millimetre to the next, so no border shows on waves that shadow themselves.
 TEST(SunMaps, BordersAreSmoothOnWaves) {
     const SunMesh man = manAt(0, 0, 0.5f);
     const SunMesh waves = sunGround(500, 257, [](float x, float y) { return 2 * std::sin(0.11f * x + 0.05f * y); });

@@ -30,7 +30,7 @@ TEST(BrdfRange, IsOfOneTermOfASum) {
     EXPECT_EQ(at.terms[1].parameters.at("alpha"), 0.5);
 }
 
-// Of principled both GGX lobes follow.
+// In a principled material both GGX lobes follow the range.
 TEST(BrdfRange, OfPrincipledIsItsRoughness) {
     const auto range = parseBrdfRange("principled:color=0.8/0.2/0.1,metallic=0.5,roughness=0.2..0.8");
     ASSERT_TRUE(range);

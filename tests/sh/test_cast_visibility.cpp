@@ -60,7 +60,7 @@ TEST(CastVisibility, ComesNearGolden) {
         }
 }
 
-// What the scalar functions give for spheres in each point's own frame, mirrored at its horizon.
+// The result equals the scalar functions for spheres in each point's own frame, mirrored at its horizon.
 TEST(CastVisibility, IsMirroredAtEachHorizon) {
     const std::vector<CasterSphere> person = inFloats(goldenPerson());
     const std::vector<Vec3> places = somePlaces(205);

@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kStep = 1.0 / double(ErrorTail::kBins);
 
-// Of the errors i / n, i = 1 .. n, the share q does not exceed q.
+// For the errors i / n, i = 1 .. n, the share q does not exceed q.
 TEST(ErrorTail, QuantileOfEvenErrorsIsTheShare) {
     ErrorTail tail;
     for (int i = 1; i <= 10000; ++i) tail.add(i / 10000.0);

@@ -1,4 +1,4 @@
-// What a mirror ball shows: goldens, the two ways to the same angle, and places on the ground.
+// Tests the mirror ball: goldens, two ways to the same angle, and places on the ground.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -93,8 +93,8 @@ TEST(Principled, TextRoundTripsAndWrongOnesAreNamed) {
           {"principled:", "expected key=value"},
           {"principled+principled", "a sum has 4 lobes at most, not 6"},
           {"lambert+phong-live", "phong-live has no table"},
-          {"mirror+lambert", "a mirror is no part of a sum"},
-          {"lambert+membrane", "a membrane is no part of a sum"},
+          {"mirror+lambert", "a mirror cannot be part of a sum"},
+          {"lambert+membrane", "a membrane cannot be part of a sum"},
           {"lambert+", "no BRDF 'lambert+'"}}) {
         try {
             parseBrdfSum(text);

@@ -78,7 +78,7 @@ TEST(TripleProduct, MatchesDirectQuadrature) {
         ASSERT_NEAR(e.value, value, 1e-13);
         value = 0;
     }
-    for (double value : dense) ASSERT_NEAR(value, 0, 1e-13);  // what is left out is zero
+    for (double value : dense) ASSERT_NEAR(value, 0, 1e-13);  // pairs that are left out are zero
     EXPECT_TRUE(std::is_sorted(gamma.begin(), gamma.end(), [](const auto& a, const auto& b) {
         return std::tie(a.i, a.j, a.k) < std::tie(b.i, b.j, b.k);
     }));

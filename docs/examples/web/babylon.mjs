@@ -4,8 +4,10 @@ import { Matrix } from '@babylonjs/core/Maths/math.vector.js';
 import { VertexBuffer } from '@babylonjs/core/Buffers/buffer.js';
 import { Character } from 'penumbra-player';
 
-/** `loaded` is what ImportMeshAsync gave for the file of the bake, `asset` what runtime.open() gave for its .pnb. Answers
- * what to call in each frame: scene.onBeforeRenderObservable.add(attach(asset, loaded)). */
+/**
+ * `loaded` is what ImportMeshAsync gave for the file of the bake, `asset` what runtime.open() gave for its .pnb.
+ * Answers what to call in each frame: scene.onBeforeRenderObservable.add(attach(asset, loaded)).
+ */
 export function attach(asset, loaded) {
     const character = new Character(asset);
     const root = loaded.meshes[0]; // it turns the file into Babylon's left-handed scene

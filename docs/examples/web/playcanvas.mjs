@@ -3,7 +3,7 @@
 import * as pc from 'playcanvas';
 import { Character } from 'penumbra-player';
 
-// What a file's mesh has, in a mesh with room for colours: those of a container have what the file has.
+// Copies a mesh of the container into a mesh with room for colours.
 function withColors(mesh, device) {
     const own = new pc.Mesh(device);
     const count = mesh.vertexBuffer.numVertices;
@@ -22,8 +22,10 @@ function withColors(mesh, device) {
     return own;
 }
 
-/** `entity` is what container.resource.instantiateRenderEntity() gave for the file of the bake, in the scene, `asset` what
- * runtime.open() gave for its .pnb. Answers what to call in each frame: app.on('update', attach(asset, entity)). */
+/**
+ * `entity` is what container.resource.instantiateRenderEntity() gave for the file of the bake, in the scene, `asset`
+ * what runtime.open() gave for its .pnb. Answers what to call in each frame: app.on('update', attach(asset, entity)).
+ */
 export function attach(asset, entity) {
     const character = new Character(asset);
     const joints = asset.jointNames.map((name) => entity.findByName(name));
@@ -38,7 +40,7 @@ export function attach(asset, entity) {
             before.material.update();
             meshes.push(withColors(before.mesh, before.mesh.vertexBuffer.device));
             const after = new pc.MeshInstance(meshes.at(-1), before.material, before.node);
-            after.skinInstance = new pc.SkinInstance(before.mesh.skin); // that of `before` ends with it
+            after.skinInstance = new pc.SkinInstance(before.mesh.skin); // `before` destroys its own skin instance
             after.skinInstance.bones = before.skinInstance.bones;
             return after;
         });

@@ -19,7 +19,7 @@ constexpr double kMinTwoViewDegrees = 15;
 FrameMap alignTwoViews(const PosePair& first, const PosePair& second);
 
 // Least squares of sum |p^ - s R p - o|^2 / (s place_noise)^2 + sum |R^ R - R_a|_F^2 / turn_noise^2 by 20 alternations
-// of s and R (formulas-light-and-blockers.md, section 7). Needs two views or more.
+// of s and R. Needs two views or more.
 FrameMap alignByAlternation(std::span<const PosePair> pairs, double place_noise, double turn_noise);
 
 }  // namespace penumbra

@@ -18,7 +18,7 @@ enum class CropFormula {
 
 struct CropDirection {
     double polar = 0, azimuth = 0;  // from the axis ball -> camera; from u towards v
-    double steradians = 0;          // of a pixel
+    double steradians = 0;          // solid angle of the pixel
 };
 // Returns what a place in the crop shows by a formula. None outside of the outline. `width` is the crop's, in pixels.
 std::optional<CropDirection> cropDirection(CropFormula formula, double u, double v, int width);

@@ -1,8 +1,7 @@
-// Problem: the paper's models have one map for each coefficient of transfer in the model frame, ours one model for each
-// cluster in local frames and colour axes. Their own errors do not compare.
-//
-// Here: both are measured as rms of the error of the indirect transfer over all vertices, channels and coefficients,
-// divided by the rms of the direct transfer. Rotations and orthonormal axes keep both sums.
+// Compares models of indirect transfer: the paper's, which have one map for each coefficient in the model frame, and
+// ours, which have one model for each cluster in local frames and colour axes. Both are measured as rms of the error of
+// the indirect transfer over all vertices, channels and coefficients, divided by the rms of the direct transfer.
+// Rotations and orthonormal axes keep both sums.
 #include "fit/papers/compare/compare_bounces.h"
 
 #include <algorithm>

@@ -15,8 +15,9 @@ namespace penumbra {
 struct DirectModel {
     std::string name;
     std::function<std::vector<float>(const VisibilityFrame& pose)> transfer;  // [V, order^2] in the model frame
-    TransferFitOptions fit{};                                                 // of a linear model of transfer
-    std::shared_ptr<Model> model{};                                           // of visibility, else null
+    TransferFitOptions fit{};                                                 // options of a linear model of transfer
+    std::shared_ptr<Model> model{};                                           // set for a model of visibility, else
+                                                                              // null
 };
 
 // Errors are rms over vertices, channels and coefficients, divided by the rms of the direct transfer.
@@ -32,13 +33,13 @@ struct BouncesComparison {
     std::string file;
     int bounces = 0, order = 0;
     std::size_t train_frames = 0, held_out_frames = 0;
-    double without_train = 0, without_held_out = 0;  // of no indirect light at all
+    double without_train = 0, without_held_out = 0;  // errors if all indirect light is left out
     std::vector<BouncedRun> runs;
     // A held-out frame: the middle one.
     std::size_t pictured_frame = 0;
     std::string pictured_clip;
     std::vector<Vec3> positions;
-    std::vector<float> direct, indirect;  // as baked
+    std::vector<float> direct, indirect;  // baked, not predicted
 
     std::size_t coefficients() const { return std::size_t(order) * std::size_t(order); }
 };

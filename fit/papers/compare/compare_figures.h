@@ -36,7 +36,7 @@ struct Figure {
     std::string id, title;  // id is its anchor on the page
     std::string source;     // the figure of the paper that it repeats
     std::string finding{};  // one sentence, made from the data
-    std::string method{};   // what is held fixed and how it was measured
+    std::string method{};   // the fixed parameters, and how it was measured
     std::vector<Plot> plots{};
     Table table{};
     std::string pictures{};  // HTML that stands before the plots

@@ -97,7 +97,7 @@ std::string fact(const std::string& name, const std::string& value) {
 struct PageParts {
     std::string title, counts;                 // "Models of visibility compared", and what is counted beside vertices
     std::pair<std::string, std::string> fact;  // name and value of the last fact
-    std::string finding, caption;              // of the summary and of its table
+    std::string finding, caption;              // texts of the summary and of its table
     Table summary;
     const char* terms;
     std::map<std::string, std::string> pictures{};  // file names beside the page, by the ids of figures

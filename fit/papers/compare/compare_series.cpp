@@ -29,7 +29,7 @@ std::string labelOf(const VectorFit& fit) {
 }
 
 SeriesStyle styleOf(const VectorFit& fit) {
-    constexpr int kCubicColour = 5;  // that no model has
+    constexpr int kCubicColour = 5;  // colour that no model has
     SeriesStyle style = styleOf(fit.degree == 1 ? ModelKind::kLinear : ModelKind::kQuadratic, fit.features);
     if (fit.degree == kMaxDegree) style.colour = kCubicColour;
     return style;

@@ -36,8 +36,9 @@ namespace {
 using std::chrono::steady_clock;
 
 constexpr std::size_t kTransferBlock = 256;    // vertices of a task
-constexpr std::size_t kDecayComponents = 200;  // of the transfer that the eigenvalues are computed of
-constexpr std::size_t kFewComponents = 100;    // of the vertices; a model of more is not fitted without prior too
+constexpr std::size_t kDecayComponents = 200;  // components of the transfer for which eigenvalues are computed
+constexpr std::size_t kFewComponents = 100;    // components of the vertices up to which a model is also fitted without
+                                               // prior
 
 // --- Models
 // -----------------------------------------------------------------------------------------------------------
@@ -158,7 +159,7 @@ Contender fitVisibilityModel(const VisibilityReader& reader, const std::string& 
     made.model = model;
     made.transfer = [model, predictor, matrix, order, threads = options.threads](const VisibilityFrame& frame) {
         const Prediction found = predictor->predict(frame.bones, frame.pose);
-        return transferOf(toModelFrame(*model, frame.bones, frame.normals, found.numbers, threads),
+        return transferOf(toModelFrame(*model, frame.bones, frame.normals, found.coefficients, threads),
                           model->convention.order, order, matrix, frame.normals, threads);
     };
     return made;
@@ -363,7 +364,7 @@ TransferComparison compareTransferModels(const VisibilityReader& reader, const s
                 fitVisibilityModel(reader, file, composedFit(options.visibility, header.order), options.order));
         }
     }
-    std::vector<DirectModel> models;  // those of figure 7 have a prior
+    std::vector<DirectModel> models;  // models of figure 7 have a prior
     for (const Contender& contender : contenders)
         if (contender.run.regularised)
             models.push_back({contender.run.name, contender.transfer, contender.fit, contender.model});

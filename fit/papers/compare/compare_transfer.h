@@ -42,8 +42,8 @@ struct TransferRun {
     bool of_paper = true;     // else a model of visibility
     bool regularised = true;  // alpha by leave-one-out; false: alpha 0
     double alpha = 0;
-    std::size_t bytes = 0;  // as the paper counts; of a model of visibility all of its 32-bit numbers but the fields
-    double megaops = 0;     // of the paper's table 1 for one coefficient, 0 for models of visibility
+    std::size_t bytes = 0;  // counted like the paper; for a model of visibility all its 32-bit numbers but the fields
+    double megaops = 0;     // operations in the paper's table 1, for one coefficient; 0 for models of visibility
     double fit_seconds = 0, pca_seconds = 0;  // the second is a part of the first
     double frame_ms = 0;  // pose to shading on one thread, light first; of visibility pose to numbers
     // Relative errors in the model frame and in local frames, and E_transfer.

@@ -24,7 +24,7 @@ std::vector<double> sharesOf(std::vector<double> values, double total);
 std::vector<EigenvalueDecay> inputDecays(const CompareInput& input, const CompareCharacter& character);
 // Returns the decays of the numbers of all vertices together, with a row a pose and with a row a pose and number, and
 // of a cluster's numbers (mean over clusters). The second is what Nowrouzezahrai 2007 stacks: its rows have one number
-// a vertex. Of it the largest 200 are known. `progress` is told the share that is done.
+// a vertex. Only its 200 largest eigenvalues are computed. `progress` is told the share that is done.
 std::vector<EigenvalueDecay> outputDecays(const CompareInput& input, const CompareCharacter& character,
                                           const CompareOptions& options, const std::function<void(double)>& progress);
 

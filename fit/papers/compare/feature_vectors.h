@@ -15,7 +15,7 @@ struct VectorFit {
     FeatureKind features = FeatureKind::kJointAngles;
     int degree = 1;                // 1 linear, 2 quadratic, 3 cubic
     bool prior = true;             // false: plain least squares, the papers' compression mode
-    ErrorFigures train, held_out;  // of predictions that are not clamped; their ambient errors are NaN
+    ErrorFigures train, held_out;  // predictions are not clamped; the ambient errors are NaN
     std::size_t clusters = 0;
     double inputs = 0, components = 0, units = 0;  // means over the clusters
     double bytes_per_vertex = 0;

@@ -14,7 +14,7 @@ namespace penumbra {
 
 namespace {
 
-constexpr int kColumns = 48, kRows = 24, kCell = 4, kGap = 3;  // of a map; cells and gaps between maps
+constexpr int kColumns = 48, kRows = 24, kCell = 4, kGap = 3;  // size of a map; size of a cell, and gap between maps
 constexpr int kPaperLobes = 3;
 
 Vec3 radianceAt(const LightPair& pair, std::span<const double> sh, int column, int row) {

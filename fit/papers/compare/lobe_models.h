@@ -16,11 +16,12 @@ struct ComparedLobes {
     double fitted = 0;       // relative error of the lobes before the regression, over all frames
     double ridge = 0;        // LobeProblem::ridge
     FrameSpread visibility;  // held out, of the numbers of B; NaN where the model has none
-    FrameSpread cosine;      // of the moments of V max(cos, 0), where the cosine is added again to the prediction
+    FrameSpread cosine;      // moments of V max(cos, 0); the cosine is added to the prediction again
 };
 
 struct LobeComparison {
-    std::size_t vertices = 0, inputs = 0;  // of the sample; kept principal components of the joint angles
+    std::size_t vertices = 0, inputs = 0;  // size of the sample; number of principal components of the joint angles
+                                           // that are kept
     int order = 0;
     std::vector<ComparedLobes> models;  // SH, SH with the cosine in the data, then options.lobes
 };

@@ -12,7 +12,7 @@ struct NormalTable {
     double angle = 0;      // mean angle from a vertex' normal to the nearest of the table, radians
     double diffuse = 0;    // |t - t'| / |t| of transfer under a Lambertian material, over vertices and frames
     double glossy = 0;     // the same of a Phong lobe, over directions of view too
-    double kilobytes = 0;  // of the paper's operators, 8 terms each
+    double kilobytes = 0;  // size of the paper's operators, 8 terms each
 };
 
 // Measures tables of 16 to 4096 normals on baked visibility in convention A of this order, at up to 96 vertices in up

@@ -25,8 +25,8 @@ constexpr int kPlotColours = 8;
 struct Series {
     std::string name;
     SeriesStyle style{};
-    std::vector<double> x{}, y{};  // of the same length; a point that is not finite is left out and breaks the line
-    std::vector<double> spread{};  // of bars: each has a whisker from y - spread to y + spread; empty: none
+    std::vector<double> x{}, y{};  // same length; a point that is not finite is left out and breaks the line
+    std::vector<double> spread{};  // for bars: each has a whisker from y - spread to y + spread; empty: none
 };
 
 struct Plot {

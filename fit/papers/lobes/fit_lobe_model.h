@@ -11,9 +11,9 @@
 namespace penumbra {
 
 struct LobeFitOptions {
-    int lobes = 2;     // of a vertex, 1..kMaxVisibilityLobes
+    int lobes = 2;     // lobes per vertex, 1..kMaxVisibilityLobes
     int order = 4;     // SH bands of convention B, 2..kMaxOrder
-    int clusters = 0;  // of the tangents; 0: as many as FitOptions takes
+    int clusters = 0;  // clusters of the tangents; 0: chosen like FitOptions
     double input_variance = kLobeInputVariance;
     std::vector<std::string> holdout;
     std::optional<FrameList> train_frames;
@@ -23,8 +23,8 @@ struct LobeFitOptions {
 struct LobeFitReport {
     std::size_t train_frames = 0, held_out_frames = 0;
     double fitted = 0;                          // relative error of the lobes before any regression, over all frames
-    ErrorFigures train, held_out;               // as of other models
-    FrameSpread train_spread, held_out_spread;  // as Nowrouzezahrai 2008 has them; NaN without frames
+    ErrorFigures train, held_out;               // see other models
+    FrameSpread train_spread, held_out_spread;  // spread in the sense of Nowrouzezahrai 2008; NaN without frames
 };
 
 struct LobeModelFit {
@@ -38,7 +38,7 @@ void checkLobeFit(const VisibilityHeader& header, const std::string& file, const
 LobeModelFit fitLobeModel(const VisibilityReader& reader, const LobeFitOptions& options, const FitObserver& observer);
 
 // Returns the visibility of a pose in the local frames, [V, order^2], in convention B.
-std::vector<float> predictLobeNumbers(const LobeModel& model, std::span<const float> pose, int threads);
+std::vector<float> predictLobeValues(const LobeModel& model, std::span<const float> pose, int threads);
 
 // Throws InvalidInput when the poses are those of another character than the model's.
 void checkCharacter(const LobeModel& model, const VisibilityHeader& header, const std::string& file);

@@ -7,12 +7,13 @@
 
 #include "fit/papers/lobes/pose_map.h"
 #include "fit/papers/lobes/vertex_lobes.h"
-#include "fit/visibility/local_numbers.h"
+#include "fit/visibility/local_coefficients.h"
 #include "formats/stage/lobe_file.h"
 
 namespace penumbra {
 
-constexpr double kLobeInputVariance = 0.9;  // of the joint angles, as Nowrouzezahrai 2009 and 2007 keep
+constexpr double kLobeInputVariance = 0.9;  // share of the joint angles' variance that Nowrouzezahrai 2009 and 2007
+                                            // keep
 
 struct LobeSource {
     const VisibilityReader& reader;
@@ -29,7 +30,8 @@ constexpr std::size_t kLobeSample = 64;
 std::vector<std::uint32_t> sampleVertices(std::size_t vertices, std::size_t most = kLobeSample);
 
 // Reads the numbers of some vertices, [F, V order^2].
-MatrixF readLobeNumbers(const LobeSource& source, const std::vector<std::uint32_t>& vertices, const NumberForm& form);
+MatrixF readLobeCoefficients(const LobeSource& source, const std::vector<std::uint32_t>& vertices,
+                             const NumberForm& form);
 
 // The lobes of some vertices as functions of the pose, in the layout of LobeModel.
 struct LobeMaps {

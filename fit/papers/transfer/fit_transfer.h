@@ -42,7 +42,7 @@ struct TransferClip {
 struct TransferFitReport {
     std::size_t train_frames = 0, held_out_frames = 0;
     std::size_t constant_angles = 0;    // numbers of the pose that never change over the training frames
-    double largest_singular_value = 0;  // of the inputs, in units of alpha
+    double largest_singular_value = 0;  // singular value of the inputs, in units of alpha
     // Relative errors of the maps' outputs with that alpha, leaving out each frame and each block of frames. The
     // second is 0 when there is one block only.
     double leave_one_out_error = 0, blocked_error = 0;

@@ -32,7 +32,7 @@ public:
 private:
     const VisibilityReader& reader_;
     int order_;
-    std::optional<std::size_t> channel_;  // of the indirect transfer
+    std::optional<std::size_t> channel_;  // set for the indirect transfer
     std::vector<std::size_t> frames_;
     std::size_t width_;          // vertices of a block
     CosineProduct cosine_;       // only for visibility

@@ -96,7 +96,7 @@ double secondsOf(const XmlNode& clip, const char* name, double otherwise, const 
     double number = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
     if (error != std::errc() || end != text.data() + text.size() || !(number >= 0 && number < 1e9))
-        failAtFile(path, "animation clip '" + std::string(clip.attribute("id")) + "': its " + name + " is no time");
+        failAtFile(path, "animation clip '" + std::string(clip.attribute("id")) + "': its " + name + " is not a time");
     return number;
 }
 

@@ -28,7 +28,7 @@ struct AssimpImport {
     RigSource source;
     std::vector<const aiNode*> nodes;  // ours to assimp's; null where it has none
     NamedNodes named;
-    std::map<const aiTexture*, std::shared_ptr<const Texture>> textures;  // those inside the file; meshes share them
+    std::map<const aiTexture*, std::shared_ptr<const Texture>> textures;  // textures inside the file; meshes share them
 
     [[noreturn]] void fail(const std::string& problem) const { failAtFile(source.file, problem); }
 };

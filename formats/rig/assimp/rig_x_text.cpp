@@ -39,7 +39,7 @@ std::size_t endOfEmptyWeights(const std::string& text, std::size_t at) {
 std::string withoutEmptyWeights(const std::string& text) {
     const std::string word = "SkinWeights";
     std::string out;
-    std::size_t from = 0;  // what stands before is in `out` or left out
+    std::size_t from = 0;  // text before this place is in `out` or left out
     for (std::size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + word.size())) {
         const std::size_t end = at < from ? std::string::npos : endOfEmptyWeights(text, at + word.size());
         if (end == std::string::npos) continue;

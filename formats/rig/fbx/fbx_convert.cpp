@@ -37,7 +37,7 @@ std::string environment(const char* name) {
 std::optional<fs::path> findConverter() {
     if (const std::string named = environment("PENUMBRA_FBX2GLTF"); !named.empty()) {
         if (named == "off") return std::nullopt;
-        if (!isProgram(named)) throw IoError("PENUMBRA_FBX2GLTF: '" + named + "' is no program");
+        if (!isProgram(named)) throw IoError("PENUMBRA_FBX2GLTF: '" + named + "' is not a program");
         return fs::absolute(named);
     }
     std::vector<fs::path> folders = foldersOfPath();

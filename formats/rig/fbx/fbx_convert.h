@@ -23,7 +23,7 @@ struct FbxConvertedClip {
 
 struct FbxConversion {
     std::string problem;         // why there is no result; "" where there is one
-    std::vector<std::byte> glb;  // its weights are numbers: 0 where the converter has NaN for a vertex without any
+    std::vector<std::byte> glb;  // the result; weights are 0 where the converter writes NaN for a vertex without any
     std::vector<FbxConvertedClip> clips;
     // Textures whose pictures it did not find. In the .glb each has a picture of one pixel.
     std::vector<std::string> missing_pictures;

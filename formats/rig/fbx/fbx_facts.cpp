@@ -1,4 +1,4 @@
-// What an FBX file shows, by its scan.
+// Describes an FBX file by its scan.
 #include <algorithm>
 
 #include "formats/rig/fbx/fbx_faults.h"

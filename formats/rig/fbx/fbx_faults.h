@@ -1,7 +1,7 @@
 #pragma once
-// What each reader of FBX files gets wrong, told from a scan of the file. A fault is a clause such as "clip 'walk' has
-// 2 layers" that a message about the reader goes on with. No fault: the reader is right, as far as was measured over
-// 459 files of FBX 7 (docs/fbx.md).
+// Tells from a scan of an FBX file what each reader would get wrong. A fault is a clause such as "clip 'walk' has 2
+// layers" that a message about the reader goes on with. No fault: the reader is right, as far as was measured over 459
+// files of FBX 7 (docs/fbx.md).
 #include <string>
 #include <vector>
 
@@ -10,17 +10,17 @@
 
 namespace penumbra {
 
-std::vector<std::string> assimpFaults(const FbxScan& scan);     // of assimp 5.2
-std::vector<std::string> converterFaults(const FbxScan& scan);  // of FBX2glTF 0.9.7
+std::vector<std::string> assimpFaults(const FbxScan& scan);     // faults of assimp 5.2
+std::vector<std::string> converterFaults(const FbxScan& scan);  // faults of FBX2glTF 0.9.7
 
-// What is not as the file says with either reader, and what the converter alone changes.
+// The first lists deviations from the file that both readers have, the second those of the converter alone.
 std::vector<RigNote> fbxNotes(const FbxScan& scan);
 std::vector<RigNote> converterNotes(const FbxScan& scan);
 
 // A mesh of which some vertices have more influences than the 4 that the converter keeps.
 struct FbxCutWeights {
     std::string mesh;
-    std::size_t vertices = 0;  // that lose some
+    std::size_t vertices = 0;  // vertices that lose some
     double most = 0;           // the largest share of a vertex' weight that is lost
 };
 std::vector<FbxCutWeights> cutWeights(const FbxScan& scan);

@@ -1,6 +1,6 @@
 #pragma once
-// What an FBX file has, from its names, properties and arrays alone: enough to say beforehand what a reader of it will
-// get wrong (fbx_faults.h). Nothing is evaluated.
+// Scans the names, properties and arrays of an FBX file, which is enough to say beforehand what a reader of it will get
+// wrong (fbx_faults.h). Nothing is evaluated.
 #include <array>
 #include <optional>
 #include <string>
@@ -24,7 +24,7 @@ struct FbxModel {
 };
 
 struct FbxCluster {
-    int model = -1;  // its bone
+    int model = -1;  // the bone
     std::vector<double> vertices, weights;
 };
 
@@ -34,16 +34,16 @@ struct FbxSkin {
 };
 
 struct FbxShapes {
-    std::string name;                  // of a channel of blend shapes
+    std::string name;                  // name of the channel of blend shapes
     int shapes = 0;                    // more than 1: in-betweens
     double percent = 0;                // how far it is at rest
-    std::vector<double> full_weights;  // of each shape; some exporters write one for each vertex
+    std::vector<double> full_weights;  // one for each shape; some exporters write one for each vertex
 };
 
 struct FbxGeometry {
     std::string name;
     std::uint64_t vertices = 0;
-    std::vector<int> models;  // that draw it
+    std::vector<int> models;  // models that draw it
     std::vector<FbxSkin> skins;
     std::vector<FbxShapes> shapes;
 };
@@ -53,18 +53,18 @@ struct FbxCurve {
     std::vector<double> values;
     std::vector<int> flags;          // [keys] 2: constant, 4: linear, 8: cubic
     char before = 'C', after = 'C';  // extrapolation; C: constant
-    bool varies() const;             // its values are not all one
+    bool varies() const;             // true if its values are not all the same
     double first() const { return times.front(); }
     double last() const { return times.back(); }
 };
 
 // The curves of one property of one model, or of one channel of shapes.
 struct FbxTrack {
-    bool by_channel = false;                        // its layer adds turns angle by angle
+    bool by_channel = false;                        // true if its layer adds rotations angle by angle
     int take = -1, layer = -1;                      // layer: index in the take
     int model = -1;                                 // -1: of something else
     int shapes = -1;                                // index of its geometry where it is of a channel of shapes
-    std::string name;                               // of model or channel
+    std::string name;                               // name of the model or channel
     std::string property;                           // "Lcl Rotation", "DeformPercent", ...
     std::array<std::optional<FbxCurve>, 3> curves;  // x, y, z; the first alone where it has one number
 };

@@ -14,15 +14,15 @@
 namespace penumbra {
 
 struct FbxValue {
-    std::string text;          // of a string, or of a bare word as T, L or a number in ASCII files
+    std::string text;          // a string; in ASCII files also a bare word such as T, L or a number
     double number = 0;         // 0 for strings
-    std::int64_t integer = 0;  // of whole numbers
+    std::int64_t integer = 0;  // for whole numbers
 };
 
 struct FbxNode {
     std::string name;
     std::vector<FbxValue> values;  // the first kMaxFbxValues; none of the bytes of pictures
-    std::vector<double> numbers;   // of an array that is looked into
+    std::vector<double> numbers;   // an array, if it is looked into
     std::uint64_t count = 0;       // how many numbers an array has, or values an ASCII list
     std::vector<FbxNode> children;
 

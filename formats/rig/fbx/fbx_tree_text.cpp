@@ -129,7 +129,8 @@ void readTextArray(FbxTextParser& parser, FbxNode& node) {
         if (parser.word() != "a" || !parser.accept(':')) parser.fail("'" + node.name + "': its array has no numbers");
         readValues(parser, true, list);
         node.numbers = std::move(list.numbers);
-        if (node.numbers.size() != node.count) parser.fail("'" + node.name + "' has not as many numbers as it says");
+        if (node.numbers.size() != node.count)
+            parser.fail("'" + node.name + "' does not have as many numbers as it says");
     }
     if (!parser.accept('}')) parser.fail("is cut short: the array '" + node.name + "' does not end");
 }

@@ -1,12 +1,6 @@
-// Adds to glTF files.
-//
-// Problem: a file of an artist has extensions, extras and orders that no reader of ours knows. What an export adds must
-// not cost any of it.
-//
-// Naive: read the file into a model of glTF and write that again, which loses what the model has no field for.
-//
-// Here: the JSON is kept as an ordered tree, to which entries are added, and the binary chunk as bytes, behind which
-// others are put. Indices of everything that the file has stay as they are.
+// Adds to glTF files without losing extensions, extras and orders that no reader of ours knows. The JSON is kept as an
+// ordered tree, to which entries are added, and the binary chunk as bytes, behind which others are put. The indices of
+// everything in the file stay as they are.
 #include "formats/rig/growing_glb.h"
 
 #include <algorithm>

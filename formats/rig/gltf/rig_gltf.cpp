@@ -282,7 +282,7 @@ Channel convertChannel(Importer& importer, const tinygltf::Animation& clip, cons
     else if (rotation)
         channel.path = Channel::Path::kRotation;
     else if (from.target_path != "translation")
-        importer.fail(where + ": is no property that can be animated");
+        importer.fail(where + ": is not a property that can be animated");
     Sampler sampler = readSampler(importer, clip, from.sampler, where);
     checkSize(importer, sampler, rotation ? 4 : 3, 1, where);
     channel.interpolation = sampler.interpolation;

@@ -20,7 +20,7 @@ namespace penumbra {
 
 // Which texture coordinates a picture takes.
 struct GltfUv {
-    int set = 0;                                        // of TEXCOORD_n
+    int set = 0;                                        // n in TEXCOORD_n
     std::array<double, 6> transform{1, 0, 0, 0, 1, 0};  // row-major 2x3, from these to the texture's coordinates
 };
 
@@ -29,10 +29,10 @@ struct GltfMaterial {
     std::vector<GltfEffect> effects;  // in bakes
     MaterialColor color;
     SourceLook look;
-    GltfUv uv;                          // of the base colour
+    GltfUv uv;                          // for the base colour
     std::vector<PartTexture> textures;  // without coordinates
     std::vector<GltfUv> textures_uv;    // one for each
-    std::string textures_problem;       // as PartColor has it
+    std::string textures_problem;       // see PartColor
 };
 
 struct GltfFile {

@@ -245,7 +245,7 @@ SourcePart movedPart(SourcePart part, const Matrix& to_node) {
         {to_node[0], to_node[1], to_node[2], to_node[4], to_node[5], to_node[6], to_node[8], to_node[9], to_node[10]}};
     const Mat3d of_normals = cofactor(linear);
     for (Vec3& n : part.normals) n = toFloat(normalized(of_normals * toDouble(n) * (mirrored ? -1.0 : 1.0)));
-    // What a target adds to a normal is turned as normals are, and keeps its share of their length.
+    // Offsets of normals are turned like normals and keep their length relative to them.
     const double size = std::cbrt(std::abs(determinant(to_node)));
     for (std::vector<Vec3>& target : part.target_normals)
         for (Vec3& d : target)

@@ -10,7 +10,7 @@
 
 namespace penumbra {
 
-// What the extensions of one node say.
+// The extensions of one node that Penumbra reads.
 struct GltfNodeExtensions {
     bool hidden = false;            // KHR_node_visibility: with all nodes below it
     std::vector<int> lower_levels;  // MSFT_lod: nodes that show the same with fewer triangles

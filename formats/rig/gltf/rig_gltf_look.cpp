@@ -24,7 +24,7 @@ struct LookReader {
     double number(const Json& from, const char* key, double fallback, double most) const {
         const auto found = from.find(key);
         if (found == from.end()) return fallback;
-        if (!found->is_number()) throw InvalidInput(std::string(key) + " is no number");
+        if (!found->is_number()) throw InvalidInput(std::string(key) + " is not a number");
         return inRange(key, found->get<double>(), most);
     }
 
@@ -57,7 +57,7 @@ private:
 Json objectAt(const Json& from, const char* key) {
     const auto found = from.find(key);
     if (found == from.end()) return Json::object();
-    if (!found->is_object()) throw InvalidInput(std::string(key) + " is no object");
+    if (!found->is_object()) throw InvalidInput(std::string(key) + " is not an object");
     return *found;
 }
 

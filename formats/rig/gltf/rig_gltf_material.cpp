@@ -20,7 +20,7 @@ struct MaterialReader {
     const std::filesystem::path& path;
     const Json& document;
     std::span<const unsigned char> buffer;                                // the one that all buffer views are in
-    std::map<std::size_t, std::shared_ptr<const Texture>> textures = {};  // of the images that were asked for
+    std::map<std::size_t, std::shared_ptr<const Texture>> textures = {};  // images that were asked for so far
 
     [[noreturn]] static void fail(const std::string& problem) { throw InvalidInput(problem); }
 

@@ -10,7 +10,7 @@ namespace penumbra {
 
 namespace {
 
-constexpr int kErrorOrder = 6;          // of E_transfer for models of visibility, as Nowrouzezahrai 2007 has it
+constexpr int kErrorOrder = 6;          // order of E_transfer for models of visibility (Nowrouzezahrai 2007)
 constexpr std::size_t kLitPiece = 512;  // vertices of a task
 
 std::string whatItHas(const AssetView& asset) { return asset.name + " has linear transfer"; }
@@ -23,7 +23,7 @@ void refuseForTransfer(const AssetView& asset, const TransferAsk& ask) {
     if (hasVisibility(asset)) return;
     const std::string what = whatItHas(asset);
     if (ask.clusters) throw BadOption("channel", what + ", which has no clusters");
-    if (ask.lobe) throw BadOption("lobe", what + ", which is no visibility");
+    if (ask.lobe) throw BadOption("lobe", what + ", which is not visibility");
     if (ask.gpu) throw BadOption("path", what + ", which the CPU evaluates");
     if (ask.crowd) throw BadOption("characters", what + "; crowds are of models of visibility");
 }

@@ -10,7 +10,7 @@ namespace penumbra {
 // The names of an asset's morph targets [M].
 std::span<const std::string_view> morphNames(const AssetView& asset);
 
-// What a pose becomes with weights [M]: the bones of the joints that stand for them, and the last numbers of the pose
+// A pose with the weights [M] applied: the bones of the joints that stand for them, and the last numbers of the pose
 // where the model reads it.
 struct WeightedPose {
     std::vector<Affine> bones;

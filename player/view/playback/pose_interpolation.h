@@ -45,7 +45,7 @@ private:
     std::vector<Joint> joints_;
     std::vector<std::size_t> order_;  // parents stand before their children
     std::size_t from_ = 0, to_ = 0;
-    bool has_motions_ = false;  // those of from_ and to_ are known
+    bool has_motions_ = false;  // true if the motions of from_ and to_ are known
     std::vector<Motion> motions_of_from_, motions_of_to_;
     std::vector<Transform> now_;
     std::vector<Affine> bones_;

@@ -7,8 +7,9 @@
 namespace penumbra {
 
 struct ComponentFigures {
-    float least = 0, most = 0;  // of its score
-    float share = 0;            // of the variance of the cluster's numbers: var(score) |basis|^2 over the sum of all
+    float least = 0, most = 0;  // range of its score
+    float share = 0;            // share of the variance of the cluster's numbers: var(score) |basis|^2 over the sum of
+                                // all
 };
 
 class ScoreRanges {

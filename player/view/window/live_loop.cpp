@@ -182,7 +182,7 @@ void LiveLoop::drawPanel() const {
     else if (tracker_)
         ImGui::Text("pose: %s, margin %.2f, %.2f px", pose_.seen ? "tag seen" : "tag lost, the last pose is kept",
                     pose_.margin, pose_.residual);
-    if (pose_.twice) ImGui::TextUnformatted("a tag is there twice: cover one");
+    if (pose_.twice) ImGui::TextUnformatted("a tag is visible twice: cover one");
     if (pose_.clipped) ImGui::TextUnformatted("the tag's paper is clipped: expose darker");
     if (light_) ImGui::Text("light: %s, %.0f ms", relit_ ? "of the ball" : "of the scene", light_->milliseconds());
     ImGui::Text("tags %.1f ms, composite %.1f ms", pose_.milliseconds, compose_);

@@ -12,12 +12,12 @@
 namespace penumbra {
 
 struct LiveOptions {
-    std::filesystem::path scene, plate;       // of LivePlates
+    std::filesystem::path scene, plate;       // arguments of LivePlates
     std::vector<TagChoice> tags;              // none: the scene says where the camera stands
-    std::string response = "srgb";            // of the camera: a name, or a file
+    std::string response = "srgb";            // response of the camera: a name, or a file
     double exposure = 1;                      // light of 1 times it has the highest code
-    std::optional<LiveBall> ball;             // whose light replaces that of the scene
-    std::optional<std::pair<int, int>> size;  // of the window; unset: that of the photographs
+    std::optional<LiveBall> ball;             // ball whose light replaces the scene's
+    std::optional<std::pair<int, int>> size;  // size of the window; unset: the photographs' size
     std::filesystem::path screenshots = ".";  // folder
     std::optional<std::size_t> pictures;      // ends after so many; unset: when the user quits
     RenderOptions look;                       // suns, sun_map

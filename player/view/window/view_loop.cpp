@@ -35,7 +35,7 @@ constexpr double kStripTime = 3;         // milliseconds a frame for the strips 
 const std::string kWrote = "wrote ";
 constexpr int kTurntableRate = 25;  // pictures a second
 constexpr std::size_t kTurntablePictures = kTurntableRate * std::size_t(kTurnSeconds);
-constexpr double kStripTimeAtRest = 12;  // while the picture stands
+constexpr double kStripTimeAtRest = 12;  // if the picture does not change
 
 double secondsSince(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
@@ -108,9 +108,9 @@ private:
     Cached<ShadingChoice, std::unique_ptr<ScenePainter>> painter_;  // it keeps references to everyone's shading
     Cached<FrameKey> drawn_;
     ViewHistory history_;
-    std::optional<PictureSink> turn_;  // of a turntable that is being written
+    std::optional<PictureSink> turn_;  // turntable that is being written
     std::filesystem::path turn_path_;
-    Cached<ExposedLook> exposed_;      // what the automatic exposure was measured for
+    Cached<ExposedLook> exposed_;      // key of the measured automatic exposure
     std::unique_ptr<GpuTimer> timer_;  // needs the window's context
     ViewFigures figures_;
     Clock::time_point last_step_ = Clock::now(), last_frame_ = Clock::now(), last_event_ = Clock::now();
@@ -234,7 +234,7 @@ void ViewLoop::handle(const ViewEvents& events) {
             if (!history_.go(state_, steps)) figures_.message = steps < 0 ? "no view before" : "no view after";
         if (!state_.window.screenshot) continue;
         advanceTime();
-        drawFrame();  // of what the keys before it made of the picture
+        drawFrame();  // shows the state after the keys so far
     }
     if (events.close) state_.window.quit = true;
 }

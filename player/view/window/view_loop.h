@@ -13,13 +13,13 @@ namespace penumbra {
 
 struct ViewOptions {
     std::vector<std::filesystem::path> files;  // characters, truths, materials and lights in any order
-    std::optional<std::pair<int, int>> size;   // of the window; unset: as it was left, or 1280 x 800
+    std::optional<std::pair<int, int>> size;   // size of the window; unset: the last one, or 1280 x 800
     bool settings = true;                      // read and keep them (view_settings.h)
     std::optional<EvaluationPath> path;        // unset: cpu on software GL, glsl on a GPU
-    ShadingChoice shading;                     // as wished: lights without lobes, say, are used as they are
-    LightFade fade;                            // of lights that are switched
+    ShadingChoice shading;                     // wanted forms: lights without lobes, say, are used as they are
+    LightFade fade;                            // fade between lights that are switched
     std::filesystem::path screenshots = ".";   // folder
-    PictureOptions reading;                    // of the pictures of lights
+    PictureOptions reading;                    // how to read the pictures of lights
     bool textures = true;                      // pictures of assets that have them are shown
     bool quiet = false;                        // print no line for each picture that is written
 };

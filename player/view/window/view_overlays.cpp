@@ -59,7 +59,7 @@ void scale(const Rectangle& picture, const char* what, std::span<const ImU32> co
     for (std::size_t i = 0; i < steps; ++i)
         list.AddRectFilledMultiColor(ImVec2(x, heightOf(i + 1)), ImVec2(x + width, heightOf(i)), colors[i + 1],
                                      colors[i + 1], colors[i], colors[i]);
-    const std::size_t every = height / float(steps) < font ? steps / 2 : 1;  // as many numbers as there is room for
+    const std::size_t every = height / float(steps) < font ? steps / 2 : 1;  // leaves room for the numbers
     for (std::size_t i = 0; i <= steps; i += every) {
         char label[24];
         std::snprintf(label, sizeof label, "%.3g", low + (high - low) * double(i) / double(steps));

@@ -16,7 +16,7 @@ struct ViewFigures {
     bool software = true;
     double frame = 0;     // milliseconds from frame to frame while frames follow one another
     std::string message;  // about the last thing that went wrong or was written
-    Cached<std::filesystem::path, FolderList> folder;  // what is in state.window.browsed
+    Cached<std::filesystem::path, FolderList> folder;  // contents of state.window.browsed
 };
 
 // `unit` is ImGui coordinates per 1/96 inch. `picture` is in ImGui coordinates.

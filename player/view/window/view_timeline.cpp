@@ -13,7 +13,7 @@ namespace {
 // Figures below these fill their strip only in part: they are rounding, the margin of training ranges, or errors that
 // nobody sees.
 constexpr float kSmallRange = 0.05f;   // about radians
-constexpr float kSmallError = 0.004f;  // of ambient visibility
+constexpr float kSmallError = 0.004f;  // error of ambient visibility
 
 constexpr ImU32 kBed = IM_COL32(30, 34, 40, 255), kInk = IM_COL32(230, 230, 230, 255);
 constexpr ImU32 kRangeColor = IM_COL32(235, 140, 40, 255), kErrorColor = IM_COL32(214, 72, 96, 255);

@@ -26,7 +26,7 @@ struct ViewWindow::Impl {
     GLFWwindow* window = nullptr;
     GlContext context;
     ViewEvents events;
-    float font_scale = 0;  // that the font was made for
+    float font_scale = 0;  // scale for which the font was made
 
     void open(const std::string& title, const WindowPlace& place);
     void load();  // entry points and description of the current context

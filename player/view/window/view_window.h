@@ -32,12 +32,12 @@ public:
     ViewEvents poll(double seconds);
     bool held() const;     // a button of the mouse is down
     bool visible() const;  // has pixels to draw into: it is neither minimised nor of no size
-    int width() const;     // of the framebuffer, pixels
+    int width() const;     // width of the framebuffer, pixels
     int height() const;
     float scale() const;      // pixels per unit of 1/96 inch
     float unitScale() const;  // ImGui's coordinates per unit of 1/96 inch
     WindowPlace place() const;
-    const std::string& description() const;  // of the GL
+    const std::string& description() const;  // description of the GL
     bool software() const;
 
     void beginPanels();  // a frame of ImGui

@@ -1,6 +1,6 @@
 // usage: node runtime/web/demo/build.mjs PACKAGE NODE_MODULES DATA OUT
-// Builds the demo page into OUT/site, which any server of files can serve, and as OUT/penumbra.html, which opens from disk.
-// DATA has what the page loads: scripts/demo --web makes it.
+// Builds the demo page into OUT/site, which any server of files can serve, and as OUT/penumbra.html, which opens from
+// disk. DATA has what the page loads: scripts/demo --web makes it.
 import { execFileSync } from 'node:child_process';
 import fs from 'node:fs';
 import path from 'node:path';

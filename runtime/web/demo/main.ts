@@ -25,7 +25,7 @@ function addChoices(id: string, name: string, values: string[]): void {
         .join('');
 }
 
-/** What the panel says. It is kept in the address, so that a link shows the same. */
+/** Reads the panel. Its state is kept in the address, so that a link shows the same. */
 function readPanel() {
     const form = new FormData(panel);
     return {
@@ -95,7 +95,7 @@ class Page {
         if (field?.name === 'clip' && field.value !== TRACED) (panel.elements.namedItem('compare') as HTMLInputElement).checked = false;
         const name = readPanel().sky;
         const sky = await this.stage.loadSky(SKIES[name]);
-        const state = readPanel(); // as it is now
+        const state = readPanel(); // the panel may have changed during the load
         if (state.sky !== name) return; // another sky was chosen, and a call for it is under way
         this.stage.useSky(sky);
         this.stage.turn((state.turn * Math.PI) / 180);

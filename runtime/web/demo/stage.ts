@@ -42,7 +42,7 @@ function makeSun(): THREE.DirectionalLight {
     return sun;
 }
 
-/** What stands around the character: ground, sky, sun and a camera that fingers move. */
+/** The surroundings of the character: ground, sky, sun and a camera that fingers move. */
 export class Stage {
     readonly renderer: THREE.WebGLRenderer;
     readonly scene = new THREE.Scene();

@@ -12,7 +12,7 @@ export type Quality = 'full' | 'fast';
 /** Rows [R | t] of a rotation and a translation, 12 numbers. */
 export type Place = ArrayLike<number>;
 
-/** What has a handle of the C library, and gives it back once. */
+/** An object with a handle of the C library, which it gives back once. */
 abstract class Handle {
     protected constructor(
         readonly runtime: Runtime,
@@ -193,7 +193,9 @@ export class Asset extends Handle {
         return { name: memory.text(name), order, sh: memory.floats(sh, 3 * order * order).slice(), sunCount };
     }
 
-    /** @internal Whether the numbers are a mean and components alone, without fields of parts, followers or transfer. */
+    /**
+     * @internal Whether the numbers are a mean and components alone, without fields of parts, followers or transfer.
+     */
     get isAdditive(): boolean {
         const parts = this.runtime.memory.call('penumbra_asset_part_count', this.handle);
         return this.hasModel && parts === 0 && this.followerCount === 0 && !this.convention.startsWith('T');

@@ -1,7 +1,7 @@
 import type { Character } from './core.js';
 import { openIrradiance, visibleIrradiance } from './sh.js';
 
-/** What darkens a character in a frame. */
+/** The things that darken a character in a frame. */
 export interface LossLight {
     /** Light in the model frame, [25, 3]; without one the darkening is that of a white sky, and costs least. */
     sh?: ArrayLike<number>;
@@ -11,7 +11,7 @@ export interface LossLight {
     strength?: number;
 }
 
-/** What each vertex of a character loses of the light of its environment, in arrays that frames share. */
+/** The share of its environment's light that each vertex of a character loses, in arrays that frames share. */
 export class Loss {
     private open = new Float32Array(0);
     private visible = new Float32Array(0);

@@ -1,5 +1,5 @@
-// Real orthonormal spherical harmonics of order 5 with the Condon-Shortley sign, index l(l+1)+m, polar axis z. Lights have
-// three colours a coefficient: [25, 3].
+// Real orthonormal spherical harmonics of order 5 with the Condon-Shortley sign, index l(l+1)+m, polar axis z. Lights
+// have three colours a coefficient: [25, 3].
 
 const COUNT = 25;
 // Integrals of band l times max(cos, 0): what a light without obstacles does to a surface.

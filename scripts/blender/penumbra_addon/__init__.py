@@ -1,5 +1,5 @@
-"""Penumbra in Blender: ambient occlusion of animated characters, as a colour attribute that plays with the timeline, and
-as a file for engines. docs/blender.md is the manual."""
+"""Penumbra in Blender: ambient occlusion of animated characters, as a colour attribute that plays with the timeline,
+and as a file for engines. docs/blender.md is the manual."""
 bl_info = {
     "name": "Penumbra",
     "author": "Penumbra",

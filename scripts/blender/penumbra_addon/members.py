@@ -54,7 +54,7 @@ def role_of(thing, collections):
 
 
 def collections_of(scene):
-    """Of every object the collections that it is in, the innermost first."""
+    """Returns the collections of every object, the innermost first."""
     found = {}
 
     def visit(collection, above):

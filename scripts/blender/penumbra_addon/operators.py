@@ -92,7 +92,7 @@ def in_properties(window, event):
 
 
 class Job(OfCharacter):
-    """What all jobs share. A class below says in `steps` which generator it runs."""
+    """Base class of all jobs. A class below says in `steps` which generator it runs."""
 
     bl_options = {"UNDO"}
     TICK = 0.1  # seconds between redraws
@@ -115,7 +115,7 @@ class Job(OfCharacter):
         job, end = context.window_manager.penumbra, time.monotonic() + seconds
         try:
             if job.cancel:
-                return self.fail("stopped", "INFO")  # what the user asked for is no error
+                return self.fail("stopped", "INFO")  # the user asked for it, so it is no error
             if self.course.lost:
                 return self.fail("stopped by an undo", "WARNING")
             self.settings.now()

@@ -159,7 +159,8 @@ def is_ours(modifier):
 
 
 def detach(things, attribute):
-    """Takes the modifier of an earlier result from these objects, and its group and image where nobody else has them."""
+    """Takes the modifier of an earlier result from these objects, and its group and image where nobody else has
+    them."""
     for thing in things:
         modifier = thing.modifiers.get(modifier_name(attribute))
         tree = modifier.node_group if modifier else None

@@ -1,4 +1,5 @@
-"""Runs Penumbra's programs: where they are, how their progress is read, how they are stopped. Nothing here imports bpy."""
+"""Runs Penumbra's programs: where they are, how their progress is read, how they are stopped. Nothing here imports
+bpy."""
 import os
 import pathlib
 import queue
@@ -126,7 +127,7 @@ def reader(stream, take):
 
 
 def progress_of(line, share, status):
-    """What a line of `--progress openjd` (docs/farm.md) says; any other line changes nothing."""
+    """Reads a line of `--progress openjd` (docs/farm.md); any other line changes nothing."""
     key, _, value = line.partition(": ")
     if key == "openjd_progress":
         try:

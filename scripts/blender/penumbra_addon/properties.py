@@ -85,7 +85,7 @@ def ray_count(settings):
 
 
 class PenumbraJob(bpy.types.PropertyGroup):
-    """What runs at the moment. It stands in the window manager, which no file saves."""
+    """The running job. It stands in the window manager, which no file saves."""
 
     running: bpy.props.BoolProperty()
     cancel: bpy.props.BoolProperty()

@@ -1,4 +1,5 @@
-"""What Blender shows of a character in every frame: its vertices after all modifiers, its bones and its shape keys."""
+"""Records a character as Blender shows it in every frame: its vertices after all modifiers, its bones and its shape
+keys."""
 import contextlib
 from dataclasses import dataclass, field
 
@@ -26,7 +27,7 @@ class Span:
 @dataclass
 class Record:
     spans: list
-    names: list  # of the meshes
+    names: list  # names of the meshes
     counts: np.ndarray  # vertices of each mesh
     faces: np.ndarray  # int32 [T,3]
     points: np.ndarray  # f32 [F,V,3], y up, as glTF has it
@@ -167,7 +168,7 @@ def record_frames(context, who, things, spans):
                 done += 1
                 yield done / total, f"frame {number}"
     finally:
-        with contextlib.suppress(ReferenceError):  # what was deleted meanwhile needs nothing back
+        with contextlib.suppress(ReferenceError):  # an object that was deleted meanwhile needs nothing back
             before.restore(lambda: scene.frame_set(frame))
     return recorder.record(spans)
 
@@ -176,7 +177,8 @@ CHANNELS = ("location", "rotation_quaternion", "rotation_euler", "rotation_axis_
 
 
 def values_of(holder):
-    """What an action may write of an object or a posed bone: its place, and its own numbers (switches of rigs)."""
+    """The properties of an object or a posed bone that an action may write: its place, and its own numbers (switches of
+    rigs)."""
     own = {key: value for key, value in holder.items() if isinstance(value, (int, float))}
     return {name: tuple(getattr(holder, name)) for name in CHANNELS}, own
 
@@ -209,7 +211,7 @@ class Binding:
             return
         data = self.armature.animation_data or self.armature.animation_data_create()
         self.changed, data.use_nla, data.action = True, False, action
-        self.pose()  # what the action before moved and this one does not
+        self.pose()  # resets bones that the last action moved and this one does not
 
     def pose(self):
         """Puts all bones and shape keys where they were."""
@@ -223,7 +225,8 @@ class Binding:
                     block.value = value
 
     def restore(self, go_back):
-        """Puts everything back; `go_back` sets the frame, which poses what is keyed, and a pose without keys follows."""
+        """Puts everything back; `go_back` sets the frame, which poses what is keyed, and a pose without keys
+        follows."""
         if self.changed:
             data = self.armature.animation_data
             data.action = self.action

@@ -1,4 +1,4 @@
-"""What follows a result: the model beside the bake, and exports."""
+"""Steps after a result: the model beside the bake, and exports."""
 import pathlib
 from dataclasses import dataclass
 
@@ -46,7 +46,7 @@ def show_model(who, settings, rig, model):
 
 
 class Played:
-    """What the .blend remembers of a record: its clips, meshes and counts."""
+    """The part of a record that the .blend keeps: its clips, meshes and counts."""
 
     def __init__(self, clips, names, counts):
         self.spans = [PlayedSpan(c.name, c.first_frame, c.rows, c.step, c.first_row) for c in clips]
@@ -77,7 +77,7 @@ def export(context, settings, output, kind, of):
 
 @dataclass
 class Of:
-    """What is exported, and how. Defaults of the program are left to it."""
+    """Options of an export. Values that equal the program's defaults are not passed on."""
 
     model: bool = False  # the model and not the bake
     components: int = 16

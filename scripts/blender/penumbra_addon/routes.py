@@ -1,7 +1,7 @@
 """The two ways from Blender to occlusion, and what follows them. Each is a generator of (share done, text).
 
-Route A bakes what Blender shows, frame by frame. Route B exports the character, bakes the exported file and fits a model
-of the pose, for engines.
+Route A bakes what Blender shows, frame by frame. Route B exports the character, bakes the exported file and fits a
+model of the pose, for engines.
 """
 import json
 import pathlib
@@ -34,7 +34,8 @@ def part(steps, first, end):
 
 
 def bake_words(settings):
-    """What the settings say to `penumbra-bake visibility`. Heights are z in Blender and y in the files."""
+    """Returns the options of `penumbra-bake visibility` for the settings. Heights are z in Blender and y in the
+    files."""
     words = ["--rays", ray_count(settings), *TELL]
     if settings.ground:
         words += ["--ground", f"{settings.ground_height:.9g}"]
@@ -130,7 +131,7 @@ def clip_rows(record):
 
 
 def keep(settings, clips, table):
-    """What the .blend remembers of a result: its clips, and the numbers of frames and of vertices in the files."""
+    """The part of a result that the .blend keeps: its clips, and the numbers of frames and of vertices in the files."""
     settings.frame_count, settings.vertex_count = table.shape
     settings.played.clear()
     for name, first_row, rows, first_frame, step in clips:

@@ -19,7 +19,7 @@ from .programs import Failed
 @dataclass
 class StandIns:
     scene: object
-    names: dict = field(default_factory=dict)  # of the copies -> of the originals
+    names: dict = field(default_factory=dict)  # name of each copy -> name of its original
     of_data: dict = field(default_factory=dict)  # the same of their meshes and armatures
     objects: list = field(default_factory=list)
     actions: list = field(default_factory=list)

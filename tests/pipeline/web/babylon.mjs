@@ -1,4 +1,5 @@
-// The example of docs/examples/web with Babylon.js: positions of the core are those that Babylon skins, and vertices darken.
+// The example of docs/examples/web with Babylon.js: positions of the core are those that Babylon skins, and vertices
+// darken.
 import { Engine } from '@babylonjs/core/Engines/engine.js';
 import { Scene } from '@babylonjs/core/scene.js';
 import { ArcRotateCamera } from '@babylonjs/core/Cameras/arcRotateCamera.js';

@@ -1,4 +1,4 @@
-// What scripts that look at pages share: a server on loopback, and Chromium whose GL is software.
+// Helpers for scripts that look at pages: a server on loopback, and Chromium with GL in software.
 import fs from 'node:fs';
 import http from 'node:http';
 import { createRequire } from 'node:module';

@@ -1,4 +1,4 @@
-// What the pages share: the case that they are given, and how they tell what they found.
+// Helpers for the pages: they read the case and report results.
 export async function readCase() {
   return await (await fetch('/case/case.json')).json();
 }

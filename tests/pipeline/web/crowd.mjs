@@ -27,7 +27,7 @@ async function ratesOf(perFrame, seconds) {
         crowd.update((1000 * frame) / 60 + 0.5 * Math.sin(17.3 * frame)); // frames are never quite on time
         for (let done = 0; done < perFrame && queue.length > 0; ++done) {
             queue.shift()();
-            for (let turn = 0; turn < 5; ++turn) await null; // what the crowd does when an answer comes
+            for (let turn = 0; turn < 5; ++turn) await null; // lets the crowd handle the answer
         }
     }
     return updates.map((count) => count / seconds);

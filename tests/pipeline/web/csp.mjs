@@ -1,4 +1,4 @@
-// What a page with a Content-Security-Policy can do: an asset here and in a worker, or the reason why not.
+// Tries to load an asset under a Content-Security-Policy, here and in a worker, and reports the reason if it fails.
 import { Character, load } from '/package/dist/index.js';
 import { PenumbraWorker, startWorker } from '/package/dist/worker/index.js';
 

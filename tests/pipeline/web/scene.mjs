@@ -1,4 +1,4 @@
-// What pages of three.js share: a sky, a scene with a character on a ground, and differences of pictures.
+// Helpers for pages of three.js: a sky, a scene with a character on a ground, and differences of pictures.
 import * as THREE from 'three';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 import { PenumbraEnvironment, PenumbraLoader, assetOf } from 'penumbra-player/three';

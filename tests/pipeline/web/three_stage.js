@@ -1,4 +1,4 @@
-// What the pages of three.js share: the exported file in a scene, posed and drawn.
+// Helpers for pages of three.js: the exported file in a scene, posed and drawn.
 import * as THREE from 'three';
 import {GLTFLoader} from '/node_modules/three/examples/jsm/loaders/GLTFLoader.js';
 

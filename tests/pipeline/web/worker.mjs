@@ -86,7 +86,7 @@ async function inThree(runtime, worker) {
     const first = busy.update();
     found.oneUnderWay = busy.update() === first;
     busy.dispose();
-    await first; // what was under way is no error
+    await first; // work under way still ends without an error
     found.refused.push(await codeOf(busy.update()));
 
     const crowd = new Crowd();

@@ -16,7 +16,8 @@ interface Part {
 }
 
 function nameOf(object: Object3D): string {
-    return (object.userData.name as string | undefined) ?? object.name; // three.js changes names for its animation paths
+    // three.js changes names for its animation paths
+    return (object.userData.name as string | undefined) ?? object.name;
 }
 
 function meshesOf(root: Object3D): Mesh[] {
@@ -138,8 +139,10 @@ export class PenumbraCharacter {
         this.environment = environment;
     }
 
-    /** Computes the shadows of the pose that the bones have now: once a frame, after the mixer. A worker answers later;
-     * the promise tells when the shadows are there. A pose that comes before the answer to the last one is passed over. */
+    /**
+     * Computes the shadows of the pose that the bones have now: once a frame, after the mixer. A worker answers later;
+     * the promise tells when the shadows are there. A pose that comes before the answer to the last one is passed over.
+     */
     update(): Promise<void> | void {
         if (this.worker) return (this.underWay ??= this.updateBy(this.worker).finally(() => (this.underWay = undefined)));
         this.root.updateMatrixWorld(true);
@@ -160,7 +163,9 @@ export class PenumbraCharacter {
         }
     }
 
-    /** What a Crowd updates in its worker: `distance` tells how far the character is from who looks. */
+    /**
+     * Returns the member that a Crowd updates in its worker: `distance` tells how far the character is from the viewer.
+     */
     member(distance: () => number): CrowdMember {
         const character = this.worker;
         if (!character) throw new PenumbraError('INVALID_ARGUMENT', "a member of a crowd needs the option 'worker'");
@@ -182,8 +187,10 @@ export class PenumbraCharacter {
         return this.bones[0].matrixWorld;
     }
 
-    /** Gives memory back, and the meshes their geometries and materials; the worker's character is disposed of, too. Take a
-     * member out of its crowd first. A second call does nothing. */
+    /**
+     * Gives memory back, and the meshes their geometries and materials; the worker's character is disposed of, too.
+     * Take a member out of its crowd first. A second call does nothing.
+     */
     dispose(): void {
         if (this.disposed) return;
         this.disposed = true;

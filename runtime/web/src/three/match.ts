@@ -10,7 +10,9 @@ export interface Match {
 }
 export interface Poser {
     bones: Bone[];
-    /** Poses the asset as the bones are now: its positions and normals in the model frame, which the next call changes. */
+    /**
+     * Poses the asset as the bones are now: its positions and normals in the model frame, which the next call changes.
+     */
     pose: () => { positions: Float32Array; normals: Float32Array };
 }
 
@@ -127,7 +129,7 @@ function matchByPlace(poses: Pose[], tolerance: number): { vertices: Uint32Array
                 for (const k of cells.get([x + (d % 3) - 1, y + (Math.floor(d / 3) % 3) - 1, z + Math.floor(d / 9) - 1].join()) ?? []) {
                     const apart = Math.max(...poses.map((pose) => distance(pose.theirs[mesh], i, pose.ours, k)));
                     if (!(apart < tolerance)) continue;
-                    // Of several at one place, the one that looks the same way.
+                    // Among several at one place, the one that looks the same way is best.
                     const cost = apart + 0.5 * tolerance * (1 - alike(poses[0], mesh, i, k));
                     if (cost < least) [best, least] = [k, cost];
                 }

@@ -71,8 +71,10 @@ function packClusters(clusters: readonly Cluster[]): { words: Uint32Array; table
     return { words, table };
 }
 
-/** Evaluates an additive model on a GPU: coefficients and E of all vertices, in buffers of the device. Composed models and
- * those whose vertices follow points are refused with UNSUPPORTED. */
+/**
+ * Evaluates an additive model on a GPU: coefficients and E of all vertices, in buffers of the device. Composed models
+ * and those whose vertices follow points are refused with UNSUPPORTED.
+ */
 export class GpuEvaluator {
     /** [vertexCount, stride], float32. */
     readonly coefficients: GPUBuffer;

@@ -51,7 +51,7 @@ function darken(builder: NodeBuilder, loss: Tsl, specular: boolean): void {
 
 type Setup = (builder: NodeBuilder) => LightingModel | null;
 
-/** What darkens one material, by keys, each for as many as asked for it. */
+/** The nodes that darken one material, by keys. Each counts its users. */
 class Losses {
     private readonly entries = new Map<string, { loss: LossNode; users: number }>();
     private readonly own: { setup: Setup; cacheKey: () => string };

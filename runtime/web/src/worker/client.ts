@@ -11,8 +11,10 @@ export function startWorker(): Worker {
     return new Worker(new URL('../worker-thread.js', import.meta.url), { type: 'module' });
 }
 
-/** One module in a worker, which evaluates characters while the page draws. The worker is one that `startWorker` started,
- * or any that calls `serve`. */
+/**
+ * One module in a worker, which evaluates characters while the page draws. The worker is one that `startWorker`
+ * started, or any that calls `serve`.
+ */
 export class PenumbraWorker {
     private readonly waiting = new Map<number, Waiting>();
     private last = 0;
@@ -39,7 +41,8 @@ export class PenumbraWorker {
         if (this.ended) return Promise.reject(this.ended);
         return new Promise<T>((resolve, reject) => {
             const id = ++this.last;
-            this.worker.postMessage({ ...request, id }, moved); // what cannot be sent rejects here, and nobody waits for it
+            // This throws if the request cannot be sent, so nobody waits for it.
+            this.worker.postMessage({ ...request, id }, moved);
             this.waiting.set(id, { resolve, reject });
         });
     }
@@ -100,9 +103,11 @@ export class WorkerCharacter {
         private readonly object: number,
     ) {}
 
-    /** Evaluates a pose. `write` fills J matrices of 4 x 4 columns, joint in the model frame times inverse bind; joints that
-     * stand for inputs follow from `inputs`. Answers what each vertex loses of each colour, and E: [V, 4], which belongs to
-     * the caller until the answer of a later update. */
+    /**
+     * Evaluates a pose. `write` fills J matrices of 4 x 4 columns, joint in the model frame times inverse bind; joints
+     * that stand for inputs follow from `inputs`. Answers what each vertex loses of each colour, and E: [V, 4], which
+     * belongs to the caller until the answer of a later update.
+     */
     async update(write: (matrices: Float32Array) => void, inputs: ArrayLike<number>, update: WorkerUpdate = {}): Promise<Float32Array> {
         const { worker, jointCount, vertexCount } = this.asset;
         const matrices = this.spareMatrices.pop() ?? new Float32Array(16 * jointCount);

@@ -44,9 +44,13 @@ interface Entry {
 /** Updates many characters in a worker, near ones more often than far ones. Where the worker cannot do them all, all
  * levels slow down alike. */
 export class Crowd {
-    /** Updates that the worker has not answered yet: enough that it never waits, and few enough that poses are fresh. */
+    /**
+     * Updates that the worker has not answered yet: enough that it never waits, and few enough that poses are fresh.
+     */
     private static readonly AHEAD = 3;
-    /** Called where an update has failed (default: console.error); it is not repeated before the member is due again. */
+    /**
+     * Called where an update has failed (default: console.error); it is not repeated before the member is due again.
+     */
     onerror: ((error: unknown) => void) | undefined;
     /** Updates that were shown since the crowd was made. */
     updates = 0;

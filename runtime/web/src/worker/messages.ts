@@ -2,11 +2,11 @@ import type { Quality } from '../core.js';
 import type { PenumbraCode } from '../error.js';
 import type { LossLight } from '../loss.js';
 
-/** What a character shall compute. */
+/** The values that a character is asked to compute. */
 export interface WorkerUpdate extends LossLight {
     quality?: Quality;
 }
-/** What a page asks of a worker. Arrays of an update change hands, and come back with the answer. */
+/** A request of a page to a worker. Arrays of an update change hands, and come back with the answer. */
 export type Request =
     | { kind: 'open'; bytes: ArrayBuffer | ArrayBufferView }
     | { kind: 'create'; asset: number }

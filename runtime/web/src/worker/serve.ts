@@ -9,7 +9,7 @@ export interface WorkerScope {
     postMessage(message: unknown, transfer: Transferable[]): void;
 }
 
-/** What lives in one worker: assets and characters by the numbers that the page has for them. */
+/** The assets and characters of one worker, by the numbers that the page has for them. */
 class Service {
     private readonly objects = new Map<number, Asset | Character>();
     private readonly loss = new Loss();
