@@ -13,6 +13,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bake/source/frame_choice.h"
+#include "bake/visibility/shard_sources.h"
 #include "formats/common/errors.h"
 #include "formats/common/joined.h"
 #include "formats/common/parallel_for.h"
@@ -38,6 +39,7 @@ struct Shard {
     std::vector<std::uint32_t> frame_in_clip;  // [F]
     std::vector<double> time;
     std::vector<ProvenanceInput> inputs;
+    ShardPlace place;  // the clips that it was chosen from
 };
 
 // --- Sameness -------------------------------------------------------------------------------------------------------
@@ -55,7 +57,9 @@ bool sameChoice(const ShardPlace& a, const ShardPlace& b) {
 // Lists how a shard differs from the first one. Equal provenance implies equal values here, unless somebody edited a
 // file.
 std::vector<std::string> differencesOf(const VisibilityHeader& other, const VisibilityHeader& expected) {
-    std::vector<std::string> out = differencesOf(other.provenance, expected.provenance, {"clips", "frames"});
+    Provenance ours = other.provenance, first = expected.provenance;
+    ours.inputs = first.inputs = {};  // ShardSources compares them
+    std::vector<std::string> out = differencesOf(ours, first, {"clips", "frames"});
     if (!out.empty()) return out;
     const auto check = [&](bool same, const char* what) {
         if (!same) out.push_back(what);
@@ -79,7 +83,6 @@ std::vector<std::string> differencesOf(const VisibilityHeader& other, const Visi
     check(other.pose_size == expected.pose_size && other.pose_parameterisation == expected.pose_parameterisation &&
               other.edges == expected.edges && other.input_names == expected.input_names,
           "another /frames/pose");
-    check(sameChoice(*other.shard, *expected.shard), "another list of clips to choose from");
     return out;
 }
 
@@ -138,7 +141,8 @@ std::vector<std::string> namesOfClips(const std::vector<std::string>& clips, con
 // Otherwise the options decide, and without them the whole has all clips.
 ClipChoice clipsOfWhole(const std::vector<Shard>& shards, const ShardPlace& place, const MergeOptions& options) {
     const std::vector<std::string>& told = options.clips.empty() ? shards[0].told_clips : options.clips;
-    if (std::all_of(shards.begin(), shards.end(), [&](const Shard& shard) { return shard.told_clips == told; }))
+    if (sameChoice(shards[0].place, place) &&
+        std::all_of(shards.begin(), shards.end(), [&](const Shard& shard) { return shard.told_clips == told; }))
         return {told, shards[0].clip_names};
     return {options.clips, options.clips.empty() ? place.clip_names : namesOfClips(options.clips, place)};
 }
@@ -212,8 +216,10 @@ void placeFrames(const std::vector<Shard>& shards, const Whole& whole, MergePlan
 }
 
 // Fills in what the plan knows of the whole: its frames, its options, and where each frame comes from.
-void describeWhole(const std::vector<Shard>& shards, const MergeOptions& options, MergePlan& plan) {
+void describeWhole(const std::vector<Shard>& shards, const ShardSources& sources, const MergeOptions& options,
+                   MergePlan& plan) {
     VisibilityHeader& header = plan.header;
+    if (sources.several()) sources.describe(header);
     const ClipChoice choice = clipsOfWhole(shards, *header.shard, options);
     const Whole whole = listWhole(*header.shard, choice.names, options);
     header.frames = whole.frames;
@@ -222,7 +228,8 @@ void describeWhole(const std::vector<Shard>& shards, const MergeOptions& options
     header.provenance.options_json = wholeOptions(header.provenance.options_json, choice.told, options);
     // a bake that was not asked for a part writes no /shard
     if (choice.told.empty() && !options.frames) header.shard.reset();
-    if (plan.source[0].file < shards.size()) header.provenance.inputs = shards[plan.source[0].file].inputs;
+    if (!sources.several() && plan.source[0].file < shards.size())
+        header.provenance.inputs = shards[plan.source[0].file].inputs;
 }
 
 // Runs `read` for one shard. An error in its file becomes a problem of the merge, so that the other shards are still
@@ -240,7 +247,7 @@ void collectProblem(MergeProblems& problems, const Read& read) try {
 }
 
 // Reads the header of one shard, compares it with the first one, and keeps what placeFrames() needs.
-void addShard(const fs::path& path, std::vector<Shard>& shards, MergePlan& plan) {
+void addShard(const fs::path& path, std::vector<Shard>& shards, ShardSources& sources, MergePlan& plan) {
     const VisibilityReader reader(path);
     VisibilityHeader header = reader.header();
     completePlace(path.string(), header);
@@ -249,16 +256,20 @@ void addShard(const fs::path& path, std::vector<Shard>& shards, MergePlan& plan)
         plan.header = header;
         plan.precision = reader.precision();
     }
-    for (const std::string& difference : differencesOf(header, plan.header))
+    std::vector<std::string> differences = differencesOf(header, plan.header);
+    const std::vector<std::string> other_sources = sources.add(header);
+    differences.insert(differences.begin(), other_sources.begin(), other_sources.end());
+    for (const std::string& difference : differences)
         plan.problems.different.push_back(path.string() + ": " + difference);
     if (reader.precision() != plan.precision)
         plan.problems.different.push_back(path.string() + ": coefficients of another precision");
     plan.shards.push_back(path);
     plan.frames_of_shard.push_back(std::uint32_t(header.frames.frameCount()));
-    if (!sameChoice(*header.shard, *plan.header.shard)) return;  // the whole has no place for its frames
+    if (!other_sources.empty() && !sameChoice(*header.shard, *plan.header.shard))
+        return;  // its frames have no place in the whole
     plan.is_virtual = plan.is_virtual || reader.isVirtual();
     shards.push_back({path.string(), told_clips, header.frames.clip_names, header.frames.clip,
-                      header.shard->frame_in_clip, header.frames.time, header.provenance.inputs});
+                      header.shard->frame_in_clip, header.frames.time, header.provenance.inputs, *header.shard});
 }
 
 }  // namespace
@@ -267,9 +278,10 @@ MergePlan planMerge(const std::vector<fs::path>& paths, const MergeOptions& opti
     refuseTwice(paths);
     MergePlan plan;
     std::vector<Shard> shards;
-    for (const fs::path& path : paths) collectProblem(plan.problems, [&] { addShard(path, shards, plan); });
+    ShardSources sources;
+    for (const fs::path& path : paths) collectProblem(plan.problems, [&] { addShard(path, shards, sources, plan); });
     try {
-        if (!shards.empty()) describeWhole(shards, options, plan);
+        if (!shards.empty()) describeWhole(shards, sources, options, plan);
     } catch (const UsageError&) {  // the options may be those of the shards that cannot be opened
         if (!plan.problems.any()) throw;
     }

@@ -20,11 +20,6 @@ class Unreadable(ConfigError):
     """A file that is not there or cannot be read."""
 
 
-def exit_code(error):
-    """Returns the exit code of our programs: 2 cannot read or write, 3 input invalid."""
-    return 2 if isinstance(error, (Unreadable, OSError)) else 3
-
-
 # --- Kinds of values: each takes (key, value, folder of the YAML file) and returns the value to use -------------------
 
 def number(least, whole=False):
@@ -52,7 +47,14 @@ def either(kind, *words):
 def text(key, value, folder):
     if not isinstance(value, str) or not value:
         raise ConfigError(f"{key}: takes text, not {value!r}")
+    if "\0" in value or not value.isprintable():
+        raise ConfigError(f"{key}: takes text that can be printed, not {value!r}")
     return value
+
+
+def word(key, value, folder):
+    """Takes text, or a number that the program gets as it stands there."""
+    return text(key, str(value), folder)
 
 
 def a_file(key, value, folder):
@@ -177,14 +179,14 @@ def convention(key, value, folder):
 def slots(key, value, folder):
     if not isinstance(value, dict):
         raise ConfigError(f"{key}: takes SLOT: MATERIAL, not {value!r}")
-    return {str(slot): text(f"{key}.{slot}", material, folder) for slot, material in value.items()}
+    return {text(f"{key}: a slot", str(slot), folder): text(f"{key}.{slot}", material, folder) for slot, material in value.items()}
 
 
 # --- The file ---------------------------------------------------------------------------------------------------------
 
 # Keys of bake, fields, fit, pack, a material and a light are the options of the programs, with _ for -.
 BAKE = dict(order=number(1, True), rays=number(16, True), seed=number(0, True), bias=number(0), precision=one_of("f32", "f16"),
-            ground=either(number(-1e9), True, False), poses=either(a_file, "auto"), units=lambda key, value, folder: str(value), up=one_of("y", "z"),
+            ground=either(number(-1e9), True, False), poses=either(a_file, "auto"), units=word, up=one_of("y", "z"),
             cache_fps=number(0.001), blocks=number(1, True), two_sided=one_of(True, False), occluder=list_of(an_occluder), inputs=a_file,
             local=one_of(True, False), local_steps=number(1, True), local_order=number(5, True))
 FIELDS = dict(rays=number(16, True), seed=number(0, True), cells=number(4, True), megabytes=number(0.01), fade=number(1e-6))
@@ -197,7 +199,7 @@ PACK = dict(precision=one_of("f32", "f16", "i8"), max_error=number(0), max_bytes
 MATERIAL = dict(analytic=text, merl=a_file, table=a_file, material=text, operators=number(1, True), slice_order=number(1, True),
                 view_order=number(1, True))
 LIGHT = dict(analytic=text, layout=one_of("latlong", "angular", "ball", "cube"), order=number(1, True),
-             window=lambda key, value, folder: str(value), lobes=number(0, True), lobe_fit=one_of("greedy", "joint", "fixed"))
+             window=word, lobes=number(0, True), lobe_fit=one_of("greedy", "joint", "fixed"))
 OF_A_RIG = dict(clips=list_of(text), holdout=list_of(text), fps=number(0.001), shards=number(1, whole=True), predict=one_of(True, False),
                 materials=list_of(text), lights=list_of(text), bake=keys(**BAKE), fields=keys(**FIELDS), fit=keys(**FIT),
                 pack=keys(**PACK))
@@ -354,12 +356,14 @@ def load_yaml(file):
 def read_config(path):
     import yaml
     try:
-        with open(path) as file:
+        with open(path, encoding="utf-8") as file:
             content = load_yaml(file)
     except OSError as error:
         raise Unreadable(f"{path}: cannot read: {error.strerror}") from None
     except yaml.YAMLError as error:
         raise ConfigError(f"{path}: not YAML: {' '.join(str(error).split())}") from None
+    except (ValueError, RecursionError, TypeError) as error:  # other letters than UTF-8, a date that is none, a thousand brackets
+        raise ConfigError(f"{path}: not YAML that can be read: {' '.join(str(error).split())[:120]}") from None
     try:
         return check_config(content, path)
     except ConfigError as error:

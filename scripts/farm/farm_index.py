@@ -17,7 +17,8 @@ import time
 from urllib.parse import quote
 
 sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.realpath(__file__))))
-from farm.config import ConfigError, exit_code, read_config
+from farm.config import read_config
+from farm.ending import end_with
 from farm.plan import make_plan, report_of
 from farm.stamps import remove, write_whole
 from usage import ArgumentParser
@@ -137,9 +138,11 @@ def write_page(program, description, output):
 
 
 def remove_vanished(plan):
-    """Deletes reports and stamps of shards that no plan knows any more."""
-    kept = {os.path.normpath(path) for output in plan for path in (report_of(output), output + ".stamp", output + ".d")}
-    for path in [*glob.glob("reports/*.shards.*.vis.h5.json"), *glob.glob("*/shards/*.vis.h5.stamp"), *glob.glob("*/shards/*.vis.h5.d")]:
+    """Deletes reports and stamps of shards that no plan knows any more, and the shards of clips that have changed."""
+    kept = {os.path.normpath(path) for output in plan for path in (output, report_of(output), output + ".stamp", output + ".d")}
+    gone = ["reports/*.shards.*.vis.h5.json", "reports/*.clips.*.vis.h5.json", "*/shards/*.vis.h5.stamp", "*/shards/*.vis.h5.d",
+            "*/clips/*.vis.h5", "*/clips/*.vis.h5.stamp", "*/clips/*.vis.h5.d"]
+    for path in (path for pattern in gone for path in glob.glob(pattern)):
         if path not in kept:
             remove(path)
 
@@ -152,18 +155,13 @@ def main():
     parser.add_argument("-o", "--output", required=True)
     arguments = parser.parse_args()
     start = time.monotonic()
-    try:
-        page = Page(read_config(arguments.farm))
-        remove_vanished(page.plan)
-        description = page.description()
-    except ConfigError as error:
-        print(f"farm_index.py: {error}", file=sys.stderr)
-        sys.exit(exit_code(error))
-    write_page(arguments.program, description, arguments.output)
+    page = Page(read_config(arguments.farm))
+    remove_vanished(page.plan)
+    write_page(arguments.program, page.description(), arguments.output)
     if arguments.report:
         write_whole(arguments.report, json.dumps({"schema": "penumbra.report", "schema_version": 1, "tool": "farm_index.py",
                     "verb": "index", "exit_code": 0, "output": arguments.output, "seconds": time.monotonic() - start}))
 
 
 if __name__ == "__main__":
-    main()
+    end_with(main)

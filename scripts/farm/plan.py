@@ -10,7 +10,8 @@ from dataclasses import dataclass
 from urllib.parse import unquote
 
 from farm.config import ROOT, ConfigError, chooses_poses, files_of, is_composed, parts_of
-from farm.stamps import Digests, digest_of, label, read_stamp, tool_version, write_whole
+from farm.shards import ClipShards, figure
+from farm.stamps import Digests, digest_of, label, nameless, names_in, read_stamp, remembered, tool_version, write_whole
 
 SCRIPTS = os.path.join(ROOT, "scripts")
 
@@ -30,14 +31,14 @@ class Job:
 
 # Tells where each rule writes. A rig in one piece is baked where the merged file of others stands.
 PATTERNS = {
-    "bake": "{rig}/{rig}.vis.h5", "shard": "{rig}/shards/{range}.vis.h5", "merge": "{rig}/{rig}.vis.h5",
+    "bake": "{rig}/{rig}.vis.h5", "shard": "{rig}/shards/{range}.vis.h5", "clip": "{rig}/clips/{range}.vis.h5", "merge": "{rig}/{rig}.vis.h5",
     "fields": "{rig}/{rig}.fields.h5", "poses": "{rig}/{rig}.poses.h5", "fit": "{rig}/{rig}.model.h5", "brdf": "materials/{material}.brdf.h5",
     "light": "lights/{light}.light.h5", "predict": "{rig}/{rig}.pred.vis.h5", "pack": "{rig}/{rig}.pnb",
     "truth": "{rig}/{rig}.truth.pnb", "check": "{rig}/check.json", "sheet": "{rig}/sheet.png", "index": "index.html"}
 
 
 # No job reads from one of a later rule.
-ORDER = ("brdf", "light", "fields", "poses", "bake", "shard", "merge", "fit", "predict", "truth", "pack", "check", "sheet", "index")
+ORDER = ("brdf", "light", "fields", "poses", "bake", "shard", "clip", "merge", "fit", "predict", "truth", "pack", "check", "sheet", "index")
 
 
 def options(values):
@@ -96,10 +97,7 @@ class Planner:
         self.jobs = {}  # output -> Job, in an order that can be run
         self.digests = Digests(farm.output)
         self.memory = os.path.join(farm.output, ".farm", "asked.json")
-        self.asked = {}
-        if os.path.exists(self.memory):
-            with open(self.memory) as file:
-                self.asked = json.load(file)
+        self.asked = remembered(self.memory)
 
     def program(self, name):
         return os.path.join(self.farm.programs, name) if self.farm.programs else name
@@ -131,26 +129,35 @@ class Planner:
         return self.add("poses", {"rig": name}, words, sources=files)
 
     def bake(self, name, rig):
+        files = read_by_bake(rig)
         if chooses_poses(rig):
             listed = self.poses(name, rig)
             own = {**rig, "clips": rig["holdout"], "bake": {**rig["bake"], "poses": listed}}
-            return self.add("bake", {"rig": name}, [*self.bake_words(own), "--resume"], [listed], read_by_bake(rig))
-        words, files = self.bake_words(rig), read_by_bake(rig)
+            return self.add("bake", {"rig": name}, [*self.bake_words(own), "--resume"], [listed], files)
+        words, shards = self.bake_words(rig), rig.get("shards", 1)
         ranges = self.standing_ranges(name, words, files)
         if ranges is None:
-            ranges = self.new_ranges(name, words, files, rig.get("shards", 1))
+            by_clip = ClipShards(self, name, rig)
+            if by_clip.groups:
+                parts = [self.shard("clip", name, *piece) for piece in by_clip.pieces(shards)]
+                return self.merge(name, parts, options({"clips": rig["clips"]} if "clips" in rig else {}))
+            ranges = self.new_ranges(name, words, files, shards) if shards > 1 else []
         if not ranges:
             return self.add("bake", {"rig": name}, [*words, "--resume"], sources=files)
-        parts = [self.add("shard", {"rig": name, "range": f"{a:06}-{b:06}"}, [*words, "--frames", f"{a}:{b}", "--resume"],
-                          sources=files, temporary=True, merged=PATTERNS["merge"].format(rig=name)) for a, b in ranges]
-        return self.add("merge", {"rig": name}, [self.program("penumbra-bake"), "merge", *parts], parts)
+        return self.merge(name, [self.shard("shard", name, f"{a:06}-{b:06}", [*words, "--frames", f"{a}:{b}"], files)
+                                 for a, b in ranges])
+
+    def shard(self, rule, name, part, words, files):
+        return self.add(rule, {"rig": name, "range": part}, [*words, "--resume"], sources=files, temporary=True,
+                        merged=PATTERNS["merge"].format(rig=name))
+
+    def merge(self, name, parts, chosen=()):
+        return self.add("merge", {"rig": name}, [self.program("penumbra-bake"), "merge", *parts, *chosen], parts)
 
     def new_ranges(self, name, words, files, shards):
-        """Returns first and last frame of every shard; [] for a bake in one piece."""
-        if shards == 1:
-            return []
+        """Returns first and last frame of every shard."""
         said = self.ask(f"rigs.{name}", [*words, "-o", ".farm/probe.vis.h5", "--dry-run"], files)
-        frames = int(re.match(r"(\d+) frames", said)[1])
+        frames = int(figure(f"rigs.{name}", r"(\d+) frames", said))
         edges = [frames * i // shards for i in range(shards + 1)]
         return [(a, b) for a, b in zip(edges, edges[1:]) if a < b]
 
@@ -172,7 +179,8 @@ class Planner:
         """Tells whether this piece, which need not be there any more, was baked by these words from these files."""
         stamp = read_stamp(self.farm.output, piece)
         return stamp is not None and stamp["output"]["sha256"] == digest and stamp["version"] == tool_version(words) and \
-            same_for_all_shards(stamp["command"]) == [label(word) for word in [*words, "--resume"]] and \
+            nameless(same_for_all_shards(stamp["command"]), files, names_in(stamp)) == \
+            nameless([*words, "--resume"], files, [label(file) for file in files]) and \
             [found for _, found in stamp["inputs"]] == [self.digests.of(file) for file in files] and \
             all(digest_of(self.farm.output, path, self.digests) == found for path, found in stamp["further_inputs"].items())
 
@@ -195,7 +203,7 @@ class Planner:
         bake = {key: value for key, value in rig["bake"].items() if key != "poses" or not chooses_poses(rig)}
         words = self.bake_words({**rig, "bake": {**bake, "rays": 16}})
         said = self.ask(f"rigs.{name}", [*words, "--frames", "0:1", "-o", ".farm/probe.vis.h5", "--dry-run"], read_by_bake(rig))
-        clips = json.loads(re.search("^clips: (.*)$", said, re.M)[1])
+        clips = json.loads(figure(f"rigs.{name}", "clips: (.*)", said))
         for clip in rig["holdout"]:
             if clip not in clips:
                 raise ConfigError(f"rigs.{name}.holdout: no clip '{clip}'; the bake has {', '.join(clips)}")
@@ -209,7 +217,7 @@ class Planner:
         words = [self.program("penumbra-bake"), "fields", *rig["files"], *options(rig["fields"])]
         files = [file for path in rig["files"] for file in files_of(path)]
         said = self.ask(f"rigs.{name}.fields", [*words, "-o", ".farm/probe.fields.h5", "--dry-run"], files)
-        if int(re.match(r"(\d+) of", said)[1]) < 2:
+        if int(figure(f"rigs.{name}.fields", r"(\d+) of", said)) < 2:
             raise ConfigError(f"rigs.{name}.fit.model: composed needs a rig of several parts; {os.path.basename(rig['files'][0])} is "
                               "a single one, as is all that has no skeleton")
         return [self.add("fields", {"rig": name}, words, sources=files)]
@@ -277,14 +285,15 @@ def make_plan(farm):
 
 def needs_of(farm, rule):
     """Returns threads, memory_mb and minutes of a job."""
-    return farm.jobs["bake" if rule == "shard" else rule]
+    return farm.jobs["bake" if rule in ("shard", "clip") else rule]
 
 
 def line_of(job):
-    """Returns a job as a line of shell, for queues of commands. A merge deletes its shards, whose stamps stay: a shard
-    that was merged is not baked again."""
+    """Returns a job as a line of shell, for queues of commands. A merge deletes shards of ranges of frames, whose stamps
+    stay: a shard that was merged is not baked again."""
     line = shlex.join(stamped(job, *(["--merged", job.merged] if job.merged else [])))
-    return line + " && rm -f -- " + shlex.join(job.inputs) if job.rule == "merge" else line
+    gone = [path for path in job.inputs if path.split(os.sep)[1:2] == ["shards"]] if job.rule == "merge" else []
+    return line + " && rm -f -- " + shlex.join(gone) if gone else line
 
 
 def stamped(job, *flags):

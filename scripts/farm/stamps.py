@@ -9,6 +9,7 @@ import socket
 import subprocess
 
 SCHEMA, SCHEMA_VERSION = "penumbra.stamp", 1
+STAMP = {"command": list, "version": str, "inputs": list, "further_inputs": dict, "output": dict}
 
 
 class ForeignFile(Exception):
@@ -26,8 +27,10 @@ def write_whole(path, content):
             file.flush()
             os.fsync(file.fileno())
         os.replace(partial, path)
-    except BaseException:
+    except BaseException as error:
         remove(partial)
+        if isinstance(error, OSError) and error.filename in (None, partial):
+            error.filename = path
         raise
 
 
@@ -47,6 +50,16 @@ def sha256(path):
     return total.hexdigest()
 
 
+def remembered(path):
+    """Returns what a file of ours remembers by names. It is a memory only: without it we find out again."""
+    try:
+        with open(path) as file:
+            content = json.load(file)
+    except (OSError, ValueError, RecursionError):
+        return {}
+    return content if isinstance(content, dict) else {}
+
+
 class Digests:
     """Computes the SHA-256 of files, and remembers it in FOLDER/.farm/digests.json for as long as size and time stamp
     stay."""
@@ -54,16 +67,12 @@ class Digests:
     def __init__(self, folder="."):
         self.folder = folder
         self.memory = os.path.join(folder, ".farm", "digests.json")
-        self.known, self.changed = {}, False
-        try:
-            with open(self.memory) as file:
-                self.known = json.load(file)
-        except (OSError, ValueError):  # a memory only: without it files are read again
-            pass
+        self.known, self.changed = remembered(self.memory), False
 
     def of(self, path):
         status = os.stat(os.path.join(self.folder, path))
-        size, time, digest = self.known.get(path, (None, None, None))
+        found = self.known.get(path)
+        size, time, digest = found if isinstance(found, list) and len(found) == 3 else (None, None, None)
         if (size, time) != (status.st_size, status.st_mtime_ns):
             digest = sha256(os.path.join(self.folder, path))
             self.known[path] = [status.st_size, status.st_mtime_ns, digest]
@@ -118,8 +127,10 @@ def read_stamp(folder, output):
     try:
         with open(os.path.join(folder, output + ".stamp")) as file:
             stamp = json.load(file)
-        return stamp if (stamp["schema"], stamp["schema_version"]) == (SCHEMA, SCHEMA_VERSION) else None
-    except (OSError, ValueError, KeyError, TypeError):
+        known = (stamp["schema"], stamp["schema_version"]) == (SCHEMA, SCHEMA_VERSION)
+        whole = all(isinstance(stamp[key], kind) for key, kind in STAMP.items()) and all(len(item) == 2 for item in stamp["inputs"])
+        return stamp if known and whole and {"sha256", "mtime_ns"} <= set(stamp["output"]) else None
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return None
 
 
@@ -164,17 +175,35 @@ def why_stale(folder, output, command, inputs, digests, temporary=False, give_ti
         return "is not there"
     if stamp is None:
         return "has no stamp: nobody knows what made it"
-    if stamp["command"] != [label(word) for word in command]:
-        return "made with other options: " + changed_words([label(word) for word in command], stamp["command"])
+    new, old = nameless(command, inputs, [label(path) for path in inputs]), nameless(stamp["command"], inputs, names_in(stamp))
+    if new != old:
+        return "made with other options: " + changed_words(new, old)
     if stamp["version"] != tool_version(command):
         return f"made by {stamp['version']}, now {tool_version(command)}"
     return changed_input(folder, inputs, stamp, digests)
 
 
+def names_in(stamp):
+    return [name for name, _ in stamp["inputs"]]
+
+
+def nameless(command, inputs, names):
+    """Returns the words of a command with numbers for the names of files from outside: a file that was renamed is what
+    it was. `names` are the inputs as the command has them; where they are not as many as `inputs` they all count."""
+    words = [label(word) for word in command]
+    if len(names) != len(inputs):
+        return words
+    numbers = {name: f"file {i}" for i, (path, name) in enumerate(zip(inputs, names)) if os.path.isabs(path)}
+    return [numbers.get(word, word) for word in words]
+
+
 def changed_input(folder, inputs, stamp, digests):
     """Returns the first input that is not what the output was made from, as a reason; or ""."""
-    if [label(path) for path in inputs] != [name for name, _ in stamp["inputs"]]:
-        return "made from other files: " + changed_words([label(path) for path in inputs], [name for name, _ in stamp["inputs"]])
+    new, old = [label(path) for path in inputs], names_in(stamp)
+    renamed = len(new) == len(old) and all(os.path.isabs(path) or a == b for path, a, b in zip(inputs, new, old))
+    if new != old and not (renamed and all(digest_of(folder, path, digests) == digest
+                                           for path, (_, digest) in zip(inputs, stamp["inputs"]))):
+        return "made from other files: " + changed_words(new, old)
     for path, (name, digest) in zip(inputs, stamp["inputs"]):
         if digest_of(folder, path, digests) != digest:
             return f"made from another {name}"

@@ -195,7 +195,7 @@ TEST_F(HeightFile, ASequenceMayBeOfArrays) {
                 HasSubstr("d_002.npy: f4 [2] is not [rows, columns]"));
     HeightSource source = from(folder / "d_001.npy");
     source.array = "d";
-    EXPECT_THAT(problemOf([&] { heightsOf(HeightSequence(source)); }), HasSubstr("/array: is of .npz and .exr"));
+    EXPECT_THAT(problemOf([&] { heightsOf(HeightSequence(source)); }), HasSubstr("/array: is only for .npz and .exr"));
 }
 
 TEST_F(HeightFile, WhereNothingIsThereStandsTheFillOrAnError) {

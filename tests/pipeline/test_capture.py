@@ -230,7 +230,7 @@ def check_refusals(folder, bracket, shots):
     refused(3, "the camera stands inside of the ball", "ball", bracket, "--ball", "-0.3/-1.5/0.25,0.8")
     refused(3, "/t/1", "ball", dict(bracket, t=[0, 1e300, 1]), *OPTION)
     refused(3, "not JSON", "ball", dict(bracket, t=[0, float("nan"), 1]), *OPTION)
-    refused(3, "no rotation", "roam", dict(shots, pictures=[dict(shots["pictures"][0], R=[[1, 0, 0], [0, 1, 0], [0, 0, -1]])]))
+    refused(3, "is not a rotation", "roam", dict(shots, pictures=[dict(shots["pictures"][0], R=[[1, 0, 0], [0, 1, 0], [0, 0, -1]])]))
     refused(3, "neither", "ball", {key: value for key, value in bracket.items() if key not in "Rt"}, *OPTION)
     refused(1, "--ball", "ball", bracket)
     refused(1, "--ball", "roam", shots, *OPTION)

@@ -145,7 +145,7 @@ def check_bad_input():
     composed = [FIT, "visibility", "sheet.vis.h5", "-o", "bad.model.h5", "--model", "composed", "--fields"]
     refused(1, "moves; its fields need inputs", *composed, "bad.fields.h5")
     must(*fields, "still.npz")
-    refused(3, "no occluder that", *composed, "bad.fields.h5")
+    refused(3, "is not an occluder that", *composed, "bad.fields.h5")
     must(*fields, "ball.npz", "--inputs", "named.csv")
     refused(3, "input 'sphere'", *composed, "bad.fields.h5")
     with h5py.File("bad.model.h5", "w") as broken, h5py.File("composed.model.h5") as model:

@@ -121,7 +121,7 @@ def refuse(words, part, code):
 def check_refusals(place):
     lobes = ["fit", "visibility", place("v.vis.h5"), "--model", "zh-lobes", "-o", place("none.lobes.h5")]
     for words, part in ((["--lobes", 0], "--lobes"), (["--lobes", 4], "--lobes must be 1..3"), (["--lobes", "two"], "--lobes"),
-                        (["--features", "relative-bones"], "knows joint-angles alone"),
+                        (["--features", "relative-bones"], "reads only joint-angles"),
                         (["--convention", "A4"], "takes B2 to B8"), (["--convention", "B1"], "takes B2 to B8"),
                         (["--convention", "D5"], "takes B2 to B8"), (["--convention", "B6"], "the file has order 5"),
                         (["--output-variance", "0.9"], "--output-variance cannot be combined"),
