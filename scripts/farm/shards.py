@@ -1,5 +1,5 @@
-"""Splits the bake of a rig by the files of its clips, so that a changed file bakes its own clips again and no others: each
-shard names the rig and one of these files. `penumbra-bake merge` makes of them the very file of one bake."""
+"""Splits the bake of a rig by the files of its clips, so that a changed file bakes its own clips again and no others:
+each shard names the rig and one of these files. `penumbra-bake merge` makes of them the very file of one bake."""
 import json
 import os
 import re
@@ -51,7 +51,8 @@ class ClipShards:
         return self.planner.bake_words({**self.rig, "files": files, "clips": clips})
 
     def ask(self, files, clips=()):
-        """Returns the clips of these files and the number of their frames. Few rays make the estimate of a bake quick."""
+        """Returns the clips of these files and the number of their frames. Few rays make the
+        estimate of a bake quick."""
         rig = {**self.rig, "files": files, "bake": {**self.rig["bake"], "rays": 16}}
         rig.pop("clips", None)
         words = self.planner.bake_words({**rig, "clips": list(clips)} if clips else rig)
@@ -83,7 +84,8 @@ class ClipShards:
         return Group(group.key, group.files, clips, frames)
 
     def key(self, file):
-        """A file that was renamed has the shards that it had, and so have the files beside one that has come or gone."""
+        """A file that was renamed has the shards that it had, and so have the files beside one that has come or
+        gone."""
         return self.planner.digests.of(file)[:12]
 
     def pieces(self, shards):

@@ -1,5 +1,5 @@
-"""A farm of two rigs that share eight files of clips: one file that changed bakes its own clips again, a renamed one nothing,
-and the merged bakes are those of one machine.
+"""A farm of two rigs that share eight files of clips: one file that changed bakes its own clips again, a renamed one
+nothing, and the merged bakes are those of one machine.
 
 usage: test_clip_shards.py BIN
 """
@@ -72,7 +72,8 @@ def check_same_bytes(folder):
     """The merged bakes are byte for byte those of one process, clips that are left out included."""
     for rig, more in (("bare", []), ("man", ["--clips", "walk," + ",".join(CLIPS)])):
         whole = os.path.join(folder, f"{rig}.vis.h5")
-        files = [os.path.join(folder, f"{name}.glb") for name in (rig, *CLIPS)]  # warnings that the bake keeps name them
+        # Warnings that the bake keeps name the files.
+        files = [os.path.join(folder, f"{name}.glb") for name in (rig, *CLIPS)]
         subprocess.run([BAKE, "visibility", *files, *more, "--fps", "4", "--rays", "16", "--order", "2", "-o", whole, "-q"], check=True,
                        stderr=subprocess.DEVNULL)
         assert digest(whole) == digest(os.path.join(folder, "out", rig, f"{rig}.vis.h5")), rig
@@ -92,7 +93,8 @@ def check_changes(folder):
 
 
 def check_names(folder):
-    """A file with the same bytes under another name runs nothing, but for the page, which the YAML file is an input of."""
+    """A file with the same bytes under another name runs nothing, but for the page, which the YAML file is an
+    input of."""
     os.rename(os.path.join(folder, "clip5.glb"), os.path.join(folder, "jump.glb"))
     os.rename(os.path.join(folder, "man.glb"), os.path.join(folder, "hero.glb"))
     yaml = os.path.join(folder, "farm.yaml")
