@@ -18,8 +18,8 @@ SHARED = "Options that all programs share"
 ENTRY = re.compile(r"  (\S.*?)(?:   *(\S.*))?$")
 HEADER = """# All options
 
-`scripts/dev/make_options.py` makes this page from `--help` of every verb. A range and a default stand behind the kind of
-value: `INT:1..8=5` is a whole number from 1 to 8, 5 unless told. [commands.md](commands.md) says what the verbs are
+`scripts/dev/make_options.py` makes this page from `--help` of every verb. A range and a default stand behind the kind
+of value: `INT:1..8=5` is a whole number from 1 to 8, 5 unless told. [commands.md](commands.md) says what the verbs are
 for, and the pages that it names explain the options in their context.
 """
 
