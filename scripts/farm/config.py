@@ -367,7 +367,7 @@ def read_config(path):
         raise Unreadable(f"{path}: cannot read: {error.strerror}") from None
     except yaml.YAMLError as error:
         raise ConfigError(f"{path}: not YAML: {' '.join(str(error).split())}") from None
-    except (ValueError, RecursionError, TypeError) as error:  # other letters than UTF-8, a date that is none, a thousand brackets
+    except (ValueError, RecursionError, TypeError) as error:  # no UTF-8, no date, a thousand brackets
         raise ConfigError(f"{path}: not YAML that can be read: {' '.join(str(error).split())[:120]}") from None
     try:
         return check_config(content, path)

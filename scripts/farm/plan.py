@@ -289,8 +289,8 @@ def needs_of(farm, rule):
 
 
 def line_of(job):
-    """Returns a job as a line of shell, for queues of commands. A merge deletes shards of ranges of frames, whose stamps
-    stay: a shard that was merged is not baked again."""
+    """Returns a job as a line of shell, for queues of commands. A merge deletes shards of ranges of frames, whose
+    stamps stay: a shard that was merged is not baked again."""
     line = shlex.join(stamped(job, *(["--merged", job.merged] if job.merged else [])))
     gone = [path for path in job.inputs if path.split(os.sep)[1:2] == ["shards"]] if job.rule == "merge" else []
     return line + " && rm -f -- " + shlex.join(gone) if gone else line

@@ -1,5 +1,5 @@
-"""A farm of two rigs that share eight files of clips: one file that changed bakes its own clips again, a renamed one nothing,
-and the merged bakes are those of one machine.
+"""A farm of two rigs that share eight files of clips: one file that changed bakes its own clips again, a renamed one
+nothing, and the merged bakes are those of one machine.
 
 usage: test_clip_shards.py BIN
 """

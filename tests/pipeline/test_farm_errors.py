@@ -1,5 +1,5 @@
-"""The scripts of the farm tell rubbish, missing programs, full disks and killed jobs in a line with an exit code, without a
-traceback.
+"""The scripts of the farm tell rubbish, missing programs, full disks and killed jobs in a line with an exit code,
+without a traceback.
 
 usage: test_farm_errors.py BIN
 """
@@ -75,7 +75,7 @@ def check_disk(folder):
 
 
 def check_jobs(folder):
-    """farm_stamp: what it runs is not there, cannot be read or makes nothing; a killed command has a shell's exit code."""
+    """What farm_stamp runs is not there or makes nothing. A killed command gives the exit code of a shell."""
     stamp = os.path.join(FARM, "farm_stamp")
     told(2, stamp, "x", "--", "/nowhere/program", cwd=folder)
     told(2, stamp, "x", "-i", "nowhere", "--", "true", cwd=folder)
