@@ -1,4 +1,4 @@
-#include "fit/visibility/local_numbers.h"
+#include "fit/visibility/local_coefficients.h"
 
 #include <algorithm>
 #include <array>
@@ -21,11 +21,11 @@ struct Wanted {
     std::size_t column;     // column of its first number
 };
 
-std::vector<Wanted> wantedVertices(const ClusterNumbersRequest& request) {
+std::vector<Wanted> wantedVertices(const ClusterCoefficientsRequest& request) {
     std::vector<Wanted> wanted;
     for (std::size_t c = 0; c < request.vertices_of_cluster.size(); ++c)
         for (std::size_t i = 0; i < request.vertices_of_cluster[c].size(); ++i)
-            wanted.push_back({request.vertices_of_cluster[c][i], std::uint32_t(c), i * request.numbersOfVertex()});
+            wanted.push_back({request.vertices_of_cluster[c][i], std::uint32_t(c), i * request.coefficientsOfVertex()});
     std::sort(wanted.begin(), wanted.end(), [](const Wanted& a, const Wanted& b) { return a.vertex < b.vertex; });
     return wanted;
 }
@@ -97,7 +97,7 @@ std::vector<Vec3> normalsOf(const PoseTable& poses, const VertexRange& range, st
 
 // Returns the matrix that takes directions from the local frame of a vertex, its normal and its tangent carried by the
 // cluster's joint, to the model frame.
-Mat3 frameOf(const PoseTable& poses, const ClusterNumbersRequest& request, std::uint32_t vertex, Vec3 normal,
+Mat3 frameOf(const PoseTable& poses, const ClusterCoefficientsRequest& request, std::uint32_t vertex, Vec3 normal,
              std::size_t frame) {
     const int joint = request.frames.joint_of_cluster[(*request.frames.cluster_of_vertex)[vertex]];
     const Mat3& rotation = poses.rotationsOf(frame)[std::size_t(joint)];
@@ -105,7 +105,7 @@ Mat3 frameOf(const PoseTable& poses, const ClusterNumbersRequest& request, std::
 }
 
 // Writes the numbers of the indirect transfer of the wanted vertices in one frame.
-void writeFrameIndirect(const PoseTable& poses, const ClusterNumbersRequest& request, const VertexRange& range,
+void writeFrameIndirect(const PoseTable& poses, const ClusterCoefficientsRequest& request, const VertexRange& range,
                         std::size_t frame, std::vector<MatrixF>& out) {
     const std::vector<Vec3> normals = normalsOf(poses, range, frame);
     const std::size_t n2 = range.stride / 3;
@@ -118,14 +118,14 @@ void writeFrameIndirect(const PoseTable& poses, const ClusterNumbersRequest& req
         for (std::size_t c = 0; c < 3; ++c)
             applyTransposed(to_model, transfer.subspan(c * n2, kIndirectCoefficients),
                             std::span(local).subspan(c * kIndirectCoefficients, kIndirectCoefficients));
-        toIndirectNumbers(*request.indirect, local,
-                          out[wanted.cluster].row(frame).subspan(wanted.column, kIndirectNumbers));
+        toIndirectCoefficients(*request.indirect, local,
+                               out[wanted.cluster].row(frame).subspan(wanted.column, kIndirectSize));
     }
 }
 
 // Writes the numbers of the wanted vertices in one frame.
-void writeFrameNumbers(const PoseTable& poses, const ClusterNumbersRequest& request, const VertexRange& range,
-                       std::size_t frame, std::vector<MatrixF>& out) {
+void writeFrameCoefficients(const PoseTable& poses, const ClusterCoefficientsRequest& request, const VertexRange& range,
+                            std::size_t frame, std::vector<MatrixF>& out) {
     const std::vector<Vec3> normals = normalsOf(poses, range, frame);
     const int order = request.convention.order + request.form->more_bands;
     const auto count = std::size_t(coefficientCount(order)), size = std::size_t(request.convention.size());
@@ -143,8 +143,8 @@ void writeFrameNumbers(const PoseTable& poses, const ClusterNumbersRequest& requ
 }  // namespace
 
 constinit const NumberForm kVisibilityForm{
-    [](const Convention& convention, std::span<const float> local, const ShRotation&, std::span<float> numbers) {
-        fromMoments(convention, local, numbers);
+    [](const Convention& convention, std::span<const float> local, const ShRotation&, std::span<float> coefficients) {
+        fromMoments(convention, local, coefficients);
     },
     [](const Convention& convention) {
         std::vector<float> weights(std::size_t(convention.size()));
@@ -152,8 +152,8 @@ constinit const NumberForm kVisibilityForm{
         return weights;
     }};
 
-std::vector<MatrixF> readClusterNumbers(const VisibilityReader& reader, const PoseTable& poses,
-                                        const ClusterNumbersRequest& request) {
+std::vector<MatrixF> readClusterCoefficients(const VisibilityReader& reader, const PoseTable& poses,
+                                             const ClusterCoefficientsRequest& request) {
     const VisibilityHeader& header = reader.header();
     const bool local = request.occluders == Occluders::kLocalParts;
     const std::size_t frames = poses.frameCount(), stride = request.indirect ? header.indirectCount()
@@ -161,7 +161,7 @@ std::vector<MatrixF> readClusterNumbers(const VisibilityReader& reader, const Po
                                                                     : header.coefficientCount();
     std::vector<MatrixF> out;
     for (const auto& vertices : request.vertices_of_cluster)
-        out.emplace_back(frames, vertices.size() * request.numbersOfVertex());
+        out.emplace_back(frames, vertices.size() * request.coefficientsOfVertex());
 
     const std::vector<Wanted> wanted = wantedVertices(request);
     const std::size_t step =
@@ -186,7 +186,7 @@ std::vector<MatrixF> readClusterNumbers(const VisibilityReader& reader, const Po
             reader.readVertices(range.begin, range.end, range.moments);
         range.part = makePart(header, range.wanted);
         parallelFor(frames, request.threads, [&](std::size_t f) {
-            (request.indirect ? writeFrameIndirect : writeFrameNumbers)(poses, request, range, f, out);
+            (request.indirect ? writeFrameIndirect : writeFrameCoefficients)(poses, request, range, f, out);
         });
         if (request.vertices_done) request.vertices_done(last - first);
     }

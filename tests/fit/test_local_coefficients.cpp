@@ -7,7 +7,7 @@
 #include "fit/papers/compare/paper_forms.h"
 #include "tests/fit/synthetic_character.h"
 
-namespace penumbra::test_local_numbers {
+namespace penumbra::test_local_coefficients {
 namespace {
 
 using std::numbers::pi;
@@ -42,46 +42,46 @@ TEST(TimesZ, IsTheProductAtEveryPoint) {
     }
 }
 
-struct Numbers {
+struct Coefficients {
     VisibilityReader reader;
     PoseTable poses;
     VertexClusters clusters;
     std::vector<Vec3> tangents;
 
-    explicit Numbers(const std::filesystem::path& path)
+    explicit Coefficients(const std::filesystem::path& path)
         : reader(path),
           poses(readPoses(reader, {.threads = 2})),
           clusters(clusterVertices(reader.header().mesh, *reader.header().skin, 4, 2)),
           tangents(restTangents(reader.header().mesh, reader.header().rest_normals, clusters, 2)) {}
     std::vector<MatrixF> read(const char* convention, const NumberForm& form) const {
-        ClusterNumbersRequest request;
+        ClusterCoefficientsRequest request;
         request.convention = parseConvention(convention);
         request.frames = {&tangents, &clusters.cluster_of_vertex, clusters.joint};
         request.vertices_of_cluster = clusters.vertices;
         request.form = &form;
-        return readClusterNumbers(reader, poses, request);
+        return readClusterCoefficients(reader, poses, request);
     }
 };
 
-TEST(ClusterNumbers, InTheModelFrameAreTheBakedMoments) {
+TEST(ClusterCoefficients, InTheModelFrameAreTheBakedMoments) {
     const synthetic::TemporaryFile file("global.vis.h5");
     synthetic::writeCharacter(file.path, {});
-    const Numbers numbers(file.path);
-    const std::vector<MatrixF> global = numbers.read("B3", kModelFrameForm);
-    const std::vector<float> baked = numbers.reader.readFrame(17).coefficients;
+    const Coefficients coefficients(file.path);
+    const std::vector<MatrixF> global = coefficients.read("B3", kModelFrameForm);
+    const std::vector<float> baked = coefficients.reader.readFrame(17).coefficients;
     for (std::size_t c = 0; c < global.size(); ++c)
         for (std::size_t i = 0; i < global[c].columns; ++i)
-            EXPECT_NEAR(global[c](17, i), baked[numbers.clusters.vertices[c][i / 9] * 9 + i % 9],
+            EXPECT_NEAR(global[c](17, i), baked[coefficients.clusters.vertices[c][i / 9] * 9 + i % 9],
                         2e-6);  // 4e-7 measured
 }
 
 // Convention A adds 1 below the horizon in the vertex' own frame. The two frames therefore differ by a rotation only.
-TEST(ClusterNumbers, AreAsLongInEitherFrame) {
+TEST(ClusterCoefficients, AreAsLongInEitherFrame) {
     const synthetic::TemporaryFile file("frames.vis.h5");
     synthetic::writeCharacter(file.path, {});
-    const Numbers numbers(file.path);
-    const std::vector<MatrixF> local = numbers.read("A3", kVisibilityForm);
-    const std::vector<MatrixF> global = numbers.read("A3", kModelFrameForm);
+    const Coefficients coefficients(file.path);
+    const std::vector<MatrixF> local = coefficients.read("A3", kVisibilityForm);
+    const std::vector<MatrixF> global = coefficients.read("A3", kModelFrameForm);
     const auto norm = [](std::span<const float> band) {
         double sum = 0;
         for (float x : band) sum += double(x) * x;
@@ -94,12 +94,12 @@ TEST(ClusterNumbers, AreAsLongInEitherFrame) {
                             norm(global[2].row(f).subspan(i + begin, size)), 1e-6);  // 2e-7 measured
 }
 
-TEST(ClusterNumbers, CosineWeightedStartWithTheAmbientTerm) {
+TEST(ClusterCoefficients, CosineWeightedStartWithTheAmbientTerm) {
     const synthetic::TemporaryFile file("cosine.vis.h5");
     synthetic::writeCharacter(file.path, {});
-    const Numbers numbers(file.path);
-    const std::vector<MatrixF> plain = numbers.read("B2", kVisibilityForm);
-    const std::vector<MatrixF> cosine = numbers.read("B2", kCosineForm);
+    const Coefficients coefficients(file.path);
+    const std::vector<MatrixF> plain = coefficients.read("B2", kVisibilityForm);
+    const std::vector<MatrixF> cosine = coefficients.read("B2", kCosineForm);
     for (std::size_t f : {0, 50})
         for (std::size_t i = 0; i < plain[1].columns;
              i += 4)  // integral of V z: b_10 / sqrt(3), as z = sqrt(4 pi/3) y_10
@@ -107,4 +107,4 @@ TEST(ClusterNumbers, CosineWeightedStartWithTheAmbientTerm) {
 }
 
 }  // namespace
-}  // namespace penumbra::test_local_numbers
+}  // namespace penumbra::test_local_coefficients
