@@ -1,8 +1,9 @@
 #!/usr/bin/python3
-"""iqm_to_glb.py MODEL.iqm [CLIPS.iqm ...] -o OUT.glb: characters of Sauerbraten (Debian's cube2-data) as glTF.
+"""iqm_to_glb.py MODEL.iqm [CLIPS.iqm ...] -o OUT.glb [--plain]: characters of Sauerbraten (Debian's cube2-data) as glTF.
 
 IQM version 2 is a header, text, vertex arrays, triangles, joints and frames of quantised channels; its z is up, and its
-triangles are clockwise. Clip files have the joints of the model, in the same order.
+triangles are clockwise. Clip files have the joints of the model, in the same order. --plain makes one mesh of all parts,
+without materials and texture coordinates: where parts meet their vertices become one shading point.
 """
 import json
 import math
@@ -115,11 +116,14 @@ def add_joints(model, glb):
     glb.json["scenes"] = [{"nodes": [0, len(nodes)]}]
 
 
-def add_mesh(model, glb):
-    arrays = model.arrays()
+def add_mesh(model, glb, plain):
+    arrays, parts = model.arrays(), model.rows("meshes", "<6I")
+    if plain:
+        arrays.pop("TEXCOORD_0", None)
+        parts = [(0, parts[0][1], 0, model.head["num_vertices"], 0, model.head["num_triangles"])]
     triangles = np.frombuffer(model.data, "<u4", 3 * model.head["num_triangles"], model.head["ofs_triangles"])
     triangles, primitives = triangles.reshape(-1, 3)[:, [0, 2, 1]], []
-    for _, material, first, count, first_triangle, triangle_count in model.rows("meshes", "<6I"):
+    for _, material, first, count, first_triangle, triangle_count in parts:
         attributes = {}
         for name, values in arrays.items():
             part, more = values[first:first + count], {}
@@ -156,12 +160,13 @@ def main():
     parser = ArgumentParser(__doc__)
     parser.add_argument("files", nargs="+")
     parser.add_argument("-o", "--output", required=True)
+    parser.add_argument("--plain", action="store_true")
     arguments = parser.parse_args()
     model, glb = Iqm(arguments.files[0]), Glb()
     if not model.head["num_meshes"] or not model.head["num_joints"]:
         raise SystemExit(f"iqm_to_glb: {arguments.files[0]}: has no skinned mesh")
     add_joints(model, glb)
-    add_mesh(model, glb)
+    add_mesh(model, glb, arguments.plain)
     for file in arguments.files:
         add_clips(Iqm(file), glb, model.head["num_joints"])
     glb.write(arguments.output)

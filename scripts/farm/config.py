@@ -20,6 +20,11 @@ class Unreadable(ConfigError):
     """A file that is not there or cannot be read."""
 
 
+def exit_code(error):
+    """Returns the exit code of our programs: 2 cannot read or write, 3 input invalid."""
+    return 2 if isinstance(error, (Unreadable, OSError)) else 3
+
+
 # --- Kinds of values: each takes (key, value, folder of the YAML file) and returns the value to use -------------------
 
 def number(least, whole=False):

@@ -3,7 +3,7 @@ import os
 import sys
 import traceback
 
-from farm.config import ConfigError, Unreadable
+from farm.config import ConfigError, exit_code
 from farm.stamps import ForeignFile
 
 
@@ -15,13 +15,6 @@ def sentence(error):
         return str(error)
     where = traceback.extract_tb(error.__traceback__)[-1]
     return f"{type(error).__name__}: {error} ({os.path.basename(where.filename)}, line {where.lineno}); PENUMBRA_TRACEBACK=1 shows more"
-
-
-def exit_code(error):
-    """Returns 2 for what cannot be read or written, 3 for input that is invalid, 4 for anything else."""
-    if isinstance(error, (Unreadable, OSError)):
-        return 2
-    return 3 if isinstance(error, (ConfigError, ForeignFile)) else 4
 
 
 def end_with(main):
@@ -40,5 +33,5 @@ def end_with(main):
         if os.environ.get("PENUMBRA_TRACEBACK"):
             traceback.print_exc()
         print(f"{name}: {sentence(error)}", file=sys.stderr)
-        code = exit_code(error)
+        code = exit_code(error) if isinstance(error, (ConfigError, ForeignFile, OSError)) else 4
     sys.exit(code)

@@ -16,7 +16,7 @@ from programs import digest
 
 sys.path.insert(0, SCRIPTS)
 from farm.config import read_config
-from farm.plan import make_plan
+from farm.plan import line_of, make_plan
 
 BIN = os.path.abspath(sys.argv[1])
 BAKE = os.path.join(BIN, "penumbra-bake")
@@ -109,6 +109,8 @@ def check_choices(folder):
     """Files whose clips are not baked, tables of inputs and single files leave the split to ranges of frames."""
     rules = lambda: {job.names["rig"]: job.rule for job in make_plan(read_config(os.path.join(folder, "farm.yaml"))).values()
                      if job.rule in ("bake", "shard", "clip")}
+    plan = make_plan(read_config(os.path.join(folder, "farm.yaml")))
+    assert not any("rm -f" in line_of(job) for job in plan.values())  # queues of commands keep the shards of clips
     shutil.rmtree(os.path.join(folder, "out"))
     yaml = os.path.join(folder, "farm.yaml")
     assert rules() == {"bare": "clip", "man": "clip"}

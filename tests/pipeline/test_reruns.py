@@ -119,7 +119,7 @@ def check_exit_codes(folder):
     write(os.path.join(folder, "bad.yaml"), "output: [")
     for script in ("farm_ninja", "slurm/farm_array"):
         for name, code in (("nobody.yaml", 2), ("bad.yaml", 3)):
-            result = subprocess.run([os.path.join(SCRIPTS, script), name], cwd=folder, capture_output=True, text=True)
+            result = subprocess.run([os.path.join(SCRIPTS, "farm", script), name], cwd=folder, capture_output=True, text=True)
             assert result.returncode == code and name in result.stderr and "Traceback" not in result.stderr, (script, name, result)
 
 
