@@ -18,6 +18,7 @@ set(CPACK_DEBIAN_PACKAGE_RELEASE 1+deb${release})
 set(version ${PROJECT_VERSION}-${CPACK_DEBIAN_PACKAGE_RELEASE})
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
+set(CPACK_DEBIAN_COMPRESSION_TYPE xz)
 
 set(about "Penumbra gives animated characters and cloth soft self-shadows from
 environment light, with any material, in real time. It ray-traces what every
@@ -49,8 +50,12 @@ a farm, and the add-on for Blender.")
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_NAME libpenumbra${PROJECT_VERSION_MAJOR})
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_SECTION libs)
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_SHLIBDEPS ON)
-set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
-set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS_POLICY >=)
+# CPack's own are those of older Debians, which called ldconfig.
+set(debian ${CMAKE_CURRENT_BINARY_DIR}/debian)
+file(CONFIGURE OUTPUT ${debian}/triggers CONTENT "activate-noawait ldconfig\n")
+file(CONFIGURE OUTPUT ${debian}/shlibs CONTENT
+     "libpenumbra ${PROJECT_VERSION_MAJOR} libpenumbra${PROJECT_VERSION_MAJOR} (>= ${PROJECT_VERSION})\n")
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_CONTROL_EXTRA ${debian}/triggers ${debian}/shlibs)
 set(CPACK_COMPONENT_LIBRARY_DESCRIPTION "soft self-shadows of characters: library for engines
 ${about}
 This package has the library by which engines evaluate assets.")
@@ -72,7 +77,6 @@ This package has the documents, with their pictures.")
 
 # What Debian wants of every package: its licence, its changes, and where lintian is wrong.
 string(TIMESTAMP date "%a, %d %b %Y %H:%M:%S +0000" UTC) # of SOURCE_DATE_EPOCH where that is set
-set(debian ${CMAKE_CURRENT_BINARY_DIR}/debian)
 find_program(GZIP gzip REQUIRED)
 foreach(component IN LISTS CPACK_COMPONENTS_ALL)
     string(TOUPPER ${component} key)
