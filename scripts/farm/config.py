@@ -316,9 +316,10 @@ def check_rig(name, rig, farm):
 
 
 def programs_folder(given, folder):
-    """Returns $PENUMBRA_BIN, what the file says, the build of this checkout, or what is installed."""
+    """Returns $PENUMBRA_BIN, what the file says, the build of this checkout, the programs that this was installed with
+    (packages/install.cmake), or those in the path."""
     wanted = os.environ.get("PENUMBRA_BIN") or (given and os.path.join(folder, os.path.expanduser(given)))
-    for place in [wanted] if wanted else [os.path.join(ROOT, "build", "release", "bin")]:
+    for place in [wanted] if wanted else [os.path.join(ROOT, "build", "release", "bin"), os.path.join(ROOT, "..", "..", "bin")]:
         if os.path.isfile(os.path.join(place, "penumbra-bake")):
             return os.path.abspath(place)
     if wanted:

@@ -1,14 +1,16 @@
 """The install tree as an engine uses it: header, library, package files; the example built against it in C, by
-find_package (shared and static) and by pkg-config, and run.
+find_package (shared and static) and by pkg-config, and run. Then the programs of the install tree, which is moved.
 
 usage: test_install.py BIN
 """
+import gzip
 import os
 import re
 import shutil
 import subprocess
 import sys
 import tempfile
+import zipfile
 
 BIN = os.path.abspath(sys.argv[1])
 BUILD = os.path.dirname(BIN)
@@ -39,7 +41,8 @@ def make_asset():
 
 def check_installs_and_moves():
     """Checks what is installed, and that the tree can be moved as a whole."""
-    run("cmake", "--install", BUILD, "--prefix", os.path.abspath("first"), "--component", "library")
+    for component in ("library", "development"):
+        run("cmake", "--install", BUILD, "--prefix", os.path.abspath("first"), "--component", component)
     shutil.move("first", "tree")
     for part in ("include/penumbra.h", "lib/libpenumbra.so", "lib/libpenumbra.so.0", "lib/libpenumbra.a",
                  "lib/pkgconfig/penumbra.pc", "lib/cmake/penumbra/penumbra-config.cmake", "share/penumbra/asset.fbs", "share/penumbra/penumbra.glsl"):
@@ -70,6 +73,28 @@ def check_header():
         warnings = [] if standard == "c++98" else ["-Wpedantic"]  # <stdint.h> itself is newer than C++98
         run(compiler, "-x", language, "-std=" + standard, "-Wall", "-Wextra", "-Wshadow", "-Werror", *warnings, "-Itree/include",
             "-fsyntax-only", "header.c")
+
+
+def check_programs():
+    """Checks the programs of the install tree, their pages, the add-on, and that the farm finds the programs wherever the
+    tree lies."""
+    for component in ("player", "programs", "documents"):
+        run("cmake", "--install", BUILD, "--prefix", os.path.abspath("second"), "--component", component)
+    shutil.move("second", "moved")
+    for program in ("penumbra-bake", "penumbra-fit", "penumbra-pack", "penumbra-player"):
+        assert run(f"moved/bin/{program}", "--version").startswith(f"{program} 0.1.0")
+        verbs = re.findall(r"^  ([a-z]+) ", run(BIN + "/" + program, "--help").split("Verbs:")[1], re.M)
+        with gzip.open(f"moved/share/man/man1/{program}.1.gz", "rt") as file:
+            page = file.read()
+        assert len(verbs) > 3 and all(f".SH {verb.upper()}\n" in page for verb in verbs), (program, verbs)
+        assert page.count(".TP") > 20, program
+    assert "penumbra_addon/__init__.py" in zipfile.ZipFile("moved/share/penumbra/penumbra_addon.zip").namelist()
+    found = run(sys.executable, "-c", "from farm.config import programs_folder; print(programs_folder('', '.'))",
+                cwd="moved/share/penumbra/scripts", env={k: v for k, v in os.environ.items() if k != "PENUMBRA_BIN"})
+    assert os.path.realpath(found.strip()) == os.path.realpath("moved/bin"), found
+    assert os.path.exists("moved/share/doc/penumbra/docs/install.md")
+    if os.path.exists(SOURCE + "/scripts/penumbra"):
+        run("moved/bin/penumbra", "--help")
 
 
 def check_runs(program, picture, **more):
@@ -146,6 +171,7 @@ with tempfile.TemporaryDirectory() as folder:
     check_example_is_short()
     make_asset()
     check_installs_and_moves()
+    check_programs()
     check_header()
     check_examples()
     print("test_install: all checks passed")
