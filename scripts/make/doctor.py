@@ -1,5 +1,4 @@
 """`penumbra doctor`: what is installed and what is missing, and with a file what would go wrong with it."""
-import importlib.util
 import os
 import platform
 import re
@@ -10,7 +9,7 @@ from farm.config import files_of
 from make import pictures, programs
 from make.failure import INVALID, UNREADABLE, Failure
 
-# Python module or program -> (package of Debian, what needs it)
+# The scripts of farms run with /usr/bin/python3. Python module or program -> (package of Debian, what needs it)
 MODULES = {"yaml": ("python3-yaml", "farms"), "numpy": ("python3-numpy", "pictures of farms"),
            "h5py": ("python3-h5py", "pictures of farms"), "PIL": ("python3-pil", "pictures of farms")}
 TOOLS = {"snakemake": ("snakemake", "farms"), "ffmpeg": ("ffmpeg", "videos of sequences"), "npm": ("npm", "web pages, samples")}
@@ -101,7 +100,7 @@ def drawing():
 
 def packages():
     for module, (package, use) in MODULES.items():
-        if importlib.util.find_spec(module) is None:
+        if programs.ask("/usr/bin/python3", "-c", f"import {module}").returncode != 0:
             line("missing", f"{package}, for {use} (apt-get install {package})")
     for tool, (package, use) in TOOLS.items():
         if not shutil.which(tool):

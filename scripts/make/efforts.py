@@ -1,8 +1,5 @@
-"""What `--effort` stands for: how much is baked, which model is fitted and how the pictures are drawn.
-
-The keys of `bake`, `fit` and `pack` are those of a farm's file (docs/farm.md), so that every option of the programs is
-named in one place."""
-from dataclasses import dataclass, field
+"""What `--effort` stands for: how much is baked, whether poses are chosen and how the pictures are drawn."""
+from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
@@ -11,19 +8,15 @@ class Effort:
     frames: int          # of the whole bake, about; longer files are sampled less often
     clips: int           # that are baked, at most
     rays: int            # above the horizon of every vertex
-    composed: bool       # whether a rig of several parts gets fields and a composed model
     chooses_poses: bool  # whether trial fits choose poses beside the clips
     pictures: int        # held-out frames that the page shows
     size: int            # pixels a side
     samples: int         # shadow rays a pixel of the ray-traced pictures
-    pack: dict = field(default_factory=lambda: {"precision": "i8"})
 
 
 # 260 bytes a vertex is what docs/accuracy.md measures all composed models at.
-SMALL = {"precision": "i8", "max_bytes_per_vertex": 260}
+PACK = {"precision": "i8", "max_bytes_per_vertex": 260}
 EFFORTS = {
-    "draft": Effort(fps=10, frames=48, clips=6, rays=96, composed=False, chooses_poses=False, pictures=1, size=384, samples=64),
-    "good": Effort(fps=15, frames=600, clips=1000, rays=256, composed=True, chooses_poses=False, pictures=3, size=480, samples=256,
-                   pack=SMALL),
-    "best": Effort(fps=15, frames=1500, clips=1000, rays=512, composed=True, chooses_poses=True, pictures=3, size=600, samples=1024,
-                   pack=SMALL)}
+    "draft": Effort(fps=10, frames=48, clips=6, rays=128, chooses_poses=False, pictures=1, size=384, samples=64),
+    "good": Effort(fps=15, frames=600, clips=1000, rays=256, chooses_poses=False, pictures=3, size=480, samples=256),
+    "best": Effort(fps=15, frames=1500, clips=1000, rays=512, chooses_poses=True, pictures=3, size=600, samples=1024)}

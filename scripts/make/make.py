@@ -2,6 +2,7 @@
 import json
 import os
 import re
+import shutil
 import time
 from dataclasses import dataclass
 
@@ -34,7 +35,7 @@ def work_folder(output):
 def check_files(request):
     for path in request.files:
         if not files_of(path):
-            raise Failure(f"{path}: no such file", UNREADABLE)
+            raise Failure(f"{path}: {'is no file' if os.path.exists(path) else 'no such file'}", UNREADABLE)
     folder = os.path.dirname(request.output)
     if not os.path.isdir(folder):
         raise Failure(f"{folder}: no such folder; make it, or give another -o", UNREADABLE)
@@ -44,8 +45,10 @@ def check_files(request):
 
 def plainly(error):
     """Returns the sentence of a ConfigError in the words of this command line."""
-    text = re.sub(r"^(rigs|lights|materials)\.[^.: ]+(\.|: )|^make: ", "", str(error))
-    text = re.sub(r"^(\w+: )?penumbra-\w+: ", "", text)
+    text = re.sub(r"^(rigs|materials)\.[^.: ]+(\.|: )|^make: ", "", str(error))
+    text = re.sub(r"^lights\.[^.: ]+(\.picture: |: )", "--light: ", text)
+    text = re.sub(r"^lights\.[^.: ]+\.", "light.", text)
+    text = re.sub(r"^([\w-]+: )?penumbra-\w+: ", r"\1", text)
     return re.sub(r"^(holdout|fps): ", r"--\1: ", text)
 
 
@@ -60,6 +63,8 @@ def make(request):
         with lock(folder) as held:
             return run_all(request, folder, place, held)
     except ConfigError as error:
+        if os.listdir(folder) == [".farm"]:
+            shutil.rmtree(folder)
         raise Failure(plainly(error), exit_code(error)) from None
     except OSError as error:
         raise Failure(f"{error.filename or folder}: {error.strerror}", UNREADABLE) from None

@@ -6,7 +6,7 @@ from farm.config import NAME, RESERVED, Farm, check_config
 from farm.plan import PATTERNS, Planner, report_of
 from farm.stamps import Digests
 from make import survey as surveys
-from make.efforts import EFFORTS
+from make.efforts import EFFORTS, PACK
 
 CLAY = "lambert:color=0.75/0.7/0.65"  # of meshes whose file describes no materials
 SKY = "sky:elevation=40,turbidity=3"
@@ -64,6 +64,7 @@ class MakePlan:
         empty = Farm("", folder, programs, {}, {}, {}, {}, {})
         self.planner = MakePlanner(empty)
         self.light, light = light_of(request.light)
+        light.update({key.removeprefix("light."): value for key, value in request.settings if key.startswith("light.")})
         self.facts = []
         config = {"output": folder, "rigs": {self.rig: self.rig_config()}, "materials": {"clay": {"analytic": CLAY}},
                   "lights": {self.light: light}, "jobs": {"bake": {"minutes": 60}}}
@@ -85,7 +86,7 @@ class MakePlan:
         fps = request.fps or surveys.rate(sum(seconds.values()), len(clips), effort)
         holdout, blocks = surveys.held_out(seconds, fps) if request.holdout is None else (request.holdout, 1)
         config = {"files": request.files, "holdout": holdout or "none", "fps": fps, "bake": {"rays": effort.rays}, "fit": {},
-                  "pack": dict(effort.pack)}
+                  "pack": dict(PACK)}
         if len(clips) < len(found.clips):
             config["clips"] = clips
             self.facts.append(f"{len(clips)} of {len(found.clips)} clips are baked at this effort: {', '.join(clips)}.")
@@ -93,14 +94,15 @@ class MakePlan:
             config["bake"]["blocks"] = blocks
         if found.is_cache:
             config["bake"]["two_sided"] = True
-        elif effort.composed and found.parts > 1:
+        elif found.parts > 1:
             config["fit"]["model"] = "composed"
             if effort.chooses_poses and holdout and blocks == 1 and len(clips) - len(holdout) >= 2:
                 config["bake"]["poses"] = "auto"
         if found.slots:
             config["pack"].update(materials_of=request.files[0], textures="embed")
         for key, value in request.settings:
-            put(config, key, value)
+            if not key.startswith("light."):
+                put(config, key, value)
         return config
 
     # --- the three steps

@@ -93,6 +93,7 @@ class Runner:
             if reason := self.reason(job):
                 if not self.ran:
                     self.progress.say(f"cd {shlex.quote(self.folder)}")
+                reason = re.sub(r" formats: .*?(?=, now |$)", "", reason)  # of two versions of a program
                 self.progress.say(f"# {job.output}: {reason}\n{shlex.join(map(str, job.command))}")
                 self.run_job(job)
                 self.ran.append(job)

@@ -47,7 +47,7 @@ def make_parser():
                         "several with commas between, auto or none (default: auto)")
     parser.add_argument("--fps", type=float, help="samples a second of the clips (default: by the effort)")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="a key of a farm's rig (docs/farm.md), as "
-                        "in bake.rays=512 or bake.up=z")
+                        "in bake.rays=512 or bake.up=z; or of its light, as in light.layout=angular")
     parser.add_argument("-q", "--quiet", action="store_true", help="no messages but errors")
     return parser
 
@@ -109,9 +109,19 @@ def version():
     return 0
 
 
+def tell(words):
+    """Prints what there is, or the options of one verb."""
+    if not words or words[0] in ("help", "--help", "-h"):
+        print(HELP, end="")
+        return 0
+    if words[0] not in VERBS:
+        raise Failure(f"{words[0]}: no verb; penumbra help lists them", USAGE)
+    return run_verb(words[0], ["--help"])
+
+
 def run_verb(verb, words):
     if verb == "help":
-        return run_verb(words[0], ["--help"]) if words and words[0] in VERBS[:-1] else print(HELP, end="")
+        return tell(words)
     if verb == "make":
         return make.make(request_of(words))
     if verb in OTHERS:
