@@ -14,8 +14,10 @@ class Effort:
     samples: int         # shadow rays a pixel of the ray-traced pictures
 
 
-# 260 bytes a vertex is what docs/accuracy.md measures all composed models at.
-PACK = {"precision": "i8", "max_bytes_per_vertex": 260}
+PRECISION = "i8"
+# What docs/accuracy.md measures all composed models at. Meshes of fewer vertices are small anyway, and a bound would leave
+# too little beside what does not depend on their number.
+BYTES_PER_VERTEX, FEWEST_VERTICES = 260, 2000
 EFFORTS = {
     "draft": Effort(fps=10, frames=48, clips=6, rays=128, chooses_poses=False, pictures=1, size=384, samples=64),
     "good": Effort(fps=15, frames=600, clips=1000, rays=256, chooses_poses=False, pictures=3, size=480, samples=256),

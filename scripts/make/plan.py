@@ -6,7 +6,7 @@ from farm.config import NAME, RESERVED, Farm, check_config
 from farm.plan import PATTERNS, Planner, report_of
 from farm.stamps import Digests
 from make import survey as surveys
-from make.efforts import EFFORTS, PACK
+from make.efforts import BYTES_PER_VERTEX, EFFORTS, FEWEST_VERTICES, PRECISION
 
 CLAY = "lambert:color=0.75/0.7/0.65"  # of meshes whose file describes no materials
 SKY = "sky:elevation=40,turbidity=3"
@@ -86,7 +86,9 @@ class MakePlan:
         fps = request.fps or surveys.rate(sum(seconds.values()), len(clips), effort)
         holdout, blocks = surveys.held_out(seconds, fps) if request.holdout is None else (request.holdout, 1)
         config = {"files": request.files, "holdout": holdout or "none", "fps": fps, "bake": {"rays": effort.rays}, "fit": {},
-                  "pack": dict(PACK)}
+                  "pack": {"precision": PRECISION}}
+        if found.vertices >= FEWEST_VERTICES:
+            config["pack"]["max_bytes_per_vertex"] = BYTES_PER_VERTEX
         if len(clips) < len(found.clips):
             config["clips"] = clips
             self.facts.append(f"{len(clips)} of {len(found.clips)} clips are baked at this effort: {', '.join(clips)}.")

@@ -3,7 +3,7 @@ which clip is held out, which model. All questions go through the farm's planner
 import json
 import math
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from farm.config import ConfigError, files_of
 
@@ -18,7 +18,7 @@ class Survey:
     is_cache: bool       # a point cache: no skeleton, and both sides of the sheet are seen
     parts: int           # rigid parts of a rig; 1 of a mesh without a skeleton
     slots: bool          # whether the file may describe materials
-    keys: dict = field(default_factory=dict)  # clip of a cache -> its keys
+    vertices: int
 
 
 def survey(planner, files, source):
@@ -28,7 +28,8 @@ def survey(planner, files, source):
     read = [file for path in files for file in files_of(path)]
     said = planner.ask("make", [bake, "visibility", *files, "--rays", "16", "--frames", "0:1", *source, *probe], read)
     names = json.loads(re.search("^clips: (.*)$", said, re.M)[1])
-    found = Survey({}, False, 1, files[0].lower().endswith(MATERIALS))
+    vertices = int(re.search(r" frames x (\d+) vertices", said)[1])
+    found = Survey({}, False, 1, files[0].lower().endswith(MATERIALS), vertices)
     lengths = {}
     for path in files:
         try:
@@ -38,8 +39,6 @@ def survey(planner, files, source):
         found.is_cache |= path == files[0] and bool(re.search("^format +point cache", text, re.M))
         for name, unit, value in CLIP.findall(text):
             lengths.setdefault(name, float(value) if unit == "seconds" else (float(value) - 1) / CACHE_RATE)
-            if unit == "keys":
-                found.keys[name] = int(float(value))
     found.clips = {name: lengths.get(name, 1.0) for name in names}
     if not found.is_cache:
         text = planner.ask("make", [bake, "fields", *files, "-o", ".farm/probe.fields.h5", "--dry-run"], read)
