@@ -10,7 +10,7 @@ from farm.config import ConfigError, exit_code, files_of
 from farm.stamps import Digests, write_whole
 from make import page, programs
 from make.failure import UNREADABLE, USAGE, Failure
-from make.plan import MakePlan, report_path
+from make.plan import PATTERNS, MakePlan, name_of, report_path
 from make.runner import Runner, cost_of, lock
 
 
@@ -30,6 +30,11 @@ class Request:
 def work_folder(output):
     """Returns where everything but the asset and its page lies."""
     return output.removesuffix(".pnb") + ".penumbra"
+
+
+def truth_of(output):
+    """Returns where the baked frames of an asset lie, to look at beside it."""
+    return os.path.join(work_folder(output), PATTERNS["truth"].format(rig=name_of(output)))
 
 
 def check_files(request):

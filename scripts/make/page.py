@@ -109,7 +109,8 @@ def embed(text, folder):
         with open(os.path.join(folder, html.unescape(found[1])), "rb") as file:
             data = base64.b64encode(file.read()).decode()
         return f'<img src="data:image/png;base64,{data}" alt="{found[2]}">{found[2]}'
-    return re.sub(r'<a href="(pictures/[^"]+\.png)">([^<]*)</a>', picture, text)
+    whole = "<style>.scroll:has(img) { max-height: none; }</style></head>"  # tables of figures scroll, pictures do not
+    return re.sub(r'<a href="(pictures/[^"]+\.png)">([^<]*)</a>', picture, text.replace("</head>", whole, 1))
 
 
 def write_if_new(path, content):

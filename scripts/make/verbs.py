@@ -75,14 +75,14 @@ def make_and_show(words):
     if len(request.files) == 1 and request.files[0].endswith(".pnb"):
         show(request.files[0])
     make.make(request)
-    show(request.output, os.path.join(make.work_folder(request.output), "pictures"))
+    show(request.output, make.truth_of(request.output))
 
 
-def show(asset, pictures_folder=None):
-    """Opens the window, where there is a screen."""
+def show(asset, truth=None):
+    """Opens the window, where there is a screen. What was just made lies beside its page and pictures."""
     if has_screen():
-        programs.become("penumbra-player", ["view", asset])
-    if not pictures_folder:
+        programs.become("penumbra-player", ["view", asset, *(["--truth", truth] if truth else [])])
+    if not truth:
         raise Failure(f"{asset}: there is no screen for a window; penumbra render {asset} -o picture.png draws it", FAILED)
     print("there is no screen for a window: look at the page or the pictures")
 
