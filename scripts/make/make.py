@@ -50,7 +50,10 @@ def check_files(request):
 
 def plainly(error):
     """Returns the sentence of a ConfigError in the words of this command line."""
-    text = re.sub(r"^(rigs|materials)\.[^.: ]+(\.|: )|^make: ", "", str(error))
+    key, _, said = str(error).partition(": ")
+    said = [line for line in said.splitlines() if ": warning: " not in line][-1:]  # a program warns before it refuses
+    text = ": ".join([key, *said])
+    text = re.sub(r"^(rigs|materials)\.[^.: ]+(\.|: )|^make: ", "", text)
     text = re.sub(r"^lights\.[^.: ]+(\.picture: |: )", "--light: ", text)
     text = re.sub(r"^lights\.[^.: ]+\.", "light.", text)
     text = re.sub(r"^([\w-]+: )?penumbra-\w+: ", r"\1", text)
