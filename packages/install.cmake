@@ -7,9 +7,9 @@
 # The tree can be moved as a whole. packages/cpack.cmake makes packages of the same components.
 
 # What a user needs of scripts/: commands, modules and folders. What is not there is left out.
-set(PENUMBRA_SCRIPT_COMMANDS penumbra farm_check farm_ninja farm_stamp setup)
-set(PENUMBRA_SCRIPT_MODULES Snakefile farm_index.py farm_sheet.py usage.py)
-set(PENUMBRA_SCRIPT_FOLDERS make farm slurm)
+set(PENUMBRA_SCRIPT_COMMANDS penumbra setup)
+set(PENUMBRA_SCRIPT_MODULES usage.py)
+set(PENUMBRA_SCRIPT_FOLDERS make farm)
 
 set(scripts ${CMAKE_INSTALL_DATADIR}/penumbra/scripts)
 foreach(kind COMMANDS MODULES FOLDERS)

@@ -200,12 +200,15 @@ FIT = dict(model=one_of(*MODELS, "composed"), local_model=one_of(*MODELS), parts
            features=one_of("relative-bones", "joint-angles", "dihedral-angles"),
            clusters=either(number(1, True), "auto"), input_variance=either(number(0), "auto"), output_variance=number(0),
            convention=convention, train_frames=a_file)
-PACK = dict(precision=one_of("f32", "f16", "i8"), max_error=number(0), max_bytes_per_vertex=number(0), slot=slots)
+PACK = dict(precision=one_of("f32", "f16", "i8"), max_error=number(0), max_bytes_per_vertex=number(0), slot=slots, materials_of=a_file,
+            textures=one_of("embed", "link", "none"))
 MATERIAL = dict(analytic=text, merl=a_file, table=a_file, material=text, operators=number(1, True), slice_order=number(1, True),
                 view_order=number(1, True))
 LIGHT = dict(analytic=text, layout=one_of("latlong", "angular", "ball", "cube"), order=number(1, True),
-             window=word, lobes=number(0, True), lobe_fit=one_of("greedy", "joint", "fixed"))
-OF_A_RIG = dict(clips=list_of(text), holdout=list_of(text), fps=number(0.001), shards=number(1, whole=True), predict=one_of(True, False),
+             window=word, lobes=number(0, True), lobe_fit=one_of("greedy", "joint", "fixed"), factor=one_of(True, False),
+             suns=number(1, True))
+OF_A_RIG = dict(clips=list_of(text), holdout=either(list_of(text), "none"), fps=number(0.001), shards=number(1, whole=True),
+                predict=one_of(True, False),
                 materials=list_of(text), lights=list_of(text), bake=keys(**BAKE), fields=keys(**FIELDS), fit=keys(**FIT),
                 pack=keys(**PACK))
 JOB = keys(threads=number(1, True), memory_mb=number(1, True), minutes=number(1, True))
@@ -278,6 +281,8 @@ def check_poses(key, rig):
         raise ConfigError(f"{key}.bake.poses: auto takes shards: 1, not {rig['shards']}")
     if "blocks" in rig["bake"]:
         raise ConfigError(f"{key}.bake.poses: auto does not go with blocks")
+    if not rig["holdout"]:
+        raise ConfigError(f"{key}.bake.poses: auto needs clips in holdout")
 
 
 def check_convention(key, rig):
@@ -297,7 +302,9 @@ def check_rig(name, rig, farm):
     key = f"rigs.{name}"
     if name.lower() in RESERVED:
         raise ConfigError(f"{key}: a rig becomes a folder of the output, and {name} is one already: {', '.join(RESERVED)}")
-    if not rig.get("holdout"):
+    if rig.get("holdout") == "none":
+        rig["holdout"] = []
+    elif not rig.get("holdout"):
         raise ConfigError(f"{key}.holdout: missing: clips that no model may see, to measure it on")
     for clip in map(clip_of_block if "blocks" in rig["bake"] else str, rig["holdout"]):
         if "clips" in rig and clip not in rig["clips"]:

@@ -45,7 +45,7 @@ def options(values):
     """Turns {"max_error": 0.1, "ground": True} into words of a command line."""
     words = []
     for key, value in values.items():
-        if value is False:
+        if value is False or value == []:
             continue
         name = "--" + key.replace("_", "-")
         if key == "ground" and value is not True:
@@ -92,6 +92,8 @@ def same_for_all_shards(command):
 
 
 class Planner:
+    patterns = PATTERNS
+
     def __init__(self, farm):
         self.farm = farm
         self.jobs = {}  # output -> Job, in an order that can be run
@@ -103,8 +105,8 @@ class Planner:
         return os.path.join(self.farm.programs, name) if self.farm.programs else name
 
     def add(self, rule, names, command, inputs=(), sources=(), **more):
-        output = PATTERNS[rule].format(**names)
-        if command[0] == self.program("penumbra-bake"):
+        output = self.patterns[rule].format(**names)
+        if command[0] == self.program("penumbra-bake") or "--materials-of" in command:
             more["depfile"] = output + ".d"
             command = [*command, "--depfile", output + ".d"]
         command = [*command, "--report", report_of(output)]
@@ -230,7 +232,7 @@ class Planner:
         return self.add("fit", {"rig": name}, words, [vis, *fields], train_frames)
 
     def rig(self, name, rig):
-        bake, fit, pack = (self.program(f"penumbra-{p}") for p in ("bake", "fit", "pack"))
+        fit, pack = self.program("penumbra-fit"), self.program("penumbra-pack")
         names = {"rig": name}
         self.check_holdout(name, rig)
         vis = self.bake(name, rig)
@@ -240,16 +242,21 @@ class Planner:
         given = {key: value for key, value in rig["pack"].items() if key != "slot"}
         slots = [word for slot, m in rig["pack"].get("slot", {}).items() for word in ("--slot", f"{slot}={m}")]
         looks = [word for kind, files in (("--brdf", brdfs), ("--light", lights)) for f in files for word in (kind, f)]
-        asset = self.add("pack", names, [pack, "asset", model, *looks, *options(given), *slots], [model, *brdfs, *lights])
+        described = [given["materials_of"]] if "materials_of" in given else []
+        asset = self.add("pack", names, [pack, "asset", model, *looks, *options(given), *slots], [model, *brdfs, *lights], described)
         truth = self.add("truth", names, [pack, "truth", vis, *options({"clips": rig["holdout"]})], [vis])
         check, read = [pack, "check", asset, vis, "--model", model], [asset, vis, model]
         if rig.get("predict"):
             prediction = self.add("predict", names, [fit, "predict", model, vis], [model, vis])
             check, read = [*check, "--predictions", prediction], [*read, prediction]
         self.add("check", names, check, read)
+        self.sheet(name, asset, truth, lights)
+
+    def sheet(self, name, asset, truth, lights):
         script = os.path.join(SCRIPTS, "farm", "farm_sheet.py")
-        self.add("sheet", names, [sys.executable, script, self.program("penumbra-player"), bake, asset, truth,
-                                  *looks[2 * len(brdfs):], *options(self.farm.pictures)], [asset, truth, *lights], [script])
+        looks = [word for light in lights for word in ("--light", light)]
+        self.add("sheet", {"rig": name}, [sys.executable, script, self.program("penumbra-player"), self.program("penumbra-bake"), asset, truth,
+                                           *looks, *options(self.farm.pictures)], [asset, truth, *lights], [script])
 
     # --- what rigs share
 

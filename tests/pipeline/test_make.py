@@ -1,0 +1,148 @@
+"""`penumbra`: one command from a file to an asset, pictures and a page; it goes on after a kill and runs again what changed.
+
+usage: test_make.py BIN
+"""
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+
+from programs import BIN, digest, must, refused, run
+
+PENUMBRA = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts", "penumbra")
+SAMPLES = os.path.join(BIN, "..", "samples")
+PYTHON = [sys.executable, PENUMBRA]
+QUICK = ["--effort", "draft", "--set", "bake.rays=16", "--set", "fit.model=linear", "--set", "fit.clusters=2"]
+
+
+def made(text):
+    """Returns what the commands that were printed write."""
+    return re.findall(r"^/.* -o (\S+)$", text, re.M) + re.findall(r"--report (\S*check\.json)$", text, re.M)
+
+
+def make(*words):
+    return must(*PYTHON, "make", *words)
+
+
+def whole_run(folder):
+    """A rig of three clips becomes an asset and a page that holds its pictures. A second run has nothing to do."""
+    rig, asset = os.path.join(SAMPLES, "bend.glb"), os.path.join(folder, "bend.pnb")
+    said = make(rig, *QUICK, "-o", asset)
+    outputs = set(made(said))
+    assert {"bend/bend.vis.h5", "bend/bend.model.h5", "bend/bend.pnb", "bend/check.json", "lights/sky.light.h5", "pictures/0_truth.png",
+            "pictures/0_model.png", "pictures/0_error.png", "page.html"} <= outputs, outputs
+    assert "first picture after" in said, said
+    page = open(os.path.join(folder, "bend.html")).read()
+    assert page.count('src="data:image/png;base64,') == 3 and "http:" not in page and "<script" not in page
+    assert "held out" in page and "glTF's default stands in" in page, "the page lists warnings and held-out clips"
+    before = digest(asset), digest(os.path.join(folder, "bend.html"))
+    again = make(rig, *QUICK, "-o", asset)
+    assert "nothing was run" in again and not made(again), again
+    assert before == (digest(asset), digest(os.path.join(folder, "bend.html")))
+
+
+def changed_light(folder):
+    """Another light runs the light, the asset, what is measured of it, its pictures and the page, and no bake or fit."""
+    asset = os.path.join(folder, "bend.pnb")
+    outputs = set(made(make(os.path.join(SAMPLES, "bend.glb"), *QUICK, "--light", "overcast", "-o", asset)))
+    assert {"lights/overcast.light.h5", "bend/bend.pnb", "pictures/0_truth.png", "pictures/0_model.png", "page.html"} <= outputs, outputs
+    assert not [path for path in outputs if path.endswith((".vis.h5", ".model.h5", ".truth.pnb"))], outputs
+    os.remove(asset)
+    again = make(os.path.join(SAMPLES, "bend.glb"), *QUICK, "--light", "overcast", "-o", asset)
+    assert not made(again) and os.path.exists(asset), again
+
+
+def killed(folder):
+    """After a kill -9 in the middle the same command makes the same asset, and makes nothing twice."""
+    rig, other = os.path.join(SAMPLES, "bend.glb"), os.path.join(folder, "killed", "bend.pnb")
+    os.makedirs(os.path.dirname(other))
+    words = [*PYTHON, "make", rig, *QUICK, "--light", "overcast", "-o", other]
+    process = subprocess.Popen(words, stdout=subprocess.PIPE, text=True)
+    before = []
+    for line in process.stdout:
+        before.append(line)
+        if line.endswith("-o bend/bend.model.h5\n"):
+            break
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    process.stdout.close()
+    finished = set(made("".join(before[:-1])))
+    assert "bend/bend.vis.h5" in finished, before
+    text = make(rig, *QUICK, "--light", "overcast", "-o", other)
+    assert not finished & set(made(text)) and "bend/bend.model.h5" in made(text), (finished, text)
+    assert digest(other) == digest(os.path.join(folder, "bend.pnb"))
+
+
+def composed(folder):
+    """A rig of several parts gets fields and a composed model unless told otherwise."""
+    asset = os.path.join(folder, "man.pnb")
+    said = make(os.path.join(SAMPLES, "capsule_man.glb"), "--effort", "draft", "--fps", "2", "--set", "bake.rays=16", "--set",
+                "fields.rays=32", "--set", "fields.cells=5", "-o", asset, "--holdout", "walk")
+    assert "man/man.fields.h5" in made(said) and "--local" in said, said
+    assert "model composed" in must(*PYTHON, "info", asset)
+
+
+def cloth_and_still(folder):
+    """A cache of one clip holds out its last block. A still mesh has nothing to hold out."""
+    said = make(os.path.join(SAMPLES, "sheet.npz"), "--effort", "draft", "--set", "bake.rays=16", "-o", os.path.join(folder, "sheet.pnb"))
+    assert "--two-sided" in said and re.search(r"Held out to measure the asset on: \S+#\d", said), said
+    still = os.path.join(folder, "still.obj")
+    with open(still, "w") as file:
+        file.write("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+    said = make(still, "--effort", "draft", "-o", os.path.join(folder, "still.pnb"))
+    assert "too little to hold out" in said and os.path.exists(os.path.join(folder, "still.html")), said
+
+
+def verbs(folder):
+    """Each verb reaches its program; a picture is told by `info`; a file with the name of a verb is given as ./view."""
+    asset = os.path.join(folder, "bend.pnb")
+    picture = os.path.join(folder, "p.png")
+    must(*PYTHON, "render", asset, "--size", "32x32", "-o", picture)
+    text = must(*PYTHON, "info", picture)
+    assert "32 x 32" in text and "alpha" in text, text
+    assert "clips" in must(*PYTHON, "info", os.path.join(SAMPLES, "bend.glb"))
+    assert "penumbra-player view" in must(*PYTHON, "help", "view") and "--effort" in must(*PYTHON, "make", "--help")
+    said = must(*PYTHON, "doctor", os.path.join(SAMPLES, "bend.glb"))
+    assert "bend, twist, sway" in said and "glTF's default stands in" in said, said
+    assert "works" in must(*PYTHON, "doctor")
+    shutil.copy(os.path.join(SAMPLES, "bend.glb"), os.path.join(folder, "view"))
+    result = run(*PYTHON, "./view", cwd=folder)
+    assert result.returncode == 3 and "view: not a rig" in result.stderr, result.stderr
+
+
+def rubbish(folder):
+    """Every refusal is one sentence with the code of our programs."""
+    rig, out = os.path.join(SAMPLES, "bend.glb"), ["-o", os.path.join(folder, "x.pnb")]
+    broken = os.path.join(folder, "broken.glb")
+    with open(broken, "wb") as file:
+        file.write(open(rig, "rb").read()[:3000])
+    for code, part, words in [
+            (1, "FILE", ["make"]), (1, "did you mean view", ["veiw"]), (2, "no such file", ["nope.glb"]), (1, "no verb", ["help", "x"]),
+            (3, "cut short", ["make", broken, *out]), (3, "no clip 'nope'", ["make", rig, "--holdout", "nope", *out]),
+            (3, "did you mean rays", ["make", rig, "--set", "bake.rayz=9", *out]), (1, "KEY=VALUE", ["make", rig, "--set", "x", *out]),
+            (2, "--light: no such file", ["make", rig, "--light", "nope.exr", *out]), (1, "--fps", ["make", rig, "--fps", "0"]),
+            (3, "no light 'blub'", ["make", rig, "--light", "blub:x=1", *out]), (1, ".pnb", ["make", rig, "-o", "x.txt"]),
+            (2, "no such folder", ["make", rig, "-o", os.path.join(folder, "no", "x.pnb")]), (2, "no such file", ["doctor", "nope"])]:
+        refused(code, part, *PYTHON, *words)
+    assert not os.path.exists(os.path.join(folder, "x.penumbra")), "a file that is refused leaves no folder"
+    changed = os.path.join(folder, "bend.penumbra", "bend", "bend.model.h5")
+    with open(changed, "ab") as file:
+        file.write(b"x")
+    refused(3, "delete it", *PYTHON, "make", rig, *QUICK, "--light", "overcast", "-o", os.path.join(folder, "bend.pnb"))
+
+
+def main():
+    os.environ["PENUMBRA_BIN"] = BIN
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        os.environ.pop(name, None)
+    with tempfile.TemporaryDirectory() as folder:
+        for check in (whole_run, changed_light, killed, composed, cloth_and_still, verbs, rubbish):
+            start = os.times().children_user
+            check(folder)
+            print(f"{check.__doc__.splitlines()[0]} ({os.times().children_user - start:.1f} s)", flush=True)
+
+
+main()
