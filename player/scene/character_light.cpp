@@ -1,9 +1,10 @@
 #include "player/scene/character_light.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <compare>
 #include <cstdint>
-#include <map>
 #include <numbers>
 #include <tuple>
 
@@ -11,7 +12,8 @@ namespace penumbra {
 
 void addShining(const ShiningMesh& mesh, std::vector<ShiningVertex>& vertices) {
     constexpr std::size_t kMax = 2000;  // vertices of a mesh that are looked at
-    std::vector<float> areas(mesh.positions.size());
+    thread_local std::vector<float> areas;
+    areas.assign(mesh.positions.size(), 0.0f);
     for (std::size_t t = 0; t + 2 < mesh.triangles.size(); t += 3) {
         const Vec3 a = mesh.positions[mesh.triangles[t]], b = mesh.positions[mesh.triangles[t + 1]],
                    c = mesh.positions[mesh.triangles[t + 2]];
@@ -24,25 +26,36 @@ void addShining(const ShiningMesh& mesh, std::vector<ShiningVertex>& vertices) {
 }
 
 std::vector<Emitter> emittersOf(std::span<const ShiningVertex> vertices, float cell) {
-    struct Sum {
-        Vec3 position, area, radiance;
-        float weight = 0;
+    struct Placed {
+        std::tuple<int, int, int, int> cell;  // of space, and the octant of the normal
+        std::size_t vertex;
     };
-    std::map<std::tuple<int, int, int, int>, Sum> cells;
-    for (const ShiningVertex& v : vertices) {
-        const float weight = length(v.area);
-        if (!(weight > 0)) continue;
-        const Vec3 at = v.position / cell;
-        const int octant = (v.area.x > 0 ? 1 : 0) + (v.area.y > 0 ? 2 : 0) + (v.area.z > 0 ? 4 : 0);
-        Sum& sum = cells[{int(std::floor(at.x)), int(std::floor(at.y)), int(std::floor(at.z)), octant}];
-        sum.position += v.position * weight;
-        sum.area += v.area;
-        sum.radiance += v.radiance * weight;
-        sum.weight += weight;
+    thread_local std::vector<Placed> placed;
+    placed.clear();
+    for (std::size_t v = 0; v < vertices.size(); ++v) {
+        const Vec3 at = vertices[v].position / cell, area = vertices[v].area;
+        if (!(length(area) > 0)) continue;
+        const int octant = (area.x > 0 ? 1 : 0) + (area.y > 0 ? 2 : 0) + (area.z > 0 ? 4 : 0);
+        placed.push_back({{int(std::floor(at.x)), int(std::floor(at.y)), int(std::floor(at.z)), octant}, v});
     }
+    std::ranges::sort(placed, [](const Placed& a, const Placed& b) {
+        return a.cell != b.cell ? a.cell < b.cell : a.vertex < b.vertex;
+    });
     std::vector<Emitter> out;
-    for (const auto& [key, sum] : cells)
-        out.push_back({sum.position / sum.weight, sum.area, sum.radiance / sum.weight});
+    for (std::size_t first = 0; first < placed.size();) {
+        Emitter sum = {};
+        float weights = 0;
+        const std::size_t begin = first;
+        for (; first < placed.size() && placed[first].cell == placed[begin].cell; ++first) {
+            const ShiningVertex& v = vertices[placed[first].vertex];
+            const float weight = length(v.area);
+            sum.position += v.position * weight;
+            sum.area += v.area;
+            sum.radiance += v.radiance * weight;
+            weights += weight;
+        }
+        out.push_back({sum.position / weights, sum.area, sum.radiance / weights});
+    }
     return out;
 }
 

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "formats/common/parallel_for.h"
+#include "player/scene/emitter_kernel.h"
 
 namespace penumbra {
 
@@ -25,17 +26,37 @@ float gapBetween(const BoundingBox& a, const BoundingBox& b) {
 }
 
 // Emitters of everyone but one, those that are far in less detail.
-std::vector<Emitter> emittersAround(std::size_t index, std::span<const ShiningMember> shining) {
+void emittersAround(std::size_t index, std::span<const ShiningMember> shining, std::vector<Emitter>& out) {
     constexpr float kNear = 1;  // diagonals of the member that shines
-    std::vector<Emitter> out;
+    out.clear();
     for (std::size_t m = 0; m < shining.size(); ++m) {
         if (m == index || shining[m].near.empty()) continue;
         const bool near = gapBetween(shining[index].box, shining[m].box) < kNear * 2 * shining[m].box.radius();
         const std::vector<Emitter>& from = near ? shining[m].near : shining[m].far;
         out.insert(out.end(), from.begin(), from.end());
     }
-    return out;
 }
+
+// Points that see emitters, and the mean radiance of what each sees. It keeps its room.
+struct Means {
+    std::vector<Vec3> positions, normals, means;
+
+    void clear() { positions.clear(), normals.clear(); }
+    void add(Vec3 position, Vec3 normal) {
+        positions.push_back(position);
+        normals.push_back(normal);
+    }
+    void find(std::span<const Emitter> emitters) {
+        means.resize(positions.size());
+        find(emitters, 0, positions.size());
+    }
+    // Of points [begin, end). `means` has room for all.
+    void find(std::span<const Emitter> emitters, std::size_t begin, std::size_t end) {
+        fastestEmitterPath().mean(emitters.data(), emitters.size(),
+                                  {positions.data() + begin, normals.data() + begin, end - begin},
+                                  means.data() + begin);
+    }
+};
 
 void receive(const HiddenSky& hidden, std::size_t v, Vec3 radiance, FrameVertices& vertices) {
     vertices.received[v] += radiance * (kHalfSphere * hidden.by_others[v]);
@@ -78,25 +99,34 @@ void receiveFromGround(const GroundGlow& glow, const HiddenSky& hidden, int thre
 
 void receiveFromOthers(const Evaluator& member, std::size_t index, std::span<const ShiningMember> shining,
                        const HiddenSky& hidden, FrameVertices& vertices) {
-    const std::vector<Emitter> emitters = emittersAround(index, shining);
+    thread_local std::vector<Emitter> emitters;
+    thread_local Means at_anchors, alone;
+    thread_local std::vector<std::size_t> lonely;  // vertices without anchors
+    emittersAround(index, shining, emitters);
     if (emitters.empty() || !hidden.fromOthers()) return;
     const FarLayout& layout = member.castLayout();
-    const auto seenBy = [&](std::size_t v) {
-        return meanRadiance(emitters, vertices.positions[v], vertices.normals[v]);
-    };
-    std::vector<Vec3> at_anchor(layout.anchors.size());
-    for (std::size_t a = 0; a < at_anchor.size(); ++a) at_anchor[a] = seenBy(layout.anchors[a]);
+    const auto isHidden = [&](std::size_t v) { return hidden.by_others[v] > kMinHidden; };
+    at_anchors.clear(), lonely.clear(), alone.clear();
+    for (const std::uint32_t v : layout.anchors) at_anchors.add(vertices.positions[v], vertices.normals[v]);
+    at_anchors.find(emitters);
     for (const FarRun& run : layout.runs)
         for (std::size_t r = run.first; r < run.first + run.count; ++r) {
             const std::size_t v = layout.receivers[r];
-            if (!(hidden.by_others[v] > kMinHidden)) continue;
+            if (!isHidden(v)) continue;
+            if (run.anchor_count == 0) {
+                lonely.push_back(v);
+                continue;
+            }
             Vec3 mean;
-            for (std::size_t k = 4 * r; run.anchor_count > 0 && k < 4 * r + 4; ++k)
-                mean += at_anchor[run.first_anchor + layout.anchor[k]] * layout.weight[k];
-            receive(hidden, v, run.anchor_count > 0 ? mean : seenBy(v), vertices);
+            for (std::size_t k = kAnchorsOfReceiver * r; k < kAnchorsOfReceiver * (r + 1); ++k)
+                mean += at_anchors.means[run.first_anchor + layout.anchor[k]] * layout.weight[k];
+            receive(hidden, v, mean, vertices);
         }
     for (std::size_t v = member.firstFollower(); v < vertices.positions.size(); ++v)
-        if (hidden.by_others[v] > kMinHidden) receive(hidden, v, seenBy(v), vertices);
+        if (isHidden(v)) lonely.push_back(v);
+    for (const std::size_t v : lonely) alone.add(vertices.positions[v], vertices.normals[v]);
+    alone.find(emitters);
+    for (std::size_t i = 0; i < lonely.size(); ++i) receive(hidden, lonely[i], alone.means[i], vertices);
 }
 
 namespace {
@@ -130,7 +160,8 @@ struct GroundBlock {
 
 void addMembersLight(const GroundVertices& ground, std::span<const ShiningMember> shining, Vec3 albedo, int threads,
                      std::span<Vec3> radiance) {
-    constexpr std::uint32_t kMeanStep = 4;  // vertices between two where the mean is looked up
+    constexpr std::uint32_t kMeanStep = 4;   // vertices between two where the mean is looked up
+    constexpr std::size_t kMeanPiece = 128;  // of these, that a thread takes at once
     const std::vector<Emitter> emitters = emittersOf(shining);
     if (emitters.empty()) return;
     const std::vector<float> e = groundAmbient(ground);
@@ -146,21 +177,33 @@ void addMembersLight(const GroundVertices& ground, std::span<const ShiningMember
     std::vector<std::uint8_t> shaded(std::size_t(blocks) * blocks);
     parallelFor(shaded.size(), threads, [&](std::size_t b) { shaded[b] = blockOf(b).any(side, isHidden); });
     // 2. Look up the mean at their corners, once for all blocks that share one.
-    std::vector<Vec3> means(std::size_t(nodes) * nodes);
-    parallelFor(means.size(), threads, [&](std::size_t n) {
-        const std::uint32_t i = std::uint32_t(n) / nodes, j = std::uint32_t(n) % nodes;
-        bool any = false;
+    const auto isCorner = [&](std::uint32_t i, std::uint32_t j) {
         for (std::uint32_t row = i > 0 ? i - 1 : 0; row <= i && row < blocks; ++row)
             for (std::uint32_t column = j > 0 ? j - 1 : 0; column <= j && column < blocks; ++column)
-                any = any || shaded[std::size_t(row) * blocks + column] != 0;
-        if (any)
-            means[n] = meanRadiance(emitters, ground.positions[std::size_t(place(i)) * side + place(j)], {0, 1, 0});
+                if (shaded[std::size_t(row) * blocks + column] != 0) return true;
+        return false;
+    };
+    thread_local Means at_corners;
+    at_corners.clear();
+    std::vector<std::uint32_t> corner_of(std::size_t(nodes) * nodes);
+    for (std::uint32_t i = 0; i < nodes; ++i)
+        for (std::uint32_t j = 0; j < nodes; ++j) {
+            if (!isCorner(i, j)) continue;
+            corner_of[std::size_t(i) * nodes + j] = std::uint32_t(at_corners.positions.size());
+            at_corners.add(ground.positions[std::size_t(place(i)) * side + place(j)], {0, 1, 0});
+        }
+    Means& corners = at_corners;  // other threads have one of their own
+    corners.means.resize(corners.positions.size());
+    parallelFor((corners.positions.size() + kMeanPiece - 1) / kMeanPiece, threads, [&](std::size_t piece) {
+        const std::size_t end = std::min((piece + 1) * kMeanPiece, corners.positions.size());
+        corners.find(emitters, piece * kMeanPiece, end);
     });
+    const auto meanAt = [&](std::size_t n) { return corners.means[corner_of[n]]; };
     // 3. Vertices get what is between them.
     parallelFor(shaded.size(), threads, [&](std::size_t b) {
         if (shaded[b] == 0) return;
         const std::size_t n = b / blocks * nodes + b % blocks;
-        blockOf(b).interpolate(side, {means[n], means[n + 1], means[n + nodes], means[n + nodes + 1]},
+        blockOf(b).interpolate(side, {meanAt(n), meanAt(n + 1), meanAt(n + nodes), meanAt(n + nodes + 1)},
                                [&](std::size_t v, Vec3 mean) {
                                    if (isHidden(v)) radiance[v] += albedo * (mean * (1 - e[v]));
                                });

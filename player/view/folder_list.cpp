@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <fstream>
 #include <string_view>
 
 #include "formats/common/errors.h"
@@ -13,7 +14,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::array<std::string_view, 5> kCharacterFiles = {".glb", ".gltf", ".vrm", ".fbx", ".dae"};
-constexpr std::array<std::string_view, 4> kShownFiles = {".pnb", ".json", ".exr", ".hdr"};
+constexpr std::array<std::string_view, 3> kShownFiles = {".pnb", ".exr", ".hdr"};
 constexpr std::size_t kMaxRecent = 8;
 
 bool hasOne(const fs::path& path, auto&& extensions) {
@@ -22,9 +23,21 @@ bool hasOne(const fs::path& path, auto&& extensions) {
 
 fs::path assetBeside(const fs::path& character) { return fs::path(character).replace_extension(".pnb"); }
 
+// Reports are .json files, too. A scene names its characters or its props near its beginning.
+bool isScene(const fs::path& path) {
+    constexpr std::size_t kHead = 1 << 16;  // bytes
+    if (path.extension() != ".json") return false;
+    std::string head(kHead, '\0');
+    std::ifstream file(path, std::ios::binary);
+    file.read(head.data(), std::streamsize(head.size()));
+    head.resize(std::size_t(file.gcount()));
+    return head.find("\"characters\"") != head.npos || head.find("\"props\"") != head.npos;
+}
+
 bool opens(const fs::path& path) {
     std::error_code failed;
-    return hasOne(path, kShownFiles) || (hasOne(path, kCharacterFiles) && fs::exists(assetBeside(path), failed));
+    return hasOne(path, kShownFiles) || isScene(path) ||
+           (hasOne(path, kCharacterFiles) && fs::exists(assetBeside(path), failed));
 }
 
 }  // namespace

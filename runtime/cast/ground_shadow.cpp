@@ -27,13 +27,13 @@ namespace penumbra {
 namespace {
 
 constexpr std::size_t kHarmonics = kFieldOrder;  // k = 0 .. order - 1
+constexpr std::size_t kPaddedCoefficients = (kFarCoefficients + 7) / 8 * 8;
 
-// Series for one mirrored number: m with its sign, and a_lm0, then (-1)^(k+1) a_lmk / k.
-struct WedgeRow {
-    int m = 0;
-    std::array<float, kHarmonics> terms{};
+// Series for each mirrored coefficient: m with its sign, and terms[k], a_lm0 and then (-1)^(k+1) a_lmk / k.
+struct WedgeRows {
+    std::array<int, kFarCoefficients> m{};
+    std::array<std::array<float, kPaddedCoefficients>, kHarmonics> terms{};
 };
-using WedgeRows = std::array<WedgeRow, kFarCoefficients>;
 
 // p_lm(w) for every mirrored number, of those with m < 0 that of -m.
 std::array<double, kFarCoefficients> wedgeSlice(double w, std::span<const int> even) {
@@ -57,7 +57,7 @@ WedgeRows makeWedgeRows() {
     WedgeRows rows;
     for (std::size_t i = 0; i < kFarCoefficients; ++i) {
         const int band = int(std::sqrt(double(even[i])));
-        rows[i].m = even[i] - band * (band + 1);
+        rows.m[i] = even[i] - band * (band + 1);
     }
     for (int n = 0; n < kSlices; ++n) {
         // p is even in w, so that half of the circle tells it. The middles of equal pieces are exact.
@@ -66,7 +66,7 @@ WedgeRows makeWedgeRows() {
         for (std::size_t i = 0; i < kFarCoefficients; ++i)
             for (int k = 0; k < int(kHarmonics); ++k) {
                 const double scale = k == 0 ? 1.0 : 2.0 * (k % 2 == 1 ? 1 : -1) / k;
-                rows[i].terms[std::size_t(k)] += float(scale * p[i] * std::cos(k * w) / kSlices);
+                rows.terms[std::size_t(k)][i] += float(scale * p[i] * std::cos(k * w) / kSlices);
             }
     }
     return rows;
@@ -95,11 +95,12 @@ void groundVisibility(std::span<const Vec3> normals, std::span<const Vec3> tange
             harmonics[k] = 2 * c * harmonics[k - 1] - (k == 2 ? 0 : harmonics[k - 2]);
         }
         float* const out = &mirrored[v * kFarCoefficients];
+        std::array<float, kPaddedCoefficients> sums{};
+        for (std::size_t k = 0; k < kHarmonics; ++k)
+            for (std::size_t i = 0; i < kPaddedCoefficients; ++i) sums[i] += rows.terms[k][i] * harmonics[k];
         for (std::size_t i = 0; i < kFarCoefficients; ++i) {
-            float sum = 0;
-            for (std::size_t k = 0; k < kHarmonics; ++k) sum += rows[i].terms[k] * harmonics[k];
-            const auto m = std::size_t(std::abs(rows[i].m));
-            out[i] = sum * (rows[i].m < 0 ? sines[m] : cosines[m]);
+            const auto m = std::size_t(std::abs(rows.m[i]));
+            out[i] = sums[i] * (rows.m[i] < 0 ? sines[m] : cosines[m]);
         }
     }
 }

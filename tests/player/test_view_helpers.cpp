@@ -90,8 +90,9 @@ protected:
         fs::create_directories(folder / "b");
         fs::create_directories(folder / "a");
         fs::create_directories(folder / ".hidden");
-        for (const char* name : {"x.pnb", "x.glb", "lonely.glb", "sky.exr", "scene.json", "notes.txt", ".secret.pnb"})
+        for (const char* name : {"x.pnb", "x.glb", "lonely.glb", "sky.exr", "report.json", "notes.txt", ".secret.pnb"})
             std::ofstream(folder / name) << "x";
+        std::ofstream(folder / "scene.json") << R"({"version": 1, "characters": []})";
     }
     void TearDown() override { fs::remove_all(folder); }
     static std::vector<std::string> namesOf(const std::vector<fs::path>& paths) {

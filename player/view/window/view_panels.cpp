@@ -45,6 +45,14 @@ void characterLine(const Scene& scene, ViewState& state, std::size_t i) {
     if (ImGui::IsItemHovered()) tooltip("Takes this character away");
 }
 
+// The name of a clip, and what there is to know before it is chosen.
+std::string clipLine(const Character& character, const ClipView& clip) {
+    std::string marks = clip.held_out ? "held out" : "";
+    if (character.truth && hasTruthOf(character.asset, *character.truth, clip))
+        marks += marks.empty() ? "truth" : ", truth";
+    return text(clip.name) + (marks.empty() ? "" : "  (" + marks + ")");
+}
+
 void characterPanel(const Scene& scene, ViewState& state) {
     if (scene.characters.size() > 1) {
         ImGui::TextDisabled("Characters");
@@ -59,8 +67,8 @@ void characterPanel(const Scene& scene, ViewState& state) {
     for (std::size_t i = 0; i < count; ++i) {
         const ClipView& clip = character.asset.animation.clips[i];
         if (clip.held_out) ImGui::PushStyleColor(ImGuiCol_Text, ImU32(kMarked));
-        const std::string name = text(clip.name) + (clip.held_out ? "  (held out)" : "");
-        if (listLine(name, i + 1000, i == state.characters[state.selected].clip)) chooseClip(state, i);
+        if (listLine(clipLine(character, clip), i + 1000, i == state.characters[state.selected].clip))
+            chooseClip(state, i);
         if (clip.held_out) ImGui::PopStyleColor();
         if (clip.held_out && ImGui::IsItemHovered()) tooltip("The model was not trained on this clip.");
     }

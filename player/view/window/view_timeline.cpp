@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <functional>
 
+#include "player/frame/truth_frames.h"
 #include "player/view/window/view_widgets.h"
 
 namespace penumbra {
@@ -87,6 +88,7 @@ struct Figure {
     std::size_t known;
     std::function<float(std::size_t)> value;
     std::function<std::string(std::size_t)> text;  // under the pointer
+    std::string missing = {};                      // why no frame has one
 };
 
 // A strip has this range of figures: from one that all frames reach to the largest. A clip whose figures are
@@ -124,14 +126,13 @@ void columns(const Row& row, const Figure& figure, const StripRange& range) {
     }
 }
 
-// Writes how much is known at the right end, where the last frames will be.
-void shareDone(const Row& row, std::size_t known) {
-    const std::string done = std::to_string(100 * known / row.frames) + "%";
-    const ImVec2 size = ImGui::CalcTextSize(done.c_str());
+// Writes a note at the right end, where the last frames will be.
+void noteAtEnd(const Row& row, const std::string& note) {
+    const ImVec2 size = ImGui::CalcTextSize(note.c_str());
     const float right = row.corner.x + row.size.x, left = right - size.x - 8;
     ImDrawList& list = *ImGui::GetWindowDrawList();
     list.AddRectFilled(ImVec2(left, row.corner.y), ImVec2(right, row.corner.y + row.size.y), kBed);
-    list.AddText(ImVec2(left + 4, row.corner.y + 0.5f * (row.size.y - size.y)), kInk, done.c_str());
+    list.AddText(ImVec2(left + 4, row.corner.y + 0.5f * (row.size.y - size.y)), kInk, note.c_str());
 }
 
 void strip(const Scene& scene, ViewState& state, const Figure& figure, std::size_t frames, double shown) {
@@ -141,7 +142,10 @@ void strip(const Scene& scene, ViewState& state, const Figure& figure, std::size
         if (figure.value(i) > figure.value(worst)) worst = i;
     columns(row, figure, rangeOf(figure));
     playheadLine(row, shown);
-    if (figure.known < frames) shareDone(row, figure.known);
+    if (!figure.missing.empty())
+        noteAtEnd(row, figure.missing);
+    else if (figure.known < frames)
+        noteAtEnd(row, std::to_string(100 * figure.known / frames) + "%");
     if (!ImGui::IsItemHovered() && !ImGui::IsItemActive()) return;
     const std::size_t frame = row.frameAt(ImGui::GetIO().MousePos.x);
     if (ImGui::IsItemActive()) jumpTo(scene, state, double(frame));
@@ -168,6 +172,7 @@ void strips(const Scene& scene, ViewState& state, std::size_t frames, double sho
          [&](std::size_t i) { return format("out of the training poses by %.3f rad", double(range[i])); }},
         frames, shown);
     if (!character.truth) return;
+    const bool has_truth = hasTruthOf(character.asset, *character.truth, selectedClip(state, scene));
     const std::vector<FrameError>& errors = character.timeline.figures.errors;
     strip(scene, state,
           {"error",
@@ -176,8 +181,21 @@ void strips(const Scene& scene, ViewState& state, std::size_t frames, double sho
            [&](std::size_t i) {
                if (!errors[i].has_truth) return std::string("not in the baked truth");
                return format("|E - truth| mean %.4f, at most %.3f", double(errors[i].mean), double(errors[i].most));
-           }},
+           },
+           has_truth ? "" : "no baked truth of this clip"},
           frames, shown);
+}
+
+// A button for the frame of the largest error, unless the window is too narrow or the clip has no truth.
+void worstButton(const Scene& scene, ViewState& state) {
+    constexpr const char* kName = "worst frame";
+    const Character& character = *scene.characters[state.selected];
+    if (!character.truth || !hasTruthOf(character.asset, *character.truth, selectedClip(state, scene))) return;
+    ImGui::SameLine(0, ImGui::GetFontSize());
+    const float width = ImGui::CalcTextSize(kName).x + 2 * ImGui::GetStyle().FramePadding.x;
+    if (width > ImGui::GetContentRegionAvail().x) return ImGui::NewLine();
+    if (ImGui::Button(kName)) showWorst(state, scene, Worst::kError);
+    if (ImGui::IsItemHovered()) ImGui::SetTooltip("Goes to the frame whose error is the largest (W).");
 }
 
 // Goes on in a line with a text, unless the window is too narrow for all of it.
@@ -204,7 +222,8 @@ void buildTimeline(const Scene& scene, ViewState& state) {
     const std::string frame = format("frame %.*f of %u", snapsToFrames(state) ? 0 : 2, shown, clip.frame_count);
     textIfRoom(frame, kInk);
     textIfRoom(format("%.2f s of %.2f s", clipTime(state), clipSeconds(animation, clip)), kInk);
-    if (state.smooth && snapsToFrames(state)) textIfRoom("sampled frames: truth is shown", kMarked);
+    worstButton(scene, state);
+    if (state.smooth && snapsToFrames(state)) textIfRoom("only sampled frames have truth", kMarked);
     scrubBar(scene, state, clip.frame_count, shown);
     strips(scene, state, clip.frame_count, shown);
 }
