@@ -50,7 +50,7 @@ struct Products {
 };
 
 Products::Products(int order) {
-    constexpr auto kFar = Eigen::Index(kFarNumbers);
+    constexpr auto kFar = Eigen::Index(kFarCoefficients);
     std::vector<WeightedDirection> upper;
     for (const WeightedDirection& d : gaussSphere(8, 16))
         if (d.direction.z > 0) upper.push_back(d);
@@ -68,7 +68,7 @@ Products::Products(int order) {
     }
     const Eigen::Index n = mirroredCount(order);
     matrix.resize(n * n, kFar);
-    std::vector<float> a(static_cast<std::size_t>(n)), b(kFarNumbers), product(a.size());
+    std::vector<float> a(static_cast<std::size_t>(n)), b(kFarCoefficients), product(a.size());
     for (Eigen::Index j = 0; j < n; ++j)
         for (Eigen::Index k = 0; k < kFar; ++k) {
             std::fill(a.begin(), a.end(), 0.0f);
@@ -188,11 +188,11 @@ void divideByNear(const Products& products, NearVertex& vertex) {
 // What each near part alone leaves visible at some vertices, with gains of 1.
 struct NearFactors {
     std::size_t frames = 0, columns = 0, vertices = 0;
-    std::vector<float> values;  // [F, Composition::near_count, vertices, kFarNumbers]
+    std::vector<float> values;  // [F, Composition::near_count, vertices, kFarCoefficients]
 };
 
 NearFactors factorsOf(const NearProblem& problem, const VertexSet& vertices) {
-    const std::size_t parts = problem.far->partCount(), stride = vertices.part.size() * kFarNumbers;
+    const std::size_t parts = problem.far->partCount(), stride = vertices.part.size() * kFarCoefficients;
     NearFactors near{problem.poses->frameCount(), problem.far->nearParts().count, vertices.part.size(), {}};
     near.values.resize(near.frames * near.columns * stride);
     std::vector<std::vector<std::uint16_t>> near_part(near.columns);  // of each part
@@ -210,10 +210,10 @@ NearFactors factorsOf(const NearProblem& problem, const VertexSet& vertices) {
 // What the near parts hide from vertex v of the factors.
 std::vector<Columns> hiddenFrom(const NearFactors& near, std::size_t v, const Products& products) {
     std::vector<Columns> hidden;
-    Columns factor(Eigen::Index(kFarNumbers), Eigen::Index(near.frames));
+    Columns factor(Eigen::Index(kFarCoefficients), Eigen::Index(near.frames));
     for (std::size_t k = 0; k < near.columns; ++k) {
         for (std::size_t f = 0; f < near.frames; ++f)
-            std::copy_n(&near.values[((f * near.columns + k) * near.vertices + v) * kFarNumbers], kFarNumbers,
+            std::copy_n(&near.values[((f * near.columns + k) * near.vertices + v) * kFarCoefficients], kFarCoefficients,
                         factor.col(Eigen::Index(f)).data());
         hidden.push_back(Columns::Ones(products.at.rows(), factor.cols()) - products.at * factor);
     }
@@ -223,17 +223,17 @@ std::vector<Columns> hiddenFrom(const NearFactors& near, std::size_t v, const Pr
 }  // namespace
 
 std::vector<std::uint8_t> takeOutNearParts(const NearProblem& problem, std::span<const std::uint32_t> vertices,
-                                           MatrixF& numbers) {
+                                           MatrixF& coefficients) {
     const Products products(problem.far->constants().order);
     const std::vector<std::size_t> used = evenSample(problem.train, kMaxGainFrames);
-    const auto n = Eigen::Index(numbers.columns / vertices.size());
+    const auto n = Eigen::Index(coefficients.columns / vertices.size());
     std::vector<std::uint8_t> gains;
     for (std::size_t first = 0; first < vertices.size(); first += kNearBlock) {
         const std::size_t count = std::min(kNearBlock, vertices.size() - first);
         const NearFactors near =
             factorsOf(problem, vertexSet(*problem.model, vertices.subspan(first, count), problem.joint_of_cluster));
         for (std::size_t v = 0; v < count; ++v) {
-            auto of_vertex = asEigen(numbers).middleCols(Eigen::Index(first + v) * n, n);
+            auto of_vertex = asEigen(coefficients).middleCols(Eigen::Index(first + v) * n, n);
             NearVertex all{hiddenFrom(near, v, products), of_vertex.transpose(), {}, {}}, train;
             // 1. The gains, from training frames.
             for (const Columns& hidden : all.hidden) train.hidden.push_back(columnsAt(hidden, used));

@@ -24,6 +24,6 @@ struct NearProblem {
 // well as they can. Where near parts hide nearly everything, the rest of a vertex cannot be told, and stays near what
 // it is over all training frames.
 std::vector<std::uint8_t> takeOutNearParts(const NearProblem& problem, std::span<const std::uint32_t> vertices,
-                                           MatrixF& numbers);
+                                           MatrixF& coefficients);
 
 }  // namespace penumbra
