@@ -39,7 +39,7 @@ set(CPACK_DEBIAN_PROGRAMS_PACKAGE_NAME penumbra)
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_SECTION graphics)
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_DEPENDS "python3, penumbra-player (= ${version})")
-# What the farm imports.
+# The farm imports these.
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_RECOMMENDS "python3-h5py, python3-numpy, python3-pil, python3-yaml")
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_SUGGESTS "blender, npm, penumbra-doc, snakemake")
 set(CPACK_COMPONENT_PROGRAMS_DESCRIPTION "soft self-shadows of characters: bake, fit and pack
@@ -75,8 +75,8 @@ set(CPACK_COMPONENT_DOCUMENTS_DESCRIPTION "soft self-shadows of characters: docu
 ${about}
 This package has the documents, with their pictures.")
 
-# What Debian wants of every package: its licence, its changes, and where lintian is wrong.
-string(TIMESTAMP date "%a, %d %b %Y %H:%M:%S +0000" UTC) # of SOURCE_DATE_EPOCH where that is set
+# Debian wants this of every package: its licence, its changes, and where lintian is wrong.
+string(TIMESTAMP date "%a, %d %b %Y %H:%M:%S +0000" UTC) # SOURCE_DATE_EPOCH counts where that is set
 find_program(GZIP gzip REQUIRED)
 foreach(component IN LISTS CPACK_COMPONENTS_ALL)
     string(TOUPPER ${component} key)

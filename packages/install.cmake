@@ -1,4 +1,4 @@
-# What `cmake --install build/release --prefix DIR [--component NAME]` copies, by component:
+# `cmake --install build/release --prefix DIR [--component NAME]` copies, by component:
 #   player       penumbra-player
 #   programs     the other three programs, `penumbra`, the farm and the add-on for Blender
 #   library      libpenumbra.so (runtime/CMakeLists.txt has this one and the next)
@@ -6,7 +6,7 @@
 #   documents    README and docs
 # The tree can be moved as a whole. packages/cpack.cmake makes packages of the same components.
 
-# What a user needs of scripts/: commands, modules and folders. What is not there is left out.
+# A user needs these commands, modules and folders of scripts/. One that is not there is left out.
 set(PENUMBRA_SCRIPT_COMMANDS penumbra setup)
 set(PENUMBRA_SCRIPT_MODULES usage.py)
 set(PENUMBRA_SCRIPT_FOLDERS make farm)

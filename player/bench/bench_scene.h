@@ -60,7 +60,7 @@ struct SceneCost {
     double evaluate_members = 0;      // skinning, visibility, and past all others
     std::optional<double> draw;       // upload, drawing and an 8-bit picture read back; unset without GL
     StageTime frame;                  // all of it, as far as it can be done here
-    StageTime processor;              // of it, the time of all threads together
+    StageTime processor;              // time of all threads together in the same frame
     std::optional<SunCost> suns;      // unset where none shine, and without GL
     std::optional<SceneGpuCost> gpu;  // where the GPU evaluates; unset in software
 };

@@ -27,7 +27,7 @@ void addShining(const ShiningMesh& mesh, std::vector<ShiningVertex>& vertices) {
 
 std::vector<Emitter> emittersOf(std::span<const ShiningVertex> vertices, float cell) {
     struct Placed {
-        std::tuple<int, int, int, int> cell;  // of space, and the octant of the normal
+        std::tuple<int, int, int, int> cell;  // cell of space, and the octant of the normal
         std::size_t vertex;
     };
     thread_local std::vector<Placed> placed;

@@ -50,7 +50,7 @@ struct Means {
         means.resize(positions.size());
         find(emitters, 0, positions.size());
     }
-    // Of points [begin, end). `means` has room for all.
+    // Finds the means of points [begin, end). `means` has room for all.
     void find(std::span<const Emitter> emitters, std::size_t begin, std::size_t end) {
         fastestEmitterPath().mean(emitters.data(), emitters.size(),
                                   {positions.data() + begin, normals.data() + begin, end - begin},
@@ -161,7 +161,7 @@ struct GroundBlock {
 void addMembersLight(const GroundVertices& ground, std::span<const ShiningMember> shining, Vec3 albedo, int threads,
                      std::span<Vec3> radiance) {
     constexpr std::uint32_t kMeanStep = 4;   // vertices between two where the mean is looked up
-    constexpr std::size_t kMeanPiece = 128;  // of these, that a thread takes at once
+    constexpr std::size_t kMeanPiece = 128;  // points that a thread takes at once
     const std::vector<Emitter> emitters = emittersOf(shining);
     if (emitters.empty()) return;
     const std::vector<float> e = groundAmbient(ground);

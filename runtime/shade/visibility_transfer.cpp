@@ -23,7 +23,7 @@ void VisibilityTransfer::apply(std::span<const float> coefficients, const Mat3& 
                                std::span<float> transfer) const {
     std::array<float, coefficientCount(kMaxTransferOrder)> local{};
     for (const SparseTerm& term : terms_) {
-        if (term.to >= transfer.size()) break;  // of bands that nobody asked for, and so are all that follow
+        if (term.to >= transfer.size()) break;  // this band and all that follow were not asked for
         local[term.to] += term.value * coefficients[term.from];
     }
     applyTransposed(makeShRotation(order, to_local), std::span<const float>(local).first(transfer.size()), transfer);

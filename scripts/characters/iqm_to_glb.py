@@ -1,9 +1,9 @@
 #!/usr/bin/python3
-"""iqm_to_glb.py MODEL.iqm [CLIPS.iqm ...] -o OUT.glb [--plain]: characters of Sauerbraten (Debian's cube2-data) as glTF.
+"""iqm_to_glb.py MODEL.iqm [CLIPS.iqm ...] -o OUT.glb [--plain]: characters of Sauerbraten (cube2-data) to glTF.
 
 IQM version 2 is a header, text, vertex arrays, triangles, joints and frames of quantised channels; its z is up, and its
-triangles are clockwise. Clip files have the joints of the model, in the same order. --plain makes one mesh of all parts,
-without materials and texture coordinates: where parts meet their vertices become one shading point.
+triangles are clockwise. Clip files have the joints of the model, in the same order. --plain makes one mesh of all
+parts, without materials and texture coordinates: where parts meet their vertices become one shading point.
 """
 import json
 import math

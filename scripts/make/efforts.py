@@ -1,12 +1,12 @@
-"""What `--effort` stands for: how much is baked, whether poses are chosen and how the pictures are drawn."""
+"""The efforts of `--effort`: how much is baked, whether poses are chosen and how the pictures are drawn."""
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
 class Effort:
     fps: int             # samples a second of a clip, at most
-    frames: int          # of the whole bake, about; longer files are sampled less often
-    clips: int           # that are baked, at most
+    frames: int          # in the whole bake, about; longer files are sampled less often
+    clips: int           # baked at most
     rays: int            # above the horizon of every vertex
     chooses_poses: bool  # whether trial fits choose poses beside the clips
     pictures: int        # held-out frames that the page shows
@@ -15,8 +15,8 @@ class Effort:
 
 
 PRECISION = "i8"
-# What docs/accuracy.md measures all composed models at. Meshes of fewer vertices are small anyway, and a bound would leave
-# too little beside what does not depend on their number.
+# docs/accuracy.md measures all composed models at these bytes. Meshes of fewer vertices are small anyway, and a bound
+# would leave too little beside what does not depend on their number.
 BYTES_PER_VERTEX, FEWEST_VERTICES = 260, 2000
 EFFORTS = {
     "draft": Effort(fps=10, frames=48, clips=6, rays=128, chooses_poses=False, pictures=1, size=384, samples=64),

@@ -16,7 +16,7 @@ from make.runner import Runner, cost_of, lock
 
 @dataclass
 class Request:
-    """What the command line asks for."""
+    """The request of a command line."""
     files: list     # absolute; the first has the mesh
     output: str     # absolute, X.pnb
     light: str      # a picture, a text as of --analytic, or None

@@ -1,4 +1,5 @@
-"""What is in a picture: its size and channels from its head, and as a light its mean radiance and where it is brightest."""
+"""Tells what is in a picture: its size and channels from its head, and as a light its mean radiance and its brightest
+place."""
 import json
 import math
 import os

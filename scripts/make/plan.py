@@ -8,7 +8,7 @@ from farm.stamps import Digests
 from make import survey as surveys
 from make.efforts import BYTES_PER_VERTEX, EFFORTS, FEWEST_VERTICES, PRECISION
 
-CLAY = "lambert:color=0.75/0.7/0.65"  # of meshes whose file describes no materials
+CLAY = "lambert:color=0.75/0.7/0.65"  # for meshes whose file describes no materials
 SKY = "sky:elevation=40,turbidity=3"
 CAMERA = "yaw=35,pitch=12"
 IN_BAKE = re.compile(r"^\s+-\s+name (.*), frames (\d+), from_seconds", re.M)

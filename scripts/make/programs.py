@@ -17,8 +17,8 @@ def own_folder():
 
 
 def folder():
-    """Returns $PENUMBRA_BIN, the folder that `penumbra` lies in, the build of this checkout, what it was installed with,
-    or "" for $PATH. Raises Failure when the programs are nowhere."""
+    """Returns $PENUMBRA_BIN, the folder that `penumbra` lies in, the build of this checkout, the install folder, or
+    "" for $PATH. Raises Failure when the programs are nowhere."""
     beside = [place for place in own_folder() if os.path.isfile(os.path.join(place, NAMES[0]))]
     try:
         return programs_folder(beside[0] if beside else None, ".")

@@ -1,5 +1,5 @@
-"""Runs jobs one after the other through the farm's farm_stamp, prints each command that must run, and shows one progress
-over all of them."""
+"""Runs jobs one after the other through the farm's farm_stamp, prints each command that must run, and shows one
+progress over all of them."""
 import fcntl
 import os
 import re
@@ -51,8 +51,8 @@ def cost_of(jobs):
 
 
 def lock(folder):
-    """Returns the lock of a folder, which one `penumbra make` at a time holds. A job that outlives a killed one holds it,
-    too, until it has cleaned up."""
+    """Returns the lock of a folder, which one `penumbra make` at a time holds. A job that outlives a killed one holds
+    it, too, until it has cleaned up."""
     os.makedirs(os.path.join(folder, ".farm"), exist_ok=True)
     file = open(os.path.join(folder, ".farm", "lock"), "a")
     until = time.monotonic() + 15
@@ -93,7 +93,7 @@ class Runner:
             if reason := self.reason(job):
                 if not self.ran:
                     self.progress.say(f"cd {shlex.quote(self.folder)}")
-                reason = re.sub(r" formats: .*?(?=, now |$)", "", reason)  # of two versions of a program
+                reason = re.sub(r" formats: .*?(?=, now |$)", "", reason)  # both versions say it
                 self.progress.say(f"# {job.output}: {reason}\n{shlex.join(map(str, job.command))}")
                 self.run_job(job)
                 self.ran.append(job)

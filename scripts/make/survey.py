@@ -1,5 +1,5 @@
-"""Finds out what is in the files before anything is baked, and chooses from it: which clips, how often they are sampled,
-which clip is held out, which model. All questions go through the farm's planner, which remembers the answers."""
+"""Finds out what is in the files before anything is baked, and chooses from it: which clips, how often they are
+sampled, which clip is held out, which model. The farm's planner asks all questions and remembers the answers."""
 import json
 import math
 import re

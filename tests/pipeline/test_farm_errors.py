@@ -75,7 +75,7 @@ def check_disk(folder):
 
 
 def check_jobs(folder):
-    """What farm_stamp runs is not there or makes nothing. A killed command gives the exit code of a shell."""
+    """A command of farm_stamp is not there or makes nothing. A killed command gives the exit code of a shell."""
     stamp = os.path.join(FARM, "farm_stamp")
     told(2, stamp, "x", "--", "/nowhere/program", cwd=folder)
     told(2, stamp, "x", "-i", "nowhere", "--", "true", cwd=folder)

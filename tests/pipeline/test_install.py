@@ -76,8 +76,8 @@ def check_header():
 
 
 def check_programs():
-    """Checks the programs of the install tree, their pages, the add-on, and that the farm finds the programs wherever the
-    tree lies."""
+    """Checks the programs of the install tree, their pages, the add-on, and that the farm finds the programs wherever
+    the tree lies."""
     for component in ("player", "programs", "documents"):
         run("cmake", "--install", BUILD, "--prefix", os.path.abspath("second"), "--component", component)
     shutil.move("second", "moved")

@@ -1,4 +1,4 @@
-"""`penumbra`: one command from a file to an asset, pictures and a page; it goes on after a kill and runs again what changed.
+"""`penumbra`: one command from a file to an asset, pictures and a page; it goes on after a kill and reruns changes.
 
 usage: test_make.py BIN
 """
@@ -45,7 +45,7 @@ def whole_run(folder):
 
 
 def changed_light(folder):
-    """Another light runs the light, the asset, what is measured of it, its pictures and the page, and no bake or fit."""
+    """Another light runs the light, the asset, what is measured of it, its pictures and the page, no bake or fit."""
     asset = os.path.join(folder, "bend.pnb")
     outputs = set(made(make(os.path.join(SAMPLES, "bend.glb"), *QUICK, "--light", "overcast", "-o", asset)))
     assert {"lights/overcast.light.h5", "bend/bend.pnb", "pictures/0_truth.png", "pictures/0_model.png", "page.html"} <= outputs, outputs

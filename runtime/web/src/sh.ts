@@ -77,7 +77,7 @@ export interface Sun {
     irradiance: number[];
 }
 
-// What a sun is: it takes no more of the sky than a disc of this radius, and it has at least this share of all light.
+// A sun takes no more of the sky than a disc of this radius, and it has at least this share of all light.
 const SUN_RADIUS = (3 * Math.PI) / 180;
 const SUN_SHARE = 0.05;
 

@@ -9,7 +9,7 @@ const { Crowd, LEVELS } = await import(pathToFileURL(path.join(process.argv[2], 
 const MEMBERS = 50;
 const NEAR = 12;
 
-/** Updates a second of each of 50 members, nearest first, by workers of which each does so many in a frame of 1/60 s. */
+/** Updates a second of each of 50 members, nearest first, by workers that each do so many in a frame of 1/60 s. */
 async function ratesOf(perFrame, seconds, workers = 1) {
     const queues = Array.from({ length: workers }, () => []);
     const crowd = new Crowd([{ ...LEVELS[0], order: 3 }, LEVELS[1]]);
@@ -30,7 +30,7 @@ async function ratesOf(perFrame, seconds, workers = 1) {
         for (const queue of queues)
             for (let done = 0; done < perFrame && queue.length > 0; ++done) {
                 queue.shift()();
-                for (let turn = 0; turn < 5; ++turn) await null; // what the crowd does when an answer comes
+                for (let turn = 0; turn < 5; ++turn) await null; // the crowd goes on so when an answer comes
             }
     }
     return updates.map((count) => count / seconds);

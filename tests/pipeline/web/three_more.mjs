@@ -1,5 +1,5 @@
-// Suns that become lights, light of PMREM textures, characters that darken one another, and grounds with many squares: what
-// the test of Chromium looks at, for WebGLRenderer.
+// Suns that become lights, light of PMREM textures, characters that darken one another, and grounds with many squares:
+// what the test of Chromium looks at, for WebGLRenderer.
 import * as THREE from 'three';
 import { clone } from 'three/addons/utils/SkeletonUtils.js';
 import { load } from 'penumbra-player';

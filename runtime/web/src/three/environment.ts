@@ -24,15 +24,15 @@ const SUN_DISTANCE = 5;
 
 /** The light of a scene's environment, as spherical harmonics of order 5 in the frame of the world. */
 export class PenumbraEnvironment {
-    /** One for each sun of the environment. Add them and their targets to the scene, and give them shadow maps; where the
-     * environment turns, they turn about their targets. */
+    /** One for each sun of the environment. Add them and their targets to the scene, and give them shadow maps; where
+     * the environment turns, they turn about their targets. */
     readonly lights: readonly DirectionalLight[];
     /** The picture without its suns, for `scene.environment`: with the whole picture there they would count twice.
      * Undefined where no sun was taken out of a picture. */
     readonly soft: DataTexture | undefined;
     private turned: Float32Array;
 
-    /** `sh` is [25, 3]: radiance in linear Rec.709, real and orthonormal with the Condon-Shortley sign, without the suns. */
+    /** `sh` is [25, 3]: radiance in linear Rec.709, real and orthonormal with the Condon-Shortley sign. No suns. */
     constructor(
         private readonly sh: Float32Array,
         private readonly suns: readonly Sun[] = [],
@@ -56,7 +56,7 @@ export class PenumbraEnvironment {
         return new PenumbraEnvironment(projectPicture(rest), suns, suns.length > 0 ? textureOf(rest, texture) : undefined);
     }
 
-    /** From what PMREMGenerator made, or from another texture of a cube, as `scene.environment` may have it. Suns stay in it. */
+    /** Takes a texture of PMREMGenerator or another cube, as `scene.environment` may have it. Suns stay in it. */
     static async fromPMREM(renderer: WebGLRenderer, texture: Texture): Promise<PenumbraEnvironment> {
         return new PenumbraEnvironment(projectFaces(readFaces(renderer, texture)));
     }

@@ -46,8 +46,8 @@ function patchOf({ map, areas, side }: Squares): Patch {
             },
             {
                 after: '#include <aomap_fragment>',
-                // Each square has what all characters hide, so that where squares lie over one another their mean counts.
-                // Nothing is lost at the border of a square and beyond.
+                // Each square has what all characters hide, so that where squares lie over one another their mean
+                // counts. Nothing is lost at the border of a square and beyond.
                 text: `{
     vec4 penumbra = vec4( 0.0 );
     float penumbraWeight = 0.0;
@@ -103,8 +103,8 @@ export class PenumbraGround {
         this.environment = environment;
     }
 
-    /** Computes the shadows where the characters are now: once a frame, after their own updates. At first all squares are
-     * new, later they take turns. */
+    /** Computes the shadows where the characters are now: once a frame, after their own updates. At first all squares
+     * are new, later they take turns. */
     update(): void {
         const { frame, characters } = this;
         const every = this.options.every ?? 2;

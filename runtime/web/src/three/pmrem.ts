@@ -1,6 +1,6 @@
-// Light of textures that live on the GPU, as PMREMGenerator of three.js makes them: a cube, or (before 0.186) six faces of
-// one in a plane picture, three in a row, two rows, below blurred ones. There each face has a border of one texel for
-// filters, which belongs to its neighbours.
+// Light of textures that live on the GPU, as PMREMGenerator of three.js makes them: a cube, or (before 0.186) six faces
+// of one in a plane picture, three in a row, two rows, below blurred ones. There each face has a border of one texel
+// for filters, which belongs to its neighbours.
 import {
     DataUtils,
     HalfFloatType,
@@ -82,7 +82,7 @@ export function readFaces(renderer: WebGLRenderer, texture: Texture): CubeFaces 
     const stepSize = Math.max(1, Math.round(faceSize / FINEST));
     const size = Math.floor(faceSize / stepSize);
     const target = new WebGLRenderTarget(3 * size, 2 * size, { type: HalfFloatType, minFilter: NearestFilter, magFilter: NearestFilter });
-    const flip = texture.isRenderTargetTexture ? 1 : -1; // as WebGLRenderer does: files have cubes as seen from outside
+    const flip = texture.isRenderTargetTexture ? 1 : -1; // files have cubes seen from outside
     const uniforms = { map: { value: texture }, stepSize: { value: stepSize }, faceSize: { value: faceSize }, flip: { value: flip } };
     const defines: Record<string, string> = isCube ? {} : { PLANE: '' };
     const material = new ShaderMaterial({ uniforms, defines, vertexShader: VERTEX, fragmentShader: FRAGMENT, depthTest: false });

@@ -6,7 +6,7 @@ import type { PenumbraCharacter } from './character.js';
 export class PenumbraScene {
     private readonly scene: Scene;
 
-    /** The page evaluates them: characters of a worker are refused. Their roots may be turned and moved, but not scaled. */
+    /** The page evaluates them: characters of a worker are refused. Their roots may turn and move, but not scale. */
     constructor(
         runtime: Runtime,
         readonly characters: readonly PenumbraCharacter[],

@@ -1,6 +1,6 @@
-// The far parts of a composed model in WGSL: what player/shaders/far.glsl and runtime/shaders/field.glsl have in GLSL, in
-// the same order. Functions that are written out number by number come from the library as GLSL, whose assignments are
-// those of WGSL.
+// The far parts of a composed model in WGSL: what player/shaders/far.glsl and runtime/shaders/field.glsl have in GLSL,
+// in the same order. Functions that are written out number by number come from the library as GLSL, whose assignments
+// are those of WGSL.
 
 /** Where the arrays of a composed model are in the buffers. */
 export interface FarPlaces {
@@ -321,7 +321,7 @@ fn anchors(@builtin(global_invocation_id) id: vec3u) {
 `;
 
 const COMPOSE = `
-// What a vertex takes from its anchors.
+// The share of a vertex in its anchors.
 struct Owed { has_anchors: bool, begin: vec4u, weight: vec4f }
 fn interpolated(owed: Owed, i: u32) -> vec4f {
     let at = owed.begin + i;

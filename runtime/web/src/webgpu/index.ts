@@ -33,7 +33,7 @@ export class PenumbraGround extends GroundForWebGL {
     }
 }
 
-/** What a square tells of a point, as ground.ts has it for WebGLRenderer: how far it is inside, and that times what it loses. */
+/** Returns how far a point is inside of a square, and that times what it loses there; ground.ts has it for WebGL. */
 function squareOf(map: DataTexture, area: Tsl, { i, count, side }: { i: number; count: number; side: number }): { inside: Tsl; lost: Tsl } {
     const at = (positionWorld as Tsl).xz.sub(area.xy).div(area.z);
     const inside = at.x.abs().max(at.y.abs()).mul(-4).add(4).clamp();

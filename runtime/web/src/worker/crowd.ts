@@ -46,7 +46,7 @@ interface Entry {
 export class Crowd {
     /** Updates that a worker has not answered yet: enough that it never waits, and few enough that poses are fresh. */
     private static readonly AHEAD = 3;
-    /** Called where an update has failed (default: console.error); it is not repeated before the member is due again. */
+    /** Called where an update has failed (default: console.error). The next one comes when the member is due again. */
     onerror: ((error: unknown) => void) | undefined;
     /** Updates that were shown since the crowd was made. */
     updates = 0;
