@@ -10,6 +10,7 @@ import subprocess
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
+from make.verbs import HELP, make_parser
 from usage import ArgumentParser
 
 PROGRAMS = ("penumbra-bake", "penumbra-fit", "penumbra-pack", "penumbra-player")
@@ -76,13 +77,25 @@ def section(program, verb):
     return "\n".join(text)
 
 
+def own_program():
+    """Returns the part of the page about the program `penumbra`. Its options come from the parser, because argparse lays
+    its help out in another way in each version of Python."""
+    entries = []
+    for action in make_parser()._actions:
+        if action.dest != "help":
+            takes = "{%s}" % ",".join(action.choices) if action.choices else action.metavar or action.dest.upper()
+            names = ",".join(action.option_strings) or action.metavar
+            entries.append((names, "" if action.nargs == 0 else takes, action.help))
+    return f"## penumbra\n\n```\n{HELP}```\n\n### penumbra make\n\n{table(entries)}"
+
+
 def page(folder):
     programs = [folder / name for name in PROGRAMS]
     text = [HEADER]
     verbs = {program: [name for name, _, _ in dict(groups_of(help_of(program)))["Verbs"]] for program in programs}
     first = programs[0]
     shared = dict(groups_of(help_of(first, verbs[first][0])))[SHARED]
-    text += ["## All verbs\n", table(shared)]
+    text += [own_program(), "## Options of all verbs of the programs\n", table(shared)]
     for program in programs:
         text.append(f"## {program.name}\n")
         text += [section(program, verb) for verb in verbs[program]]
