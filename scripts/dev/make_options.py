@@ -78,8 +78,8 @@ def section(program, verb):
 
 
 def own_program():
-    """Returns the part of the page about the program `penumbra`. Its options come from the parser, because argparse lays
-    its help out in another way in each version of Python."""
+    """Returns the part of the page about the program `penumbra`. Its options come from the parser, because argparse
+    lays its help out in another way in each version of Python."""
     entries = []
     for action in make_parser()._actions:
         if action.dest != "help":
