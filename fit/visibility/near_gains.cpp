@@ -38,8 +38,7 @@ constexpr int kRounds = 3;  // steps of Gauss-Newton
 // Gains are found from so many training frames at most, spread evenly.
 constexpr std::size_t kMaxGainFrames = 192;
 // A vertex is hidden whose E stays below the first number in all training frames, and to which its parts leave less
-// than the second on average. With .04 some vertices of the demo shine that something else
-// hides.
+// than the second on average. With .04 some vertices of the demo shine that something else hides.
 constexpr float kHiddenE = 0.02f, kLeftToHidden = 0.02f;
 // Vertices whose factors are in memory at a time.
 constexpr std::size_t kNearBlock = 64;
