@@ -47,9 +47,9 @@ Json describeModel(const std::filesystem::path& path) {
             json["part_joints"].push_back(partName(part, model.skin.joint_names));
     }
     if (const std::optional<IndirectModel>& indirect = model.indirect) {
-        std::size_t numbers = 0;
-        for (const ClusterModel& cluster : indirect->clusters) numbers += cluster.numberCount();
-        json["bounced"] = describeBounced(*indirect, sizeof(float) * numbers, model.mesh.vertexCount(),
+        std::size_t count = 0;
+        for (const ClusterModel& cluster : indirect->clusters) count += cluster.numberCount();
+        json["bounced"] = describeBounced(*indirect, sizeof(float) * count, model.mesh.vertexCount(),
                                           [](const ClusterModel& cluster) { return cluster.components(); });
     }
     json["errors"] = describe(model.clip_errors);

@@ -121,15 +121,15 @@ RayCounts traceTransfer(const MomentTracer& tracer, std::span<const Vec3> positi
     return counts;
 }
 
-void bounce(std::span<const BounceRow> rows, std::span<const float> outgoing, std::size_t numbers,
+void bounce(std::span<const BounceRow> rows, std::span<const float> outgoing, std::size_t size,
             std::span<float> out) {
-    assert(out.size() == rows.size() * numbers);
+    assert(out.size() == rows.size() * size);
     std::fill(out.begin(), out.end(), 0.0f);
     for (std::size_t p = 0; p < rows.size(); ++p) {
-        float* sum = out.data() + p * numbers;
+        float* sum = out.data() + p * size;
         for (const BounceEntry& entry : rows[p]) {
-            const float* x = outgoing.data() + entry.vertex * numbers;
-            for (std::size_t i = 0; i < numbers; ++i) sum[i] += entry.weight * x[i];
+            const float* x = outgoing.data() + entry.vertex * size;
+            for (std::size_t i = 0; i < size; ++i) sum[i] += entry.weight * x[i];
         }
     }
 }

@@ -34,8 +34,8 @@ RayCounts traceTransfer(const MomentTracer& tracer, std::span<const Vec3> positi
                         const TransferOutput& out, std::size_t first_vertex);
 
 // Computes the next bounce of some points: out[p] = sum over the entries of row p of weight * outgoing[vertex]. Each
-// vertex and each point has `numbers` numbers. The sums run in the order of the entries.
-void bounce(std::span<const BounceRow> rows, std::span<const float> outgoing, std::size_t numbers,
+// vertex and each point has `size` numbers. The sums run in the order of the entries.
+void bounce(std::span<const BounceRow> rows, std::span<const float> outgoing, std::size_t size,
             std::span<float> out);
 
 }  // namespace penumbra

@@ -133,8 +133,8 @@ void probeFrame(const BakePlan& plan, const BakeDirections& directions, std::siz
         traced += double(size);
         const auto add = [first = begin, count = size, vertices](std::span<const float> values,
                                                                  std::vector<float>& to) {
-            const std::size_t numbers = values.size() / vertices;
-            append(values.subspan(first * numbers, count * numbers), to);
+            const std::size_t each = values.size() / vertices;
+            append(values.subspan(first * each, count * each), to);
         };
         add(posed.frame.coefficients, run.coefficients[i]);
         add(posed.frame.local_coefficients, run.local[i]);

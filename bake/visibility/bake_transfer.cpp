@@ -74,18 +74,18 @@ std::size_t traceVertices(const TracedFrame& traced, std::size_t begin, std::siz
 }
 
 void addBounces(const VisibilityHeader& header, const FrameBounces& bounces, int threads, VisibilityFrame& frame) {
-    const std::size_t vertices = header.mesh.vertexCount(), n2 = header.coefficientCount(), numbers = 3 * n2;
+    const std::size_t vertices = header.mesh.vertexCount(), n2 = header.coefficientCount(), size = 3 * n2;
     std::vector<float> t = inThreeChannels(frame.coefficients, n2), outgoing(t.size());
     std::fill(frame.indirect.begin(), frame.indirect.end(), 0.0f);
     for (int k = 0; k < header.bounces; ++k) {
         forVertices(vertices, threads, [&](std::size_t begin, std::size_t end) {
             for (std::size_t v = begin; v < end; ++v)
-                outgoingOf(header.colors, t, n2, v, std::span(outgoing).subspan(v * numbers, numbers));
+                outgoingOf(header.colors, t, n2, v, std::span(outgoing).subspan(v * size, size));
         });
         forVertices(vertices, threads, [&](std::size_t begin, std::size_t end) {
-            const std::span<float> out = std::span(t).subspan(begin * numbers, (end - begin) * numbers);
-            bounce(std::span(bounces.rows).subspan(begin, end - begin), outgoing, numbers, out);
-            for (std::size_t i = 0; i < out.size(); ++i) frame.indirect[begin * numbers + i] += out[i];
+            const std::span<float> out = std::span(t).subspan(begin * size, (end - begin) * size);
+            bounce(std::span(bounces.rows).subspan(begin, end - begin), outgoing, size, out);
+            for (std::size_t i = 0; i < out.size(); ++i) frame.indirect[begin * size + i] += out[i];
         });
     }
     const double hits = double(bounces.hits);

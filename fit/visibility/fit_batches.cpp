@@ -63,8 +63,8 @@ std::vector<MatrixF> readNumbers(const FitJob& job, const Model& model,
 
 // Calls `fit` for one batch of clusters after the other. Each takes about `copies` times its numbers in memory.
 void forBatches(const FitJob& job, const Model& model, std::size_t copies, const FitBatch& fit) {
-    const std::size_t numbers = job.indirect ? kIndirectNumbers : std::size_t(model.convention.size()),
-                      bytes_per_vertex = job.poses.frameCount() * numbers * sizeof(float) * copies;
+    const std::size_t size = job.indirect ? kIndirectNumbers : std::size_t(model.convention.size()),
+                      bytes_per_vertex = job.poses.frameCount() * size * sizeof(float) * copies;
     const std::size_t batch_bytes = job.options.batch_bytes
                                         ? job.options.batch_bytes
                                         : std::clamp(bytes_per_vertex * model.mesh.vertexCount() / 5,

@@ -137,13 +137,13 @@ std::vector<float> toModelFrame(const Convention& convention, const LocalFrames&
     parallelFor((normals.size() + kBlock - 1) / kBlock, threads, [&](std::size_t block) {
         std::array<float, coefficientCount(kMaxOrder)> local;
         for (std::size_t v = block * kBlock; v < std::min((block + 1) * kBlock, normals.size()); ++v) {
-            const std::span<float> coefficients = std::span(local).first(count);
+            const std::span<float> full = std::span(local).first(count);
             // 2. Rotate every vertex' coefficients from its local frame into the model frame.
-            toCoefficients(convention, numbers.subspan(v * n, n), coefficients);
-            for (std::size_t i = 0; i < count; ++i) coefficients[i] -= float(below[i]);
+            toCoefficients(convention, numbers.subspan(v * n, n), full);
+            for (std::size_t i = 0; i < count; ++i) full[i] -= float(below[i]);
             const int joint = frames.joint_of_cluster[(*frames.cluster_of_vertex)[v]];
             const Vec3 tangent = carriedTangent(normals[v], rotations[std::size_t(joint)], (*frames.rest_tangents)[v]);
-            apply(makeShRotation(convention.order, localFrame(normals[v], tangent)), coefficients,
+            apply(makeShRotation(convention.order, localFrame(normals[v], tangent)), full,
                   std::span(out).subspan(v * count, count));
         }
     });

@@ -36,7 +36,7 @@ struct VisibilityReader::Impl {
 
     void openSources(const Hdf5Reader& in, const fs::path& path);
     FrameStore& storeOf(std::size_t& frame) const;  // turns `frame` of the whole into that of the store
-    void readRange(Hdf5Dataset FrameStore::*dataset, VertexRange range, std::size_t numbers,
+    void readRange(Hdf5Dataset FrameStore::*dataset, VertexRange range, std::size_t per_vertex,
                    std::span<float> out) const;
 };
 
@@ -214,10 +214,10 @@ VisibilityFrame VisibilityReader::readFrame(std::size_t frame) const {
     return out;
 }
 
-// Reads vertices [begin, end) of one dataset in all frames. `numbers` is what it has of each vertex.
-void VisibilityReader::Impl::readRange(Hdf5Dataset FrameStore::*dataset, VertexRange range, std::size_t numbers,
+// Reads vertices [begin, end) of one dataset in all frames. `per_vertex` is what it has of each vertex.
+void VisibilityReader::Impl::readRange(Hdf5Dataset FrameStore::*dataset, VertexRange range, std::size_t per_vertex,
                                        std::span<float> out) const {
-    const std::size_t width = range.end - range.begin, row = width * numbers;
+    const std::size_t width = range.end - range.begin, row = width * per_vertex;
     assert(range.begin <= range.end && range.end <= header.mesh.vertexCount());
     assert(out.size() == header.frames.frameCount() * row);
     const auto read = [&](const FrameStore& store, std::span<float> values) {

@@ -127,12 +127,12 @@ Checker::Checker(const AssetView& asset, const VisibilityReader& truth, const Ch
 
 // Turns the coefficients of one vertex of a prediction into numbers of the convention. They are moments like those of
 // the truth, or the mirrored function itself, whose even coefficients in the local frame are the numbers.
-void predictedNumbers(const Convention& convention, bool mirrored, std::span<const float> coefficients, Vec3 normal,
+void predictedNumbers(const Convention& convention, bool mirrored, std::span<const float> prediction, Vec3 normal,
                       Vec3 tangent, std::span<float> numbers) {
-    if (!mirrored) return coefficientsFromMoments(convention, coefficients, normal, tangent, numbers);
+    if (!mirrored) return coefficientsFromMoments(convention, prediction, normal, tangent, numbers);
     std::array<float, coefficientCount(kMaxOrder)> local;
     const auto count = std::size_t(coefficientCount(convention.order));
-    apply(makeShRotation(convention.order, toLocalFrame(normal, tangent)), coefficients.first(count),
+    apply(makeShRotation(convention.order, toLocalFrame(normal, tangent)), prediction.first(count),
           std::span(local).first(count));
     std::size_t j = 0;
     for (int band = 0; band < convention.order; ++band)
@@ -152,12 +152,12 @@ void Checker::compareVertex(std::size_t v, const BakedFrames& baked, CheckSums& 
     const std::size_t stride = std::size_t(asset_.model.stride), size = std::size_t(convention.size());
     const std::size_t point = rows_[v];
     FrameBuffers& b = buffers_;
-    const auto coefficients = [&](const VisibilityReader& reader, const VisibilityFrame& frame) {
+    const auto ofPoint = [&](const VisibilityReader& reader, const VisibilityFrame& frame) {
         const std::size_t n = reader.header().coefficientCount();
         return std::span(frame.coefficients).subspan(point * n, n);
     };
     const std::span<float> y = std::span(b.truth).subspan(v * stride, size);
-    const std::span<const float> moments = coefficients(truth_, baked.truth);
+    const std::span<const float> moments = ofPoint(truth_, baked.truth);
     coefficientsFromMoments(convention, moments, b.normals[v], b.tangents[v], y);
     double squares = 0;
     for (float number : y) squares += double(number) * number;
@@ -165,14 +165,14 @@ void Checker::compareVertex(std::size_t v, const BakedFrames& baked, CheckSums& 
     sums.sh_outside += binaryEnergy(convention, moments[0]) - squares;
     if (!baked.second.coefficients.empty()) {
         const std::span<float> other = std::span(b.second).subspan(v * stride, size);
-        coefficientsFromMoments(convention, coefficients(*references_.second_bake, baked.second), b.normals[v],
+        coefficientsFromMoments(convention, ofPoint(*references_.second_bake, baked.second), b.normals[v],
                                 b.tangents[v], other);
         sums.noise += squaredDifference(other, y) / 2;
     }
     if (references_.predictions) {
         const std::span<float> p = std::span(b.predicted).subspan(v * stride, size);
         predictedNumbers(convention, references_.predictions->header().quantity == "mirrored_visibility",
-                         coefficients(*references_.predictions, baked.predicted), b.normals[v], b.tangents[v], p);
+                         ofPoint(*references_.predictions, baked.predicted), b.normals[v], b.tangents[v], p);
         sums.prediction += squaredDifference(std::span(b.evaluated).subspan(v * stride, size), p);
     }
 }

@@ -52,7 +52,7 @@ private:
     HemisphereNorm norm_;
     std::optional<CosineProduct> cosine_;  // for truth of visibility
     std::vector<ClipTransfer> clips_;
-    std::vector<float> numbers_, predicted_, transfer_, zeros_;
+    std::vector<float> evaluated_, predicted_, transfer_, zeros_;
 
     void findTransfer(const VisibilityFrame& frame);
     TransferCheckRow rowOf(const ClipTransfer& clip, const std::vector<double>& mean) const;
@@ -67,7 +67,7 @@ TransferChecker::TransferChecker(const AssetView& asset, const VisibilityReader&
       norm_(asset.transfer->order) {
     if (truth.header().quantity == kHemisphereVisibility) cosine_.emplace(asset.transfer->order);
     const std::size_t vertices = asset.mesh.positions.size();
-    numbers_.resize(vertices * stride_);
+    evaluated_.resize(vertices * stride_);
     for (std::vector<float>* array : {&predicted_, &transfer_, &zeros_}) array->resize(vertices * coefficients_);
     for (const std::string& name : truth.header().frames.clip_names) {
         ClipTransfer& clip = clips_.emplace_back();
@@ -94,9 +94,9 @@ void TransferChecker::addFrame(std::size_t number) {
     const VisibilityFrame frame = truth_.readFrame(number);
     ClipTransfer& clip = clips_[truth_.header().frames.clip[number]];
     poseAs(evaluator_, frame);
-    parallelFor(evaluator_.clusterCount(), threads_, [&](std::size_t c) { evaluator_.evaluateCluster(c, numbers_); });
+    parallelFor(evaluator_.clusterCount(), threads_, [&](std::size_t c) { evaluator_.evaluateCluster(c, evaluated_); });
     for (std::size_t v = 0; v < frame.normals.size(); ++v)
-        std::copy_n(numbers_.begin() + std::ptrdiff_t(v * stride_), coefficients_,
+        std::copy_n(evaluated_.begin() + std::ptrdiff_t(v * stride_), coefficients_,
                     predicted_.begin() + std::ptrdiff_t(v * coefficients_));
     findTransfer(frame);
     clip.sums.add(compareTransfer(norm_, predicted_, transfer_, zeros_, frame.normals, threads_));

@@ -186,7 +186,7 @@ void GlAsset::uploadArrays(const Evaluator* evaluator, const ShadingSet* shading
         placeFields(*model.composition, arrays, words);
         recipe_.far = placeTables(words, arrays);
         recipe_.far->part_count = std::uint32_t(model.composition->parts.size());
-        recipe_.far->numbers = model.convention.size();
+        recipe_.far->coefficients = model.convention.size();
         recipe_.far->near_count = std::uint32_t(model.composition->near_count);
         recipe_.far->near_parts = arrays.place(model.composition->near_parts);
         recipe_.far->near_gains = arrays.place(model.composition->near_gains);

@@ -15,14 +15,14 @@ std::vector<float> mirrorSight(const Convention& convention, int stride, const F
     const auto size = std::size_t(convention.size());
     const auto count = std::size_t(coefficientCount(convention.order));
     parallelFor(sight.size(), threads, [&](std::size_t v) {
-        std::array<float, coefficientCount(kMaxOrder)> coefficients, basis;
+        std::array<float, coefficientCount(kMaxOrder)> full, basis;
         const auto of = [&](std::array<float, coefficientCount(kMaxOrder)>& a) { return std::span(a).first(count); };
         toCoefficients(convention, std::span(vertices.numbers).subspan(v * std::size_t(stride), size),
-                       of(coefficients));
+                       of(full));
         const Vec3 wo =
             toLocalFrame(vertices.normals[v], vertices.tangents[v]) * normalized(eye - vertices.positions[v]);
         evalBasis(convention.order, Vec3{-wo.x, -wo.y, std::abs(wo.z)}, of(basis));
-        sight[v] = std::clamp(std::inner_product(basis.begin(), basis.begin() + count, coefficients.begin(), 0.0f),
+        sight[v] = std::clamp(std::inner_product(basis.begin(), basis.begin() + count, full.begin(), 0.0f),
                               0.0f, 1.0f);
     });
     return sight;

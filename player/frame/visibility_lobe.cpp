@@ -14,14 +14,14 @@ constexpr int kLobeRings = 32;
 template <class Radius>
 Shape lobeOf(const Convention& convention, std::span<const float> numbers, const Mat3& local_frame, Vec3 center,
              float scale, const Radius& radius) {
-    std::vector<float> coefficients(std::size_t(coefficientCount(convention.order))), basis(coefficients.size());
-    toCoefficients(convention, numbers, coefficients);
+    std::vector<float> full(std::size_t(coefficientCount(convention.order))), basis(full.size());
+    toCoefficients(convention, numbers, full);
     const Mat3 model_from_local = transposed(local_frame);
     Shape lobe = unitSphere(kLobeRings);
     for (Vec3& p : lobe.positions) {
         const Vec3 direction{p.z, p.x, p.y};  // local: the sphere's pole is the normal
         evalBasis(convention.order, direction, basis);
-        const float v = std::inner_product(basis.begin(), basis.end(), coefficients.begin(), 0.0f);
+        const float v = std::inner_product(basis.begin(), basis.end(), full.begin(), 0.0f);
         const bool above = direction.z >= -1e-6f;
         lobe.values.push_back({above ? v : 0, 0, 0});
         p = center + model_from_local * direction * (above ? scale * radius(v) : 0);

@@ -90,9 +90,9 @@ void keepHemisphereShare(const Convention& convention, int stride, std::span<flo
     const std::vector<float> open = freeSight(convention);
     std::vector<float> below(open.size(), 0.0f);
     if (convention.below == BelowHorizon::kOpen) {
-        std::vector<double> coefficients(below.size());
-        belowHorizonCoefficients(convention.order, coefficients);
-        std::copy(coefficients.begin(), coefficients.end(), below.begin());
+        std::vector<double> all(below.size());
+        belowHorizonCoefficients(convention.order, all);
+        std::copy(all.begin(), all.end(), below.begin());
     }
     for (std::size_t first = 0; first < numbers.size(); first += std::size_t(stride)) {
         const std::span<float> row = numbers.subspan(first, open.size());

@@ -35,7 +35,7 @@ float TransferError::ofVisibility(const Shot& shot, std::size_t vertex, const Fr
     const ModelView& model = shot.asset->model;
     const auto n = std::size_t(coefficientCount(order_)), m = std::size_t(coefficientCount(model.convention.order));
     const auto size = std::size_t(model.convention.size()), stored = std::size_t(coefficientCount(order_ + 1));
-    std::array<float, kMaxNumbers> moments, local, truth, coefficients;
+    std::array<float, kMaxNumbers> moments, local, truth, full;
     // 1. The truth, in the local frame. Its transfer follows from its moments exactly.
     readTruth(*shot.truth, shot.truth_frame, shot.asset->mesh.shading_point[vertex],
               std::span(moments).first(std::size_t(coefficientCount(shot.truth->truth.order))));
@@ -45,11 +45,11 @@ float TransferError::ofVisibility(const Shot& shot, std::size_t vertex, const Fr
     cosine_.apply(std::span<const float>(local).first(stored), {0, 0, 1}, std::span(truth).first(n));
     // 2. The model's visibility, times the cosine.
     toCoefficients(model.convention, std::span(vertices.numbers).subspan(vertex * std::size_t(model.stride), size),
-                   std::span(coefficients).first(m));
+                   std::span(full).first(m));
     std::array<double, kMaxNumbers> difference;
     for (std::size_t i = 0; i < n; ++i) {
         double sum = 0;
-        for (std::size_t j = 0; j < m; ++j) sum += transfer_of_[i * m + j] * coefficients[j];
+        for (std::size_t j = 0; j < m; ++j) sum += transfer_of_[i * m + j] * full[j];
         difference[i] = sum - truth[i];
     }
     return float(norm_.ofLocal(std::span<const double>(difference).first(n)));

@@ -50,7 +50,7 @@ HeightField::HeightField(const HeightGrid& grid, std::span<const float> heights)
         levels_.push_back(level);
     }
     // No maximum is this low, so that the first update writes all of them.
-    numbers_.assign(level.first + 1, -2 * kMaxElevation);
+    all_heights_.assign(level.first + 1, -2 * kMaxElevation);
     changed_.resize(levels_.size());
     set(heights);
 }
@@ -62,7 +62,7 @@ std::span<const TexelBox> HeightField::set(const TexelBox& box, std::span<const 
            heights.size() == std::size_t(box.end_row - box.first_row) * std::size_t(width));
     std::ranges::fill(changed_, TexelBox{});
     for (int r = box.first_row; r < box.end_row; ++r) {
-        float* const row = numbers_.data() + std::size_t(r) * std::size_t(grid_.columns);
+        float* const row = all_heights_.data() + std::size_t(r) * std::size_t(grid_.columns);
         const float* const from = heights.data() + std::size_t(r - box.first_row) * std::size_t(width);
         // From the first to the last that is another one.
         int first = 0, last = width;
@@ -76,11 +76,11 @@ std::span<const TexelBox> HeightField::set(const TexelBox& box, std::span<const 
     for (std::size_t l = 1; l < levels_.size() && !changed_[l - 1].empty(); ++l) {
         const HeightLevel &below = levels_[l - 1], &level = levels_[l];
         const TexelBox& wake = changed_[l - 1];
-        const float* const from = numbers_.data() + below.first;
+        const float* const from = all_heights_.data() + below.first;
         for (int r = wake.first_row / 2; r < half(wake.end_row); ++r) {
             const float* const upper = from + std::size_t(2 * r) * std::size_t(below.columns);
             const float* const lower = 2 * r + 1 < below.rows ? upper + below.columns : upper;
-            float* const out = numbers_.data() + level.first + std::size_t(r) * std::size_t(level.columns);
+            float* const out = all_heights_.data() + level.first + std::size_t(r) * std::size_t(level.columns);
             for (int c = wake.first_column / 2; c < half(wake.end_column); ++c) {
                 const int left = 2 * c, right = std::min(left + 1, below.columns - 1);
                 const float most = std::max(std::max(upper[left], upper[right]), std::max(lower[left], lower[right]));

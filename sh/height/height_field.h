@@ -56,9 +56,9 @@ public:
     HeightField(const HeightGrid& grid, std::span<const float> heights);
 
     const HeightGrid& grid() const { return grid_; }
-    std::span<const float> heights() const { return std::span(numbers_).first(grid_.size()); }
+    std::span<const float> heights() const { return std::span(all_heights_).first(grid_.size()); }
     std::span<const HeightLevel> levels() const { return levels_; }
-    const float* numbers() const { return numbers_.data(); }  // of all levels
+    const float* allHeights() const { return all_heights_.data(); }  // of all levels
 
     // Replaces the heights of a box, which lies in the grid, [its rows, its columns], and the maxima above it. Returns
     // for each level the box of what became another number. Allocates nothing.
@@ -78,11 +78,11 @@ public:
 private:
     HeightGrid grid_;
     std::vector<HeightLevel> levels_;
-    std::vector<float> numbers_;
+    std::vector<float> all_heights_;
     std::vector<TexelBox> changed_;  // [levels]
 
     float height(int row, int column) const {
-        return numbers_[std::size_t(row) * std::size_t(grid_.columns) + std::size_t(column)];
+        return all_heights_[std::size_t(row) * std::size_t(grid_.columns) + std::size_t(column)];
     }
     int neighbour(int at, int step, int count) const;
 };

@@ -18,7 +18,7 @@ struct HeightTap {
 };
 
 struct HeightScene {
-    const float* numbers;  // of all levels
+    const float* heights;  // of all levels
     float rows, columns;   // of level 0
     bool wraps, open;
     float least;  // leastHorizon()

@@ -67,13 +67,13 @@ inline void sampleTap(const HeightScene& scene, const HeightTap& tap, const Poin
     AroundLanes r, c;
     around<Wraps>(row, tap.last_row, r);
     around<Wraps>(column, tap.last_column, c);
-    const float* const numbers = scene.numbers + tap.first;
+    const float* const heights = scene.heights + tap.first;
     const Ints upper_row = r.low * tap.columns, lower_row = r.high * tap.columns;
     Lanes corner[4];
-    gather(numbers, upper_row + c.low, corner[0]);
-    gather(numbers, upper_row + c.high, corner[1]);
-    gather(numbers, lower_row + c.low, corner[2]);
-    gather(numbers, lower_row + c.high, corner[3]);
+    gather(heights, upper_row + c.low, corner[0]);
+    gather(heights, upper_row + c.high, corner[1]);
+    gather(heights, lower_row + c.low, corner[2]);
+    gather(heights, lower_row + c.high, corner[3]);
     // Equal corners give that very number, so that a level field has level horizons.
     const Lanes upper = corner[0] + c.share * (corner[1] - corner[0]),
                 lower = corner[2] + c.share * (corner[3] - corner[2]);

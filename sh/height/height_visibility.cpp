@@ -58,11 +58,11 @@ void HeightTables::makeMirror(int mirrored) {
     const ShRotationD there = makeShRotation(order_, quarter), back = makeShRotation(order_, transposed(quarter));
     const std::vector<int> even = evenIndicesOf(mirrored);
     std::vector<double> one(n), turned(n);
-    std::vector<float> coefficients(std::size_t(coefficientCount(mirrored))), numbers(size_);
+    std::vector<float> full(std::size_t(coefficientCount(mirrored))), numbers(size_);
     const auto mirrorOf = [&](std::span<const double> f) {
-        std::ranges::fill(coefficients, 0.0f);
-        for (std::size_t i = 0; i < std::min(f.size(), coefficients.size()); ++i) coefficients[i] = float(f[i]);
-        mirrorAtHorizon(mirrored, coefficients, numbers);
+        std::ranges::fill(full, 0.0f);
+        for (std::size_t i = 0; i < std::min(f.size(), full.size()); ++i) full[i] = float(f[i]);
+        mirrorAtHorizon(mirrored, full, numbers);
     };
     for (std::size_t from = 0; from < n; ++from) {
         std::ranges::fill(one, 0.0);
@@ -91,7 +91,7 @@ void HeightTables::makeMirror(int mirrored) {
 
 HeightScene HeightTables::sceneOf(const HeightField& field) const {
     const HeightGrid& grid = field.grid();
-    return {field.numbers(),
+    return {field.allHeights(),
             float(grid.rows),
             float(grid.columns),
             grid.border == HeightBorder::kPeriodic,

@@ -37,8 +37,8 @@ inline float sample(const HeightField& field, int level, float row, float column
     const HeightLevel& at = field.levels()[std::size_t(level)];
     const bool wraps = field.grid().border == HeightBorder::kPeriodic;
     const Between r = between(row, level, at.rows, wraps), c = between(column, level, at.columns, wraps);
-    const float* const numbers = field.numbers() + at.first;
-    const auto h = [&](int i, int j) { return numbers[std::size_t(i) * std::size_t(at.columns) + std::size_t(j)]; };
+    const float* const heights = field.allHeights() + at.first;
+    const auto h = [&](int i, int j) { return heights[std::size_t(i) * std::size_t(at.columns) + std::size_t(j)]; };
     const float upper = h(r.low, c.low) + c.share * (h(r.low, c.high) - h(r.low, c.low)),
                 lower = h(r.high, c.low) + c.share * (h(r.high, c.high) - h(r.high, c.low));
     return upper + r.share * (lower - upper);

@@ -14,7 +14,7 @@ namespace {
 
 std::vector<float> levelOf(const HeightField& field, std::size_t l) {
     const HeightLevel& level = field.levels()[l];
-    const float* const from = field.numbers() + level.first;
+    const float* const from = field.allHeights() + level.first;
     return {from, from + level.rows * level.columns};
 }
 

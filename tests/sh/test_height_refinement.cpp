@@ -14,7 +14,7 @@ namespace penumbra::test_height_refinement {
 namespace {
 
 struct Looked {
-    std::vector<float> numbers;  // [points, 16]
+    std::vector<float> coefficients;  // [points, 16]
     std::size_t finer = 0;       // receivers
 };
 
@@ -32,8 +32,8 @@ Looked lookedAt(const HeightField& field, HeightVisibility& visibility) {
             visibility.refine(field, band, c, end, *refined);
             if (refined->any) out.finer += refined->count;
             for (int r = band; r < std::min(band + visibility.step(), grid.rows); ++r)
-                visibility.numbers(field, r, c, std::span(normals).first(count), std::span(tangents).first(count), 16,
-                                   std::span(out.numbers).subspan((std::size_t(r) * columns + std::size_t(c)) * 16),
+                visibility.coefficients(field, r, c, std::span(normals).first(count), std::span(tangents).first(count), 16,
+                                   std::span(out.coefficients).subspan((std::size_t(r) * columns + std::size_t(c)) * 16),
                                    refined.get());
         }
     visibility.freshen();
@@ -66,9 +66,9 @@ TEST(HeightRefinement, OfAllCellsIsFullResolution) {
                 const HeightField field({rows, columns, 1, 1.5f, border}, fractalHeights(rows, columns, 1.6, 6));
                 const Looked full = lookedAt(field, order, 1, 0);
                 for (const int step : {2, 4, 8})
-                    EXPECT_EQ(lookedAt(field, order, step, 1e-7f).numbers, full.numbers)
+                    EXPECT_EQ(lookedAt(field, order, step, 1e-7f).coefficients, full.coefficients)
                         << int(border) << " " << rows << " " << columns << " " << order << " " << step;
-                EXPECT_GT(largestDifference(lookedAt(field, order, 8, 0).numbers, full.numbers), 0.05)
+                EXPECT_GT(largestDifference(lookedAt(field, order, 8, 0).coefficients, full.coefficients), 0.05)
                     << int(border) << " " << rows << " " << columns;
             }
 }
@@ -93,8 +93,8 @@ TEST(HeightRefinement, ErrorStaysBelowTheToleranceOnEverySpectrum) {
                      refined = lookedAt(field, 5, 4, kHeightTolerance);
         const auto rms = [&](const Looked& one) {
             double sum = 0;
-            for (std::size_t i = 0; i < full.numbers.size(); ++i)
-                sum += std::pow(double(one.numbers[i] - full.numbers[i]), 2);
+            for (std::size_t i = 0; i < full.coefficients.size(); ++i)
+                sum += std::pow(double(one.coefficients[i] - full.coefficients[i]), 2);
             return std::sqrt(sum / double(field.grid().size()) / (4 * std::numbers::pi));
         };
         std::printf("1/f^%.1f: rms of mirrored V %.4f, without more receivers %.4f; %.2f of all points\n", beta,
@@ -123,8 +123,8 @@ TEST(HeightRefinement, FadesInAnAnimationWithoutPopping) {
             analyticHeights(dunes, grid, k * seconds, 0, grid.rows, heights);
             visibility.wake(field, field.set(heights));
             const Looked now = lookedAt(field, visibility);
-            if (k > 0) most.add(largestDifference(now.numbers, before));
-            before = now.numbers;
+            if (k > 0) most.add(largestDifference(now.coefficients, before));
+            before = now.coefficients;
             least_finer = std::min(least_finer, now.finer);
             most_finer = std::max(most_finer, now.finer);
         }
@@ -143,7 +143,7 @@ TEST(HeightRefinement, OfEveryPathIsThePortableOne) {
         EXPECT_GT(portable.finer, 100u);
         EXPECT_LT(portable.finer, field.grid().size() * 9 / 10);
         // A share moves by 100 times what V does, in units of V. Measured: 4e-6.
-        EXPECT_LT(largestDifference(lookedAt(field, order, 4, kHeightTolerance).numbers, portable.numbers), 1e-4);
+        EXPECT_LT(largestDifference(lookedAt(field, order, 4, kHeightTolerance).coefficients, portable.coefficients), 1e-4);
     }
 }
 
@@ -171,13 +171,13 @@ TEST(HeightRefinement, AfterAnEditCellsThatAreNotStaleSeeWhatTheySaw) {
                         is_stale[std::size_t(r * grid.columns + c)] =
                             visibility.isStale(field, std::size_t(r / step), std::size_t(c / step));
                 const Looked after = lookedAt(field, visibility), whole = lookedAt(field, 4, step, kHeightTolerance);
-                EXPECT_EQ(after.numbers, whole.numbers) << int(border) << " " << step;
+                EXPECT_EQ(after.coefficients, whole.coefficients) << int(border) << " " << step;
                 for (std::size_t p = 0; p < grid.size(); ++p) {
                     stale += is_stale[p];
                     kept += !is_stale[p];
                     if (is_stale[p]) continue;
-                    EXPECT_TRUE(std::ranges::equal(std::span(after.numbers).subspan(16 * p, 16),
-                                                   std::span(before.numbers).subspan(16 * p, 16)))
+                    EXPECT_TRUE(std::ranges::equal(std::span(after.coefficients).subspan(16 * p, 16),
+                                                   std::span(before.coefficients).subspan(16 * p, 16)))
                         << int(border) << " " << step << " " << p;
                 }
                 before = after;

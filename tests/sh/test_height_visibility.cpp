@@ -132,12 +132,12 @@ TEST(HeightVisibility, OfALevelFieldIsExactlyAHemisphereAndItsNumbersAreFreeSigh
                 EXPECT_NEAR(double(visibility.receiver(2, 2)[i]),
                             (i == 0 ? 2 * std::sqrt(std::numbers::pi) : 0.0) - below[i], 1e-6);
             std::array<Vec3, 23> normals, tangent;
-            std::array<float, 23 * 16> numbers;
+            std::array<float, 23 * 16> coefficients;
             for (int row = 0; row < 19; ++row) {
-                visibility.numbers(field, row, 0, normals, tangent, 16, numbers);
+                visibility.coefficients(field, row, 0, normals, tangent, 16, coefficients);
                 for (std::size_t p = 0; p < 23; ++p)
                     for (std::size_t i = 0; i < 15; ++i)
-                        EXPECT_NEAR(numbers[16 * p + i], i == 0 ? 2 * std::sqrt(std::numbers::pi) : 0, 3e-6);
+                        EXPECT_NEAR(coefficients[16 * p + i], i == 0 ? 2 * std::sqrt(std::numbers::pi) : 0, 3e-6);
             }
         }
 }
@@ -177,7 +177,7 @@ TEST(HeightVisibility, IsNearTracedHorizonsOnRoughAndOnSmoothGround) {
     }
 }
 
-// What the numbers of a point say, made step by step from V.
+// What the coefficients of a point say, made step by step from V.
 TEST(HeightVisibility, NumbersAreVInTheFrameOfThePointMirroredAtItsHorizon) {
     const HeightField field({24, 24, 0.5f, 0.5f}, fractalHeights(24, 24, 2, 1));
     std::vector<float> rows, columns, heights;
@@ -258,12 +258,12 @@ TEST(HeightVisibility, OfExtremeReliefIsFinite) {
                 HeightVisibility visibility(field, 5, 4, path);
                 visibility.evaluate(field, 0, visibility.receiverRows());
                 std::array<Vec3, 65> normals, tangents;
-                std::array<float, 65 * 16> numbers;
+                std::array<float, 65 * 16> coefficients;
                 for (int row = 0; row < 33; ++row) {
-                    visibility.numbers(field, row, 0, normals, tangents, 16, numbers);
+                    visibility.coefficients(field, row, 0, normals, tangents, 16, coefficients);
                     for (std::size_t p = 0; p < 65; ++p) {
                         EXPECT_NEAR(length(normals[p]), 1, 1e-5);
-                        for (std::size_t i = 0; i < 15; ++i) EXPECT_LT(std::abs(numbers[16 * p + i]), 8);
+                        for (std::size_t i = 0; i < 15; ++i) EXPECT_LT(std::abs(coefficients[16 * p + i]), 8);
                     }
                 }
             }

@@ -41,17 +41,17 @@ constexpr float kMinRange = 1e-5f;  // radians; an angle that changes by less is
 // frames.
 Matrix readAngles(const VisibilityReader& reader, const std::string& file, const std::vector<std::size_t>& train,
                   TransferModel& model) {
-    const auto numbers = std::size_t(reader.header().pose_size);
+    const auto pose_size = std::size_t(reader.header().pose_size);
     for (std::size_t f = 0; f < reader.header().frames.frameCount(); ++f) {
         throwIfInterrupted();
         const VisibilityFrame frame = reader.readPose(f);
         model.pose.insert(model.pose.end(), frame.pose.begin(), frame.pose.end());
         model.bones.insert(model.bones.end(), frame.bones.begin(), frame.bones.end());
     }
-    MatrixF poses(train.size(), numbers);
+    MatrixF poses(train.size(), pose_size);
     for (std::size_t i = 0; i < train.size(); ++i)
-        std::copy_n(model.pose.begin() + std::ptrdiff_t(train[i] * numbers), numbers, poses.row(i).begin());
-    for (std::size_t c = 0; c < numbers; ++c)
+        std::copy_n(model.pose.begin() + std::ptrdiff_t(train[i] * pose_size), pose_size, poses.row(i).begin());
+    for (std::size_t c = 0; c < pose_size; ++c)
         if (asEigen(poses).col(Index(c)).maxCoeff() - asEigen(poses).col(Index(c)).minCoeff() > kMinRange)
             model.angles.push_back(std::uint32_t(c));
     if (model.angles.empty())

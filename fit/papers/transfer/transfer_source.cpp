@@ -55,12 +55,12 @@ MatrixF TransferSource::readBlock(std::size_t block) const {
         readIndirectRows(begin, width, rows);
         return rows;
     }
-    std::vector<float> numbers(header.frames.frameCount() * width * stored), transfer(coefficients());
-    reader_.readVertices(begin, begin + width, numbers);
+    std::vector<float> baked(header.frames.frameCount() * width * stored), transfer(coefficients());
+    reader_.readVertices(begin, begin + width, baked);
     for (std::size_t i = 0; i < frames(); ++i)
         for (std::size_t v = 0; v < width; ++v) {
             const Vec3 normal = isVisibility() ? normals_[i * vertices + begin + v] : Vec3{};
-            convert(std::span(numbers).subspan((frames_[i] * width + v) * stored, stored), normal, transfer);
+            convert(std::span(baked).subspan((frames_[i] * width + v) * stored, stored), normal, transfer);
             for (std::size_t c = 0; c < transfer.size(); ++c) rows(c * frames() + i, v) = transfer[c];
         }
     return rows;
@@ -69,12 +69,12 @@ MatrixF TransferSource::readBlock(std::size_t block) const {
 void TransferSource::readIndirectRows(std::size_t begin, std::size_t width, MatrixF& rows) const {
     const VisibilityHeader& header = reader_.header();
     const std::size_t stored = header.coefficientCount();
-    std::vector<float> numbers(header.frames.frameCount() * width * 3 * stored);
-    reader_.readIndirectVertices(begin, begin + width, numbers);
+    std::vector<float> baked(header.frames.frameCount() * width * 3 * stored);
+    reader_.readIndirectVertices(begin, begin + width, baked);
     for (std::size_t i = 0; i < frames(); ++i)
         for (std::size_t v = 0; v < width; ++v)
             for (std::size_t c = 0; c < coefficients(); ++c)
-                rows(c * frames() + i, v) = numbers[((frames_[i] * width + v) * 3 + *channel_) * stored + c];
+                rows(c * frames() + i, v) = baked[((frames_[i] * width + v) * 3 + *channel_) * stored + c];
 }
 
 ColumnBlocks TransferSource::blocks() const {

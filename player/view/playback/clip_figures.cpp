@@ -24,10 +24,10 @@ void ErrorStrip::start(const Evaluator& evaluator, const AssetView& truth, std::
     clip_ = clip;
     cluster_ = 0;
     const std::size_t vertices = evaluator.vertexCount(),
-                      numbers = vertices * std::size_t(evaluator.asset().model.stride);
+                      size = vertices * std::size_t(evaluator.asset().model.stride);
     for (std::vector<Vec3>* array : {&vertices_.positions, &vertices_.normals, &vertices_.tangents})
         array->resize(vertices);
-    for (std::vector<float>* array : {&vertices_.numbers, &truth_numbers_}) array->resize(numbers);
+    for (std::vector<float>* array : {&vertices_.numbers, &truth_numbers_}) array->resize(size);
     for (std::vector<float>* array : {&model_ambient_, &true_ambient_}) array->resize(vertices);
 }
 
