@@ -152,9 +152,9 @@ void writeGlbOfPoses(const PosesCommand& command, const PosePlan& plan, const Po
     writeGlb(command.output, rigOfPoses(plan.rig, file), extras.dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
-Json numbersOf(const AutoTrial& tried, std::size_t frames) {
-    return {{"options", optionsOf(tried.trial.numbers)},
-            {"poses", frames + std::size_t(tried.trial.numbers.total())},
+Json countsOf(const AutoTrial& tried, std::size_t frames) {
+    return {{"options", optionsOf(tried.trial.counts)},
+            {"poses", frames + std::size_t(tried.trial.counts.total())},
             {"minutes", tried.minutes},
             {"errors", tried.trial.errors},
             {"ratio", tried.ratio.mean},
@@ -163,7 +163,7 @@ Json numbersOf(const AutoTrial& tried, std::size_t frames) {
 
 void reportChoice(const AutoChoice& choice, std::size_t frames, Report& report) {
     Json& json = report.figures["auto"];
-    json["chosen"] = optionsOf(choice.numbers());
+    json["chosen"] = optionsOf(choice.counts());
     json["clip_minutes"] = choice.clip_minutes;
     json["pilot"] = {{"minutes", choice.pilot_minutes},
                      {"frames", choice.pilot_frames},
@@ -171,7 +171,7 @@ void reportChoice(const AutoChoice& choice, std::size_t frames, Report& report) 
                      {"model", choice.composed ? "composed" : "additive"}};
     json["can_mix"] = choice.can_mix;
     json["tried"] = Json::array();
-    for (const AutoTrial& tried : choice.tried) json["tried"].push_back(numbersOf(tried, frames));
+    for (const AutoTrial& tried : choice.tried) json["tried"].push_back(countsOf(tried, frames));
 }
 
 void printChoice(const AutoChoice& choice, std::size_t frames) {
@@ -187,15 +187,15 @@ void printChoice(const AutoChoice& choice, std::size_t frames) {
         const AutoTrial& tried = choice.tried[t];
         double squares = 0;
         for (const double error : tried.trial.errors) squares += error * error / double(tried.trial.errors.size());
-        std::printf("%-40s %6zu %8.1f %14.4f %9.3f +- %.3f%s\n", optionsOf(tried.trial.numbers).c_str(),
-                    frames + std::size_t(tried.trial.numbers.total()), tried.minutes, std::sqrt(squares),
+        std::printf("%-40s %6zu %8.1f %14.4f %9.3f +- %.3f%s\n", optionsOf(tried.trial.counts).c_str(),
+                    frames + std::size_t(tried.trial.counts.total()), tried.minutes, std::sqrt(squares),
                     tried.ratio.mean, tried.ratio.noise, t == choice.chosen ? "  *" : "");
     }
-    std::printf("chosen, to type in place of --auto: %s\n", optionsOf(choice.numbers()).c_str());
+    std::printf("chosen, to type in place of --auto: %s\n", optionsOf(choice.counts()).c_str());
 }
 
 // Sets the numbers of the options by trials.
-void chooseNumbers(PosesCommand& command, const PosePlan& plan, const CommonOptions& common, Report& report) {
+void chooseCounts(PosesCommand& command, const PosePlan& plan, const CommonOptions& common, Report& report) {
     PoseOptions& options = command.options;
     AutoOptions& wanted = command.automatic_options;
     if (options.sample > 0) wanted.most.sample = options.sample;
@@ -205,11 +205,11 @@ void chooseNumbers(PosesCommand& command, const PosePlan& plan, const CommonOpti
     const AutoChoice choice = chooseAutoPoses({command.rigs, plan, options}, wanted, common.threads, common.progress);
     reportChoice(choice, plan.candidates.frameCount(), report);
     if (!common.quiet) printChoice(choice, plan.candidates.frameCount());
-    const PoseNumbers numbers = choice.numbers();
-    options.choose = numbers.mix + numbers.cover == 0 ? kAllCandidates : 0;
-    options.sample = numbers.sample;
-    options.mix = numbers.mix;
-    options.cover = numbers.cover;
+    const PoseCounts counts = choice.counts();
+    options.choose = counts.mix + counts.cover == 0 ? kAllCandidates : 0;
+    options.sample = counts.sample;
+    options.mix = counts.mix;
+    options.cover = counts.cover;
     if (options.sample == 0) options.limits.clear();
 }
 
@@ -234,7 +234,7 @@ void runPoses(PosesCommand& command, const CommonOptions& common, Report& report
         std::printf("\n");
         return;
     }
-    if (command.automatic) chooseNumbers(command, plan, common, report);
+    if (command.automatic) chooseCounts(command, plan, common, report);
     if (!command.options.limits.empty()) command.files_read.push_back(command.options.limits);
     report.phase("choose");
     PoseList list = makePoses(plan, command.options, common.threads);

@@ -79,7 +79,7 @@ double cameraDifference(const PinholeCamera& a, const PinholeCamera& b) {
     return most / std::hypot(a.width, a.height);
 }
 
-std::string numbersOf(const PinholeCamera& camera) {
+std::string parametersOf(const PinholeCamera& camera) {
     char text[160];
     std::snprintf(text, sizeof text, "f %.1f, cx %.1f, cy %.1f, k1 %.3g, k2 %.3g", camera.f, camera.cx, camera.cy,
                   camera.k1, camera.k2);
@@ -98,7 +98,7 @@ void compareCameras(const PinholeCamera& a, const PinholeCamera& b) {
     char text[128];
     std::snprintf(text, sizeof text,
                   "have cameras that differ by up to %.1f%% of the picture's diagonal: ", 100 * difference);
-    const std::string all = text + numbersOf(a) + "; and " + numbersOf(b);
+    const std::string all = text + parametersOf(a) + "; and " + parametersOf(b);
     if (difference > kOther) throw InvalidInput(all + ": they must be tracks of one camera");
     reportWarning("penumbra-fit", "the tracks " + all +
                                       ": the joined track has the first, and poses of the second "

@@ -40,7 +40,7 @@ void defineCamera(CLI::App& app, CameraCommand& command) {
         }
     };
     addParsed(app, "--tags", command.grid, read,
-              "FAMILY:COLUMNSxROWS:SIDE:GAP of the printed grid in metres (scripts/make_tags grid)")
+              "FAMILY:COLUMNSxROWS:SIDE:GAP of the printed grid in metres (scripts/ar/make_tags grid)")
         ->required();
     app.add_option("--response", command.response, "srgb, linear, rec709 or a file of penumbra-fit response");
     app.add_option("-o,--output", command.output, "cam.json to write")->required();

@@ -123,13 +123,13 @@ struct BorderProblem {
 };
 
 // Returns what the model predicts for the corner in each frame, [F, n], in the frame that its new cluster carries.
-Eigen::MatrixXd numbersOverFrames(const BorderProblem& problem, std::size_t list, BorderCorner corner) {
+Eigen::MatrixXd coefficientsOverFrames(const BorderProblem& problem, std::size_t list, BorderCorner corner) {
     const std::size_t from = problem.fitted.cluster_of_vertex[corner.vertex], n = problem.turns[list].size();
     const ClusterModel& cluster = (*problem.lists[list])[from];
     const std::size_t at = problem.place[corner.vertex], count = cluster.vertices.size();
     const std::vector<Vec3> normals = posedNormals(problem.fitted, problem.seen, corner.vertex);
     const Vec3 rest = problem.fitted.rest_tangents[corner.vertex];
-    std::vector<float> numbers(n), turned(n);
+    std::vector<float> coefficients(n), turned(n);
     Eigen::MatrixXd out(Eigen::Index(normals.size()), Eigen::Index(n));
     for (std::size_t f = 0; f < normals.size(); ++f) {
         for (std::size_t j = 0; j < n; ++j) {
@@ -137,12 +137,12 @@ Eigen::MatrixXd numbersOverFrames(const BorderProblem& problem, std::size_t list
             for (std::size_t k = 0; k < cluster.components(); ++k)
                 sum += problem.seen.scores[list][from](Eigen::Index(f), Eigen::Index(k)) *
                        double(cluster.basis[(k * count + at) * n + j]);
-            numbers[j] = float(sum);
+            coefficients[j] = float(sum);
         }
         const std::vector<Mat3>& rotations = problem.seen.rotations[f];
         const Vec3 own = tangentOf(normals[f], rotations[from] * rest);
         const Vec3 other = tangentOf(normals[f], rotations[corner.cluster] * rest);
-        apply(makeTurn(problem.turns[list], angleBetween(normals[f], own, other)), numbers, turned);
+        apply(makeTurn(problem.turns[list], angleBetween(normals[f], own, other)), coefficients, turned);
         for (std::size_t j = 0; j < n; ++j) out(Eigen::Index(f), Eigen::Index(j)) = double(turned[j]);
     }
     return out;
@@ -186,7 +186,7 @@ BorderRows borderRows(const Model& fitted, std::span<const BorderCorner> corners
             const ScoreFit fit = fitOfScores(seen.scores[l][corners[first[run]].cluster]);
             for (std::size_t i = first[run]; i < first[run + 1]; ++i) {
                 throwIfInterrupted();
-                rows[l][i] = rowsOf(fit, numbersOverFrames(problem, l, corners[i]));
+                rows[l][i] = rowsOf(fit, coefficientsOverFrames(problem, l, corners[i]));
             }
         }
     });

@@ -117,7 +117,7 @@ Offset<fbs::Indirect> writeIndirect(FlatBufferBuilder& builder, const Model& mod
     const IndirectModel& indirect = *model.indirect;
     precisions.coarsest_mean = precisions.coarsest_units = AssetPrecision::kI8;
     const auto clusters = builder.CreateVector(
-        writeClusters(builder, model, indirect.clusters, kIndirectNumbers, "model.indirect.clusters", precisions));
+        writeClusters(builder, model, indirect.clusters, kIndirectSize, "model.indirect.clusters", precisions));
     const auto axes = writeVector<float>(builder, std::span(&indirect.axes, 1));
     const double held_out = std::isfinite(indirect.holdout_share) ? indirect.holdout_share : -1;
     return fbs::CreateIndirect(builder, std::uint8_t(indirect.bounces), axes, clusters, float(indirect.train_share),

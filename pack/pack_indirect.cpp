@@ -157,8 +157,8 @@ PackedIndirect shrinkIndirect(Model& model, AssetPrecision precision, std::optio
     const std::vector<std::byte> exact = write(whole, AssetPrecision::kF32, {AssetPrecision::kF32});
     for (const ClusterModel& cluster : model.indirect->clusters) {
         packed.all_components += cluster.components();
-        for (const std::vector<float>* numbers : {&cluster.weights, &cluster.hidden})
-            for (const float x : *numbers)
+        for (const std::vector<float>* coefficients : {&cluster.weights, &cluster.hidden})
+            for (const float x : *coefficients)
                 if (std::abs(x) > kSafeHalf) packed.weights = AssetPrecision::kF32;
     }
     if (packed.weights == AssetPrecision::kF16 &&

@@ -59,7 +59,7 @@ Training trainingOf(const AssetView& exact, int threads) {
     }
     // A deforming mesh has no vertices without its frames' positions, which an asset may leave out.
     if (!evaluator.composed() || evaluator.deformation()) return training;
-    std::vector<float> far(evaluator.vertexCount() * kFarNumbers);
+    std::vector<float> far(evaluator.vertexCount() * kFarCoefficients);
     const std::vector<std::size_t> frames = packingFrames(exact);
     std::vector<double> squares(clusters);
     for (const std::size_t f : frames) {
@@ -68,7 +68,8 @@ Training trainingOf(const AssetView& exact, int threads) {
         parallelFor(clusters, threads, [&](std::size_t c) {
             evaluator.evaluateFar(c, far);
             const ClusterView& view = exact.model.clusters[c];
-            for (float x : std::span(far).subspan(view.first_vertex * kFarNumbers, view.vertex_count * kFarNumbers))
+            for (float x :
+                 std::span(far).subspan(view.first_vertex * kFarCoefficients, view.vertex_count * kFarCoefficients))
                 squares[c] += double(x) * x;
         });
     }

@@ -8,7 +8,7 @@
 #include "formats/common/errors.h"
 #include "formats/common/parallel_for.h"
 #include "pack/border_corners.h"
-#include "sh/indirect_numbers.h"
+#include "sh/indirect_coefficients.h"
 #include "sh/tangent.h"
 
 namespace penumbra {
@@ -67,7 +67,7 @@ Sources sourcesOf(const Model& fitted, const DrawnMesh& drawn, int threads) {
 
 // Returns the row `k` of a vertex of the fitted mesh in a cluster: 0 is the mean, k + 1 is component k.
 std::span<const float> rowOfVertex(const Sources& sources, std::size_t list, BorderCorner corner, std::size_t k) {
-    const std::size_t n = list == 2 ? kIndirectNumbers : std::size_t(sources.fitted.convention.size());
+    const std::size_t n = list == 2 ? kIndirectSize : std::size_t(sources.fitted.convention.size());
     if (sources.fitted.cluster_of_vertex[corner.vertex] != corner.cluster) {
         const auto found = std::lower_bound(sources.border.begin(), sources.border.end(), corner);
         return std::span(sources.border_rows[list][std::size_t(found - sources.border.begin())]).subspan(k * n, n);

@@ -726,7 +726,7 @@ PENUMBRA_API penumbra_status penumbra_brdf_get_glsl(char* text, size_t capacity,
 
 /* Writes the GLSL functions penumbra_cast_visibility() and penumbra_cast_mirror() for casters that are spheres,
  * penumbra_cast_fields() and penumbra_cast_combine() for parts with fields, and penumbra_cast_ambient() for both: what
- * casters leave visible at any point. With an asset the text also has penumbra_cast_numbers(), which
+ * casters leave visible at any point. With an asset the text also has penumbra_cast_coefficients(), which
  * multiplies the coefficients of that asset's vertices by it; it then stands behind the text of
  * penumbra_shading_get_glsl. docs/gpu.md tells how they come together. `asset` may be NULL; `text`, `capacity` and
  * `length` are as there. Allocates. */

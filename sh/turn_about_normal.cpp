@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "sh/indirect_numbers.h"
+#include "sh/indirect_coefficients.h"
 
 namespace penumbra {
 
@@ -29,7 +29,7 @@ TurnTable turnsOf(const Convention& convention) { return turnsOfIndices(conventi
 TurnTable turnsOfIndirect() {
     std::vector<int> indices;
     for (std::size_t i = 0; i < kIndirectCoefficients; ++i) indices.push_back(int(i));
-    indices.resize(kIndirectNumbers, 0);  // means over directions of the other colours
+    indices.resize(kIndirectSize, 0);  // means over directions of the other colours
     return turnsOfIndices(indices);
 }
 

@@ -21,7 +21,7 @@ struct TurnTable {
     std::size_t size() const { return order.size(); }
 };
 TurnTable turnsOf(const Convention& convention);
-TurnTable turnsOfIndirect();  // of sh/indirect_numbers.h
+TurnTable turnsOfIndirect();  // of sh/indirect_coefficients.h
 
 // Turns functions of a local frame: its x axis stands at an angle (radians, about the normal) in the new frame.
 struct FrameTurn {

@@ -49,16 +49,16 @@ void fromMoments(const Convention& convention, std::span<const float> local_mome
     for (int l = 0; l < convention.order; ++l) out[shIndex(l, 0)] += float(delta[l]);
 }
 
-void toCoefficients(const Convention& convention, std::span<const float> numbers, std::span<float> out) {
-    assert(int(numbers.size()) == convention.size() && int(out.size()) == coefficientCount(convention.order));
+void fullCoefficients(const Convention& convention, std::span<const float> coefficients, std::span<float> out) {
+    assert(int(coefficients.size()) == convention.size() && int(out.size()) == coefficientCount(convention.order));
     if (convention.below != BelowHorizon::kMirrored) {
-        std::copy(numbers.begin(), numbers.end(), out.begin());
+        std::copy(coefficients.begin(), coefficients.end(), out.begin());
         return;
     }
     std::fill(out.begin(), out.end(), 0.0f);
     std::size_t e = 0;
     for (int l = 0; l < convention.order; ++l)
-        for (int m = -l; m <= l; m += 2) out[shIndex(l, m)] = numbers[e++];
+        for (int m = -l; m <= l; m += 2) out[shIndex(l, m)] = coefficients[e++];
 }
 
 void belowHorizonCoefficients(int order, std::span<double> out) {

@@ -36,7 +36,7 @@ void fromMoments(const Convention& convention, std::span<const float> local_mome
 
 // Returns the SH function that the numbers stand for, as order^2 coefficients in the local frame. D has zeros at odd
 // l+m.
-void toCoefficients(const Convention& convention, std::span<const float> numbers, std::span<float> out);
+void fullCoefficients(const Convention& convention, std::span<const float> coefficients, std::span<float> out);
 
 // Writes the SH coefficients of "1 below the horizon" in the local frame, the Delta of convention A. out.size() ==
 // coefficientCount(order).
@@ -54,12 +54,12 @@ void ambientWeights(const Convention& convention, std::span<float> w);
 
 // Moves a vertex' numbers the shortest way to where E = w . numbers lies in [0, 1]. The truth lies there, so no error
 // grows by it. `norm2` is w . w.
-inline void clampAmbient(std::span<const float> w, float norm2, std::span<float> numbers) {
+inline void clampAmbient(std::span<const float> w, float norm2, std::span<float> coefficients) {
     float e = 0;
-    for (std::size_t i = 0; i < w.size(); ++i) e += w[i] * numbers[i];
+    for (std::size_t i = 0; i < w.size(); ++i) e += w[i] * coefficients[i];
     const float excess = e < 0 ? e : e > 1 ? e - 1 : 0;
     if (excess == 0) return;
-    for (std::size_t i = 0; i < w.size(); ++i) numbers[i] -= w[i] * (excess / norm2);
+    for (std::size_t i = 0; i < w.size(); ++i) coefficients[i] -= w[i] * (excess / norm2);
 }
 
 }  // namespace penumbra

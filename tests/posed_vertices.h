@@ -4,7 +4,7 @@
 
 #include "runtime/evaluate/evaluator.h"
 #include "runtime/shade/vertex_frames.h"
-#include "sh/indirect_numbers.h"
+#include "sh/indirect_coefficients.h"
 
 namespace penumbra {
 

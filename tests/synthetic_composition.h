@@ -24,7 +24,7 @@ inline std::vector<float> ballField(Vec3 offset, float radius) {
     std::array<double, kFieldOrder + 2> p{1, c};
     for (std::size_t l = 2; l < p.size(); ++l)
         p[l] = (double(2 * l - 1) * c * p[l - 1] - double(l - 1) * p[l - 2]) / double(l);
-    std::vector<float> y(kFieldNumbers), out(kFieldNumbers);
+    std::vector<float> y(kFieldCoefficients), out(kFieldCoefficients);
     evalBasis(kFieldOrder, distance > 0 ? offset * float(-1 / distance) : Vec3{0, 0, -1}, std::span<float>(y));
     for (int l = 0; l < kFieldOrder; ++l) {
         const double integral = l == 0 ? 1 - c : (p[std::size_t(l - 1)] - p[std::size_t(l + 1)]) / (2 * l + 1);
@@ -55,7 +55,7 @@ inline void addBall(PartFields& fields, std::uint32_t joint, Vec3 center, const 
     }
     const auto level = [&](std::size_t p) { return std::size_t(p >= fine) + std::size_t(p >= boxes); };
     const auto scaleOf = [&](std::size_t i) -> float& {
-        return part.scale[level(i / kFieldNumbers)][std::size_t(bandOfIndex(int(i % kFieldNumbers)))];
+        return part.scale[level(i / kFieldCoefficients)][std::size_t(bandOfIndex(int(i % kFieldCoefficients)))];
     };
     for (std::size_t i = 0; i < values.size(); ++i) scaleOf(i) = std::max(scaleOf(i), std::abs(values[i]) / 127);
     std::vector<std::int8_t> bytes, distances;

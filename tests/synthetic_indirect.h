@@ -16,9 +16,9 @@ inline void addIndirect(Model& model) {
     indirect.holdout_share = 0.03;
     for (const ClusterModel& own : model.clusters) {
         ClusterModel cluster = own;
-        const std::size_t rows = own.vertices.size() * kIndirectNumbers;
+        const std::size_t rows = own.vertices.size() * kIndirectSize;
         fillNoise(cluster.mean, rows, 0.1f, noise);
-        for (std::size_t v = 0; v < rows; v += kIndirectNumbers) cluster.mean[v] += 0.5f;
+        for (std::size_t v = 0; v < rows; v += kIndirectSize) cluster.mean[v] += 0.5f;
         fillNoise(cluster.basis, own.components() * rows, 0.1f, noise);
         indirect.clusters.push_back(std::move(cluster));
     }

@@ -59,7 +59,7 @@ PoseSums comparePose(const FieldReceivers& receivers, const FieldReceivers::Pose
             sums.part[p] += far.squares[p];
             ++sums.part_receivers[p];
         }
-        for (std::size_t i = 0; i < kFarNumbers; ++i) {
+        for (std::size_t i = 0; i < kFarCoefficients; ++i) {
             const double d = double(far.by_fields[i]) - far.by_rays[i];
             sums.product += d * d / (4 * std::numbers::pi);
         }

@@ -173,7 +173,7 @@ FieldSamples tracePart(const PartMesh& mesh, const PartField& part, const ConeDi
     const PartTracer tracer(mesh, part, directions);
     const std::vector<Vec3> points = fieldPoints(part);
     const std::size_t fine = part.boxes[0].pointCount();
-    FieldSamples samples{std::vector<float>(points.size() * kFieldNumbers), std::vector<float>(fine)};
+    FieldSamples samples{std::vector<float>(points.size() * kFieldCoefficients), std::vector<float>(fine)};
     std::vector<float> depth(fine);
     parallelFor((points.size() + kPointsPerTask - 1) / kPointsPerTask, threads, [&](std::size_t task) {
         throwIfInterrupted();
@@ -181,7 +181,7 @@ FieldSamples tracePart(const PartMesh& mesh, const PartField& part, const ConeDi
         for (std::size_t p = task * kPointsPerTask; p < end; ++p) {
             const PointOfField point = tracer.trace(points[p], p < fine ? Distances::kAll : Distances::kInside);
             std::copy(point.blocked.begin(), point.blocked.end(),
-                      samples.values.begin() + std::ptrdiff_t(p * kFieldNumbers));
+                      samples.values.begin() + std::ptrdiff_t(p * kFieldCoefficients));
             if (p < fine) samples.distances[p] = point.distance;
             if (p < fine) depth[p] = point.depth;
         }
@@ -212,21 +212,22 @@ void quantizeField(const FieldSamples& samples, float fade, PartField& part, std
     for (std::size_t p = 0; p < points.size(); ++p) {
         const Vec3 offset = points[p] - part.center;
         const float factor = dot(offset, offset) + 0.25f * part.radius * part.radius;
-        for (std::size_t i = 0; i < kFieldNumbers; ++i) scaled[p * kFieldNumbers + i] *= factor;
+        for (std::size_t i = 0; i < kFieldCoefficients; ++i) scaled[p * kFieldCoefficients + i] *= factor;
     }
     // 2. Every band of a level has a scale of its own, so that its largest number becomes a full byte.
     for (std::size_t level = 0; level < kFieldLevels; ++level) {
         std::array<float, kFieldOrder> most{};
-        for (std::size_t i = first[level] * kFieldNumbers; i < first[level + 1] * kFieldNumbers; ++i) {
-            float& of_band = most[std::size_t(bandOfIndex(int(i % kFieldNumbers)))];
+        for (std::size_t i = first[level] * kFieldCoefficients; i < first[level + 1] * kFieldCoefficients; ++i) {
+            float& of_band = most[std::size_t(bandOfIndex(int(i % kFieldCoefficients)))];
             of_band = std::max(of_band, std::abs(scaled[i]));
         }
         for (std::size_t band = 0; band < most.size(); ++band) part.scale[level][band] = most[band] / kFullByte;
     }
     values.resize(scaled.size());
     for (std::size_t level = 0; level < kFieldLevels; ++level)
-        for (std::size_t i = first[level] * kFieldNumbers; i < first[level + 1] * kFieldNumbers; ++i)
-            values[i] = roundedToByte(scaled[i], part.scale[level][std::size_t(bandOfIndex(int(i % kFieldNumbers)))]);
+        for (std::size_t i = first[level] * kFieldCoefficients; i < first[level + 1] * kFieldCoefficients; ++i)
+            values[i] =
+                roundedToByte(scaled[i], part.scale[level][std::size_t(bandOfIndex(int(i % kFieldCoefficients)))]);
     // 3. Only distances near the surface matter.
     float cell = 0;
     for (int axis = 0; axis < 3; ++axis)

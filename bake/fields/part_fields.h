@@ -46,9 +46,9 @@ FieldPlan planFields(const std::vector<std::filesystem::path>& paths, const Fiel
 // a signal.
 FieldFile bakeFields(const FieldPlan& plan, const FieldOptions& options, int threads, ProgressStyle progress);
 
-// Rounds what was traced at the points of a part to bytes, and sets the part's scales. values: [points, kFieldNumbers]
-// V - 1; distances: [points of the fine box]. Distances are clamped at 4 cells of the fine box, or at the fade
-// where that is more.
+// Rounds what was traced at the points of a part to bytes, and sets the part's scales. values: [points,
+// kFieldCoefficients] V - 1; distances: [points of the fine box]. Distances are clamped at 4 cells of the fine box, or
+// at the fade where that is more.
 struct FieldSamples {
     std::vector<float> values, distances;
 };

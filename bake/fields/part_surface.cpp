@@ -147,7 +147,7 @@ std::vector<PartField> placeFields(std::span<const PartMesh> meshes, double cell
         for (std::size_t p = 0; p < meshes.size(); ++p) {
             const double of_mean = sum > 0 ? share[p] / sum * double(meshes.size()) : 1;
             parts.push_back(placeField(meshes[p], cells * std::cbrt(of_mean)));
-            bytes += parts.back().pointCount() * kFieldNumbers + parts.back().boxes[0].pointCount();
+            bytes += parts.back().pointCount() * kFieldCoefficients + parts.back().boxes[0].pointCount();
         }
         if (bytes <= most_bytes || cells < kMinCells) return parts;
     }

@@ -104,7 +104,7 @@ PartTracer::Seen PartTracer::see(Vec3 point, const ConeDirections& directions,
     }
     scene_.firstSides(point, packets, sheets, sides);
     Seen seen;
-    std::array<float, kFieldNumbers> basis;
+    std::array<float, kFieldCoefficients> basis;
     int backs = 0, hits = 0;
     for (std::size_t i = 0; i < std::size_t(directions.count); ++i) {
         const std::size_t p = i / kLanes, k = i % kLanes;
@@ -112,7 +112,7 @@ PartTracer::Seen PartTracer::see(Vec3 point, const ConeDirections& directions,
         ++hits;
         backs += sides[p].lane[k] == MetSide::kBack;
         evalBasis(kFieldOrder, Vec3{packets[p].x[k], packets[p].y[k], packets[p].z[k]}, basis);
-        for (std::size_t b = 0; b < kFieldNumbers; ++b) seen.blocked[b] -= double(basis[b]);
+        for (std::size_t b = 0; b < kFieldCoefficients; ++b) seen.blocked[b] -= double(basis[b]);
     }
     const double share = (1 - cosine) / (2.0 * directions.count);  // of the sphere that one ray stands for
     for (double& b : seen.blocked) b *= 4 * std::numbers::pi * share;
@@ -170,7 +170,7 @@ PointOfField PartTracer::trace(Vec3 point, Distances wanted) const {
         out.distance = float((inside ? -1 : 1) * nearest.distance * scale_.diagonal);
         if (inside) seen = see(toFloat(nearest.point + nearest.normal * kSurfaceOffset), directions_, sheets_);
     }
-    for (std::size_t b = 0; b < kFieldNumbers; ++b) out.blocked[b] = float(seen.blocked[b]);
+    for (std::size_t b = 0; b < kFieldCoefficients; ++b) out.blocked[b] = float(seen.blocked[b]);
     return out;
 }
 

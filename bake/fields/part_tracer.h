@@ -21,7 +21,7 @@ ConeDirections makeConeDirections(int count, std::uint64_t seed);
 
 // What a part blocks at a point. A point inside the part holds what the nearest surface point sees.
 struct PointOfField {
-    std::array<float, kFieldNumbers> blocked{};  // V - 1
+    std::array<float, kFieldCoefficients> blocked{};  // V - 1
     // From the surface, < 0 inside, in the unit of the mesh; only where it is asked for. `depth` is > 0 inside, and by
     // how much (closeHoles()).
     float distance = 0, depth = 0;
@@ -47,7 +47,7 @@ public:
 
 private:
     struct Seen {
-        std::array<double, kFieldNumbers> blocked{};
+        std::array<double, kFieldCoefficients> blocked{};
         double depth = 0;    // > 0: inside
         double backs = 0;    // share of all directions of the sphere that meets the back of a closed surface
         double escaped = 0;  // share of all directions of the sphere that meets nothing

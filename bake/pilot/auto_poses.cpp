@@ -29,20 +29,20 @@ double minutesOfPose(const AutoInput& input, const AutoOptions& wanted, int thre
 }
 
 // Returns the largest share of these numbers that so many poses leave room for, 0 where none does.
-double allowedShare(const PoseNumbers& numbers, double poses) {
+double allowedShare(const PoseCounts& counts, double poses) {
     for (const double share : kShares)
-        if (double(shareOf(numbers, share).total()) <= poses) return share;
+        if (double(shareOf(counts, share).total()) <= poses) return share;
     return 0;
 }
 
 // A combination, in the numbers of the list and in those of the pilot.
 struct Combination {
-    PoseNumbers listed, tried;
+    PoseCounts listed, tried;
 };
 
 // The clips alone, and the kinds of which so many made poses leave room for an eighth at least.
 std::vector<Combination> combinationsOf(const Combination& most, double poses) {
-    const std::vector<PoseNumbers> lists = candidateKinds(most.listed), pilots = candidateKinds(most.tried);
+    const std::vector<PoseCounts> lists = candidateKinds(most.listed), pilots = candidateKinds(most.tried);
     std::vector<Combination> out = {{}};
     for (std::size_t k = 1; k < lists.size(); ++k)
         if (const double share = allowedShare(lists[k], poses); share > 0)
@@ -50,26 +50,26 @@ std::vector<Combination> combinationsOf(const Combination& most, double poses) {
     return out;
 }
 
-PoseNumbers without(const PoseNumbers& numbers, bool can_mix) {
-    return {numbers.sample, can_mix ? numbers.mix : 0, can_mix ? numbers.cover : 0};
+PoseCounts without(const PoseCounts& counts, bool can_mix) {
+    return {counts.sample, can_mix ? counts.mix : 0, can_mix ? counts.cover : 0};
 }
 
-PoseNumbers least(const PoseNumbers& a, const PoseNumbers& b) {
+PoseCounts least(const PoseCounts& a, const PoseCounts& b) {
     return {std::min(a.sample, b.sample), std::min(a.mix, b.mix), std::min(a.cover, b.cover)};
 }
 
 // Tries the combinations, and then half of the best one, unless that is the clips alone.
 std::vector<PoseTrial> tryAll(PosePilot& pilot, std::span<const Combination> combinations) {
-    std::vector<PoseNumbers> kinds;
+    std::vector<PoseCounts> kinds;
     for (const Combination& combination : combinations) kinds.push_back(combination.tried);
     const std::vector<std::vector<double>> errors = pilot.errorsOf(kinds);
     std::vector<PoseTrial> trials;
     for (std::size_t k = 0; k < kinds.size(); ++k) trials.push_back({combinations[k].listed, errors[k]});
     const std::size_t best = chooseTrial(trials);
     if (best == 0) return trials;
-    const PoseNumbers half = shareOf(kinds[best], 0.5);
+    const PoseCounts half = shareOf(kinds[best], 0.5);
     pilot.setMade(half);
-    trials.push_back({shareOf(trials[best].numbers, 0.5), pilot.errorsOf(std::span(&half, 1)).front()});
+    trials.push_back({shareOf(trials[best].counts, 0.5), pilot.errorsOf(std::span(&half, 1)).front()});
     return trials;
 }
 
@@ -91,7 +91,7 @@ AutoChoice chooseAutoPoses(const AutoInput& input, const AutoOptions& wanted, in
     const double minutes_of_pose = minutesOfPose(input, wanted, threads);
     choice.clip_minutes = double(input.plan.candidates.frameCount()) * minutes_of_pose;
     const double poses = wanted.minutes > 0 ? (wanted.minutes - choice.clip_minutes) / minutes_of_pose : kMaxPoses;
-    const PoseNumbers listed = without(wanted.most, choice.can_mix);
+    const PoseCounts listed = without(wanted.most, choice.can_mix);
     const Combination most{listed, least(listed, options.made)};
     const std::vector<Combination> combinations = combinationsOf(most, poses);
     // 2. Try it. A fold takes a bake and a fit for each combination, and then a bake and a fit for half of the best.
@@ -102,7 +102,7 @@ AutoChoice chooseAutoPoses(const AutoInput& input, const AutoOptions& wanted, in
         choice.chosen = chooseTrial(trials);
         for (const PoseTrial& trial : trials)
             choice.tried.push_back({trial, ratioOf(trial, trials[0]),
-                                    choice.clip_minutes + double(trial.numbers.total()) * minutes_of_pose});
+                                    choice.clip_minutes + double(trial.counts.total()) * minutes_of_pose});
     }
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
     choice.pilot_minutes = seconds.count() / 60;

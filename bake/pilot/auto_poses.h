@@ -11,9 +11,9 @@
 namespace penumbra {
 
 struct AutoOptions {
-    PoseNumbers most = {200, 300, 300};  // poses of each kind that a list may get, >= 1
-    double minutes = 0;                  // that the later bake may take on this machine, > 0; 0: any
-    int rays = 1024;                     // of the later bake, 16..2^16
+    PoseCounts most = {200, 300, 300};  // poses of each kind that a list may get, >= 1
+    double minutes = 0;                 // that the later bake may take on this machine, > 0; 0: any
+    int rays = 1024;                    // of the later bake, 16..2^16
 };
 
 struct AutoTrial {
@@ -31,7 +31,7 @@ struct AutoChoice {
     bool composed = false;                    // its fits were, else additive
     bool can_mix = true;
 
-    PoseNumbers numbers() const { return tried.empty() ? PoseNumbers{} : tried[chosen].trial.numbers; }
+    PoseCounts counts() const { return tried.empty() ? PoseCounts{} : tried[chosen].trial.counts; }
 };
 
 // The rig, its frames and how they are read, for which the choice is made.

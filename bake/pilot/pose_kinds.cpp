@@ -6,28 +6,28 @@
 
 namespace penumbra {
 
-PoseNumbers shareOf(const PoseNumbers& numbers, double share) {
+PoseCounts shareOf(const PoseCounts& counts, double share) {
     const auto part = [share](std::int64_t n) {
         return n > 0 ? std::max<std::int64_t>(1, std::llround(share * double(n))) : n;
     };
-    return {part(numbers.sample), part(numbers.mix), part(numbers.cover)};
+    return {part(counts.sample), part(counts.mix), part(counts.cover)};
 }
 
-std::string optionsOf(const PoseNumbers& numbers) {
-    std::string text = numbers.mix + numbers.cover == 0 ? "--choose all" : "";
+std::string optionsOf(const PoseCounts& counts) {
+    std::string text = counts.mix + counts.cover == 0 ? "--choose all" : "";
     const auto add = [&](const char* flag, std::int64_t count) {
         if (count > 0) text += (text.empty() ? "" : " ") + std::string(flag) + " " + std::to_string(count);
     };
-    add("--sample", numbers.sample);
-    add("--mix", numbers.mix);
-    add("--cover", numbers.cover);
+    add("--sample", counts.sample);
+    add("--mix", counts.mix);
+    add("--cover", counts.cover);
     return text;
 }
 
-std::vector<PoseNumbers> candidateKinds(const PoseNumbers& most) {
-    std::vector<PoseNumbers> kinds = {{}};
-    for (const PoseNumbers& kind :
-         {PoseNumbers{most.sample, 0, 0}, PoseNumbers{0, most.mix, 0}, PoseNumbers{0, most.mix, most.cover}, most})
+std::vector<PoseCounts> candidateKinds(const PoseCounts& most) {
+    std::vector<PoseCounts> kinds = {{}};
+    for (const PoseCounts& kind :
+         {PoseCounts{most.sample, 0, 0}, PoseCounts{0, most.mix, 0}, PoseCounts{0, most.mix, most.cover}, most})
         if (std::ranges::find(kinds, kind) == kinds.end()) kinds.push_back(kind);
     return kinds;
 }
@@ -59,7 +59,7 @@ std::size_t chooseTrial(std::span<const PoseTrial> trials) {
     for (std::size_t t = 1; t < trials.size(); ++t) {
         const TrialRatio ratio = ratioOf(trials[t], trials[0]);
         const bool good = -std::log(ratio.mean) > std::max(kWorthPoses, ratio.noise) && ratio.mean <= limit;
-        if (best > 0 && good && trials[t].numbers.total() < trials[best].numbers.total()) best = t;
+        if (best > 0 && good && trials[t].counts.total() < trials[best].counts.total()) best = t;
     }
     return best;
 }

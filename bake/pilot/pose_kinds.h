@@ -8,28 +8,28 @@
 namespace penumbra {
 
 // How many poses of each kind; all zero: the frames of the clips alone.
-struct PoseNumbers {
+struct PoseCounts {
     std::int64_t sample = 0, mix = 0, cover = 0;
 
     std::int64_t total() const { return sample + mix + cover; }
-    bool operator==(const PoseNumbers&) const = default;
+    bool operator==(const PoseCounts&) const = default;
 };
 
 // Returns `share` of each number, at least 1 of a kind that has any.
-PoseNumbers shareOf(const PoseNumbers& numbers, double share);
+PoseCounts shareOf(const PoseCounts& counts, double share);
 
 // Returns "--sample 200 --mix 300 --cover 300" without the kinds that have none. "--choose all" stands for clips alone,
 // and goes with sampled poses, which alone would leave the frames of the clips out.
-std::string optionsOf(const PoseNumbers& numbers);
+std::string optionsOf(const PoseCounts& counts);
 
 // Returns the combinations that are worth a trial, clips alone first: sampled poses, mixed ones, mixed and covering
 // ones, and all three. Kinds of which `most` has none are left out. Covering poses without mixed ones are no candidate:
 // on all measured rigs they were as good as mixed ones, or worse (docs/accuracy.md).
-std::vector<PoseNumbers> candidateKinds(const PoseNumbers& most);
+std::vector<PoseCounts> candidateKinds(const PoseCounts& most);
 
 // The errors that trial fits leave with one combination.
 struct PoseTrial {
-    PoseNumbers numbers;         // of the list that would be made
+    PoseCounts counts;           // of the list that would be made
     std::vector<double> errors;  // [folds] rms error of V over the frames of the fold's own clips, > 0
 };
 

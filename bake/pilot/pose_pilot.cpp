@@ -195,7 +195,7 @@ FrameList PosePilot::bakeFold(int fold, const std::filesystem::path& output) con
 }
 
 // Fits to the frames of all other folds and the first poses of each kind. Returns the error on the fold's frames.
-double PosePilot::errorOf(int fold, const FrameList& baked, const PoseNumbers& kind) const {
+double PosePilot::errorOf(int fold, const FrameList& baked, const PoseCounts& kind) const {
     const std::string own = labelOf(fold);
     std::vector<std::size_t> train;
     std::vector<std::string> holdout;
@@ -232,7 +232,7 @@ double PosePilot::errorOf(int fold, const FrameList& baked, const PoseNumbers& k
     return std::max(kMinError, runFit(command, folder).at("held_out").at("rms_v").get<double>());
 }
 
-std::vector<std::vector<double>> PosePilot::errorsOf(std::span<const PoseNumbers> kinds) const {
+std::vector<std::vector<double>> PosePilot::errorsOf(std::span<const PoseCounts> kinds) const {
     const auto step = [&] {
         if (input_.step) input_.step();
     };

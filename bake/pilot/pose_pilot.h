@@ -19,12 +19,12 @@ namespace penumbra {
 
 struct PilotOptions {
     // A trial of many frames takes long: the units of a fit are chosen in time that grows with frames and clusters.
-    std::size_t frames = 160;         // at most so many candidate frames, evenly spread
-    std::size_t folds = 4;            // at most so many
-    int points = 500;                 // of the surface
-    int rays = 128;                   // above the horizon
-    int clusters = 12;                // of the fits
-    PoseNumbers made = {60, 90, 90};  // poses of each kind; 0: it is not tried
+    std::size_t frames = 160;        // at most so many candidate frames, evenly spread
+    std::size_t folds = 4;           // at most so many
+    int points = 500;                // of the surface
+    int rays = 128;                  // above the horizon
+    int clusters = 12;               // of the fits
+    PoseCounts made = {60, 90, 90};  // poses of each kind; 0: it is not tried
 };
 
 struct PilotInput {
@@ -47,12 +47,12 @@ public:
     // Makes the poses of each fold, bakes them, and returns the error of each of `kinds` in each fold, [kinds][folds].
     // A kind has at most the poses of the options, and gets the first ones of these. Throws std::runtime_error where a
     // fit fails, and Interrupted.
-    std::vector<std::vector<double>> errorsOf(std::span<const PoseNumbers> kinds) const;
+    std::vector<std::vector<double>> errorsOf(std::span<const PoseCounts> kinds) const;
 
     std::size_t folds() const { return folds_; }
     std::size_t frames() const { return frames_.frameCount(); }
     bool composed() const { return !fields_.empty(); }
-    void setMade(const PoseNumbers& made) { options_.made = made; }
+    void setMade(const PoseCounts& made) { options_.made = made; }
 
 private:
     PilotInput input_;
@@ -66,7 +66,7 @@ private:
 
     PosePlan planWithout(int fold) const;
     FrameList bakeFold(int fold, const std::filesystem::path& output) const;
-    double errorOf(int fold, const FrameList& baked, const PoseNumbers& kind) const;
+    double errorOf(int fold, const FrameList& baked, const PoseCounts& kind) const;
 };
 
 }  // namespace penumbra

@@ -19,7 +19,7 @@ namespace penumbra {
 constexpr int kSteps = 2;
 constexpr double kPositionWidth = 0.12;  // rest diagonals
 constexpr double kRotationWidth = 0.8;   // radians
-constexpr std::size_t kPairNumbers = 12;
+constexpr std::size_t kPairValues = 12;
 constexpr std::size_t kMinPool = 2000, kPoolOfEach = 8;
 constexpr std::size_t kPosesPerTask = 64;
 
@@ -72,8 +72,8 @@ void writePair(const MovingBones& bones, const std::optional<Matrix>& from, cons
 }
 
 void writeRow(const Rig& rig, const MovingBones& bones, const std::vector<std::vector<std::size_t>>& near,
-              std::span<const float> numbers, std::span<float> out) {
-    const std::vector<Matrix> globals = globalTransforms(rig.nodes, nodePosesOf(numbers));
+              std::span<const float> values, std::span<float> out) {
+    const std::vector<Matrix> globals = globalTransforms(rig.nodes, nodePosesOf(values));
     std::vector<Matrix> matrices;
     for (const std::size_t joint : bones.joint)
         matrices.push_back(multiply(globals[std::size_t(rig.node_of_joint[joint])], rig.inverse_bind[joint]));
@@ -81,23 +81,23 @@ void writeRow(const Rig& rig, const MovingBones& bones, const std::vector<std::v
     for (std::size_t b = 0; b < bones.count(); ++b) {
         const std::optional<Matrix> back = inverse(matrices[b]);
         for (const std::size_t other : near[b]) {
-            writePair(bones, back, matrices[other], other, out.subspan(at, kPairNumbers));
-            at += kPairNumbers;
+            writePair(bones, back, matrices[other], other, out.subspan(at, kPairValues));
+            at += kPairValues;
         }
     }
 }
 
 }  // namespace
 
-LocalFeatures localFeatures(const Rig& rig, std::span<const float> numbers, int threads) {
+LocalFeatures localFeatures(const Rig& rig, std::span<const float> values, int threads) {
     const MovingBones bones = movingBones(rig);
     const std::vector<std::vector<std::size_t>> near = nearBones(rig, bones);
-    const std::size_t pose_width = rig.nodes.size() * kNodeNumbers, poses = numbers.size() / pose_width;
+    const std::size_t pose_width = rig.nodes.size() * kNodeValues, poses = values.size() / pose_width;
     LocalFeatures out;
     out.share = bones.share;
     out.starts = {0};
     for (const std::vector<std::size_t>& others : near)
-        out.starts.push_back(out.starts.back() + kPairNumbers * others.size());
+        out.starts.push_back(out.starts.back() + kPairValues * others.size());
     if (double(poses) * double(out.width()) * sizeof(float) > kMaxFeatureBytes)
         throw BadOption("cover", std::to_string(poses) +
                                      " poses are too many to compare (more than 2 GiB of features); cover fewer, or "
@@ -105,7 +105,7 @@ LocalFeatures localFeatures(const Rig& rig, std::span<const float> numbers, int 
     out.values.resize(poses * out.width());
     parallelFor(poses, threads, [&](std::size_t p) {
         throwIfInterrupted();
-        writeRow(rig, bones, near, numbers.subspan(p * pose_width, pose_width),
+        writeRow(rig, bones, near, values.subspan(p * pose_width, pose_width),
                  std::span(out.values).subspan(p * out.width(), out.width()));
     });
     return out;
@@ -115,9 +115,9 @@ namespace {
 
 // Twelve sums side by side, which a compiler turns into vector instructions.
 float distanceAcrossPairs(std::span<const float> a, std::span<const float> b) {
-    std::array<float, kPairNumbers> sums{};
-    for (std::size_t at = 0; at < a.size(); at += kPairNumbers)
-        for (std::size_t i = 0; i < kPairNumbers; ++i) sums[i] += (a[at + i] - b[at + i]) * (a[at + i] - b[at + i]);
+    std::array<float, kPairValues> sums{};
+    for (std::size_t at = 0; at < a.size(); at += kPairValues)
+        for (std::size_t i = 0; i < kPairValues; ++i) sums[i] += (a[at + i] - b[at + i]) * (a[at + i] - b[at + i]);
     return std::accumulate(sums.begin(), sums.end(), 0.0f);
 }
 
@@ -200,10 +200,10 @@ std::vector<double> openShares(const LocalFeatures& poses, const LocalFeatures& 
 CoveringPoses coverPoses(const MixSource& source, std::span<const float> covered, std::size_t count, std::uint64_t seed,
                          int threads) {
     // The pool has other poses than mixPoses() gives for the same seed, which may be among the covered ones.
-    const std::vector<float> numbers =
+    const std::vector<float> values =
         mixPoses(source, std::max(kMinPool, kPoolOfEach * count), nextRandom(seed), threads);
-    const std::size_t width = source.rig.nodes.size() * kNodeNumbers, pool_size = numbers.size() / width;
-    const LocalFeatures pool = localFeatures(source.rig, numbers, threads);
+    const std::size_t width = source.rig.nodes.size() * kNodeValues, pool_size = values.size() / width;
+    const LocalFeatures pool = localFeatures(source.rig, values, threads);
     LocalGaps gaps(pool, threads);
     const LocalFeatures known = localFeatures(source.rig, covered, threads);
     gaps.cover(known, 0, known.poses());
@@ -213,8 +213,8 @@ CoveringPoses coverPoses(const MixSource& source, std::span<const float> covered
     for (std::size_t i = 0; i < count; ++i) {
         const std::size_t best = mostOpen(gaps.open(), taken);
         taken[best] = 1;
-        const auto at = numbers.begin() + std::ptrdiff_t(best * width);
-        out.numbers.insert(out.numbers.end(), at, at + std::ptrdiff_t(width));
+        const auto at = values.begin() + std::ptrdiff_t(best * width);
+        out.values.insert(out.values.end(), at, at + std::ptrdiff_t(width));
         if (pool.poses() > 0) gaps.cover(pool, best, 1);
     }
     out.open_after = gaps.meanOpen();

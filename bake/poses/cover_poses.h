@@ -35,19 +35,19 @@ struct LocalFeatures {
     std::size_t poses() const { return width() == 0 ? 0 : values.size() / width(); }
     std::span<const float> row(std::size_t p) const { return std::span(values).subspan(p * width(), width()); }
 };
-// Computes the local features of poses given by the transforms of all nodes, [poses, N, kNodeNumbers]. They are the
+// Computes the local features of poses given by the transforms of all nodes, [poses, N, kNodeValues]. They are the
 // same for any number of threads. Throws UsageError when they would take more than 2 GiB.
-LocalFeatures localFeatures(const Rig& rig, std::span<const float> numbers, int threads);
+LocalFeatures localFeatures(const Rig& rig, std::span<const float> values, int threads);
 
 // Returns the share that each of `poses` has open where `covered` are known. Both are of one rig.
 std::vector<double> openShares(const LocalFeatures& poses, const LocalFeatures& covered, int threads);
 
 struct CoveringPoses {
-    std::vector<float> numbers;              // [count, N, kNodeNumbers]
+    std::vector<float> values;               // [count, N, kNodeValues]
     double open_before = 0, open_after = 0;  // mean open share of the pool
 };
 // Chooses `count` of max(2000, 8 count) mixed poses: always the one that has the largest open share, and of equals the
-// first. `covered` [any number, N, kNodeNumbers] are known already. The result is the same for any number of threads.
+// first. `covered` [any number, N, kNodeValues] are known already. The result is the same for any number of threads.
 CoveringPoses coverPoses(const MixSource& source, std::span<const float> covered, std::size_t count, std::uint64_t seed,
                          int threads);
 

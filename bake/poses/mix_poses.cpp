@@ -126,16 +126,16 @@ std::vector<NodePose> mixPose(const MixSource& source, std::span<const LimbChoic
 }
 
 std::vector<float> mixPoses(const MixSource& source, std::size_t count, std::uint64_t seed, int threads) {
-    const std::size_t width = source.rig.nodes.size() * kNodeNumbers;
+    const std::size_t width = source.rig.nodes.size() * kNodeValues;
     if (double(count) * double(width) * sizeof(float) > kMaxMixedBytes)
         throw BadOption("mix", std::to_string(count) + " mixed poses of " + std::to_string(source.rig.nodes.size()) +
                                    " nodes are too many (more than 2 GiB); mix or cover fewer");
     std::vector<float> out(count * width);
     parallelFor(count, threads, [&](std::size_t p) {
         throwIfInterrupted();
-        std::vector<float> numbers;
-        for (const NodePose& pose : mixPose(source, chooseLimbs(source, seed, p))) appendNumbers(pose, numbers);
-        std::copy(numbers.begin(), numbers.end(), out.begin() + std::ptrdiff_t(p * width));
+        std::vector<float> values;
+        for (const NodePose& pose : mixPose(source, chooseLimbs(source, seed, p))) appendValues(pose, values);
+        std::copy(values.begin(), values.end(), out.begin() + std::ptrdiff_t(p * width));
     });
     return out;
 }

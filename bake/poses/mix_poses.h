@@ -37,7 +37,7 @@ std::vector<LimbChoice> chooseLimbs(const MixSource& source, std::uint64_t seed,
 // scale (they would have to shear) follows its frame without a mirror.
 std::vector<NodePose> mixPose(const MixSource& source, std::span<const LimbChoice> choices);
 
-// Mixes poses 0, 1, ... count - 1: [count, N, kNodeNumbers]. So a shorter list is a prefix of a longer one. The poses
+// Mixes poses 0, 1, ... count - 1: [count, N, kNodeValues]. So a shorter list is a prefix of a longer one. The poses
 // are the same for any number of threads. Throws UsageError when they would take more than 2 GiB.
 std::vector<float> mixPoses(const MixSource& source, std::size_t count, std::uint64_t seed, int threads);
 

@@ -126,9 +126,9 @@ void addMixed(const PosePlan& plan, const PoseOptions& options, int threads, Pos
     if (options.cover > 0) {
         std::vector<float> covered = file.mixed;
         for (const RigFrame& frame : frames)
-            for (const NodePose& pose : nodePoses(plan.rig, frame)) appendNumbers(pose, covered);
+            for (const NodePose& pose : nodePoses(plan.rig, frame)) appendValues(pose, covered);
         const CoveringPoses covering = coverPoses(source, covered, std::size_t(options.cover), options.seed, threads);
-        file.mixed.insert(file.mixed.end(), covering.numbers.begin(), covering.numbers.end());
+        file.mixed.insert(file.mixed.end(), covering.values.begin(), covering.values.end());
         list.open_before = covering.open_before;
         list.open_after = covering.open_after;
     }

@@ -112,7 +112,7 @@ void checkPoses(const std::filesystem::path& path, const PoseFile& poses, const 
 }  // namespace
 
 void addPoseClips(const PoseFile& poses, Rig& rig) {
-    static_assert(kMixedNumbers == kNodeNumbers);
+    static_assert(kMixedValues == kNodeValues);
     if (poses.sampledCount() > 0) {
         rig.clips.push_back(clipOfRotations(rig, poses.rotations, kSampledClip));
         addWeightKeys(int(rig.clips.size()) - 1, poses.sampled_weights, rig);

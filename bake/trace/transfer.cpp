@@ -121,8 +121,7 @@ RayCounts traceTransfer(const MomentTracer& tracer, std::span<const Vec3> positi
     return counts;
 }
 
-void bounce(std::span<const BounceRow> rows, std::span<const float> outgoing, std::size_t size,
-            std::span<float> out) {
+void bounce(std::span<const BounceRow> rows, std::span<const float> outgoing, std::size_t size, std::span<float> out) {
     assert(out.size() == rows.size() * size);
     std::fill(out.begin(), out.end(), 0.0f);
     for (std::size_t p = 0; p < rows.size(); ++p) {

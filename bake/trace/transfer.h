@@ -35,7 +35,6 @@ RayCounts traceTransfer(const MomentTracer& tracer, std::span<const Vec3> positi
 
 // Computes the next bounce of some points: out[p] = sum over the entries of row p of weight * outgoing[vertex]. Each
 // vertex and each point has `size` numbers. The sums run in the order of the entries.
-void bounce(std::span<const BounceRow> rows, std::span<const float> outgoing, std::size_t size,
-            std::span<float> out);
+void bounce(std::span<const BounceRow> rows, std::span<const float> outgoing, std::size_t size, std::span<float> out);
 
 }  // namespace penumbra

@@ -176,7 +176,7 @@ BakeEstimate estimateBake(const BakePlan& plan, const BakeOptions& options, int 
     const ProbeSums sums = probe(plan, options, threads);
     const VisibilityHeader& header = plan.header;
     const double frames = double(header.frames.frameCount()), vertices = double(header.mesh.vertexCount());
-    const double moments = double(header.numbersOfVertex());
+    const double moments = double(header.coefficientsOfVertex());
     const double frame_bytes = 4 * vertices * (6 + moments);
     const double matrix = sums.rows > 0 ? vertices * sums.row_bytes / sums.rows : 0;
     const double bounced = header.hasBounces() ? 2 * 4 * 3 * vertices * double(header.coefficientCount()) : 0;

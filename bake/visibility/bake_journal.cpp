@@ -72,8 +72,9 @@ bool writeAll(int file, std::uint64_t offset, std::span<const std::byte> bytes) 
 
 BakeJournal::BakeJournal(const fs::path& output, const VisibilityHeader& header, Precision precision, Journal use)
     : path_(pathBeside(output, ".journal")), precision_(precision), keep_(use == Journal::kResume) {
-    frame_bytes_ = header.mesh.vertexCount() * header.numbersOfVertex() * (precision == Precision::kFloat16 ? 2u : 4u) +
-                   (header.hasBounces() ? 2 * sizeof(float) : 0);
+    frame_bytes_ =
+        header.mesh.vertexCount() * header.coefficientsOfVertex() * (precision == Precision::kFloat16 ? 2u : 4u) +
+        (header.hasBounces() ? 2 * sizeof(float) : 0);
     open(use);
     if (file_ < 0) return;
     if (!keep_) removeOnStop(path_);

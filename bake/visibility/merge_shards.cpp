@@ -344,7 +344,7 @@ public:
         // about 96 MB at most (kBlockBytes in visibility_file.cpp).
         constexpr double kBudget = 1e9, kBlocks = 2 * 96e6;
         const VisibilityHeader& header = plan.header;
-        const double frame = 4.0 * double(header.mesh.vertexCount()) * double(header.numbersOfVertex() + 6);
+        const double frame = 4.0 * double(header.mesh.vertexCount()) * double(header.coefficientsOfVertex() + 6);
         most_ = std::size_t(std::clamp(kBudget / std::min(kBlocks, 128 * frame), 2.0, 64.0));
     }
     VisibilityFrame read(FrameSource source) {
@@ -361,7 +361,7 @@ public:
         if (source.frame >= reader.header().frames.frameCount() ||
             reader.header().mesh.vertexCount() != plan_.header.mesh.vertexCount() ||
             reader.header().order != plan_.header.order ||
-            reader.header().numbersOfVertex() != plan_.header.numbersOfVertex())
+            reader.header().coefficientsOfVertex() != plan_.header.coefficientsOfVertex())
             throw IoError(plan_.shards[source.file].string() + ": was replaced while it was read");
         return reader.readFrame(source.frame);
     }

@@ -276,7 +276,7 @@ double BakePlan::rays() const {
 double BakePlan::bytes(Precision precision) const {
     const double vertices = double(header.mesh.vertexCount()), frames = double(header.frames.frameCount());
     const double coefficient = precision == Precision::kFloat16 ? 2 : 4;
-    const double moments = double(header.numbersOfVertex());
+    const double moments = double(header.coefficientsOfVertex());
     const double joints = header.skin ? double(header.skin->jointCount()) : 0;
     const double influences = header.skin ? double(header.skin->influences) : 0;
     const double frame = vertices * (24 + coefficient * moments) + 48.0 * joints + 4.0 * header.pose_size + 10;

@@ -42,7 +42,7 @@ struct TrackNoise {
 };
 
 // Seven numbers: rotation vector of R, ln s, o.
-using MapNumbers = std::array<double, 7>;
+using MapParameters = std::array<double, 7>;
 
 // How far the pose of b, seen in a, is off that of a: two across, one along, three of the turn.
 struct PairError {
@@ -82,12 +82,12 @@ struct PairError {
     }
 };
 
-MapNumbers numbersOf(const FrameMap& map) {
+MapParameters parametersOf(const FrameMap& map) {
     const Vec3d turn = rotationVector(quaternionOf(map.rotation));
     return {turn.x, turn.y, turn.z, std::log(map.scale), map.origin.x, map.origin.y, map.origin.z};
 }
 
-FrameMap mapOf(const MapNumbers& x) {
+FrameMap mapOf(const MapParameters& x) {
     return {std::exp(x[3]), matrixOf(rotationOf(Vec3d{x[0], x[1], x[2]})), {x[4], x[5], x[6]}};
 }
 
@@ -126,7 +126,7 @@ double noiseOf(std::vector<double> sizes) {
     return std::max(1.4826 * sizes[sizes.size() / 2], kMinNoise);
 }
 
-TrackNoise measuredNoise(std::span<const PosePair> pairs, const MapNumbers& x) {
+TrackNoise measuredNoise(std::span<const PosePair> pairs, const MapParameters& x) {
     std::vector<double> across, along, turn;
     for (const PosePair& pair : pairs) {
         double error[6];
@@ -138,7 +138,7 @@ TrackNoise measuredNoise(std::span<const PosePair> pairs, const MapNumbers& x) {
     return {noiseOf(across), noiseOf(along), noiseOf(turn)};
 }
 
-void solve(std::span<const PosePair> pairs, const TrackNoise& noise, MapNumbers& x) {
+void solve(std::span<const PosePair> pairs, const TrackNoise& noise, MapParameters& x) {
     [[maybe_unused]] static const int quiet = FLAGS_minloglevel = google::GLOG_ERROR;  // Ceres prints of its own
     ceres::Problem problem;
     for (const PosePair& pair : pairs)
@@ -192,7 +192,7 @@ AlignedFrames alignFrames(std::span<const PosePair> pairs) {
     }
     if (!(farthest > distance * kMinSpread * std::numbers::pi / 180))
         throw InvalidInput("have all their cameras at one place, which tells no scale: move the camera");
-    MapNumbers x = numbersOf(startOf(pairs));
+    MapParameters x = parametersOf(startOf(pairs));
     TrackNoise noise;
     for (int round = 0; round < kAlignRounds; ++round) {
         solve(pairs, noise, x);

@@ -57,12 +57,12 @@ struct PointError {
     }
 };
 
-std::array<double, 6> numbersOf(const CameraPose& pose) {
+std::array<double, 6> parametersOf(const CameraPose& pose) {
     const Vec3d turn = rotationVector(quaternionOf(pose.rotation)), t = pose.translation;
     return {turn.x, turn.y, turn.z, t.x, t.y, t.z};
 }
 
-CameraPose poseOfNumbers(const std::array<double, 6>& x) {
+CameraPose poseOfParameters(const std::array<double, 6>& x) {
     return {matrixOf(rotationOf(Vec3d{x[0], x[1], x[2]})), {x[3], x[4], x[5]}};
 }
 
@@ -105,7 +105,7 @@ Unknowns startOf(int width, int height, std::span<const GridShot> shots) {
     for (const GridShot& shot : shots) {
         const std::optional<PoseEstimate> pose = estimatePose(camera, shot.points);
         if (!pose) throw InvalidInput(shot.file + ": its tags fit no pose of a camera");
-        out.poses.push_back(numbersOf(pose->pose));
+        out.poses.push_back(parametersOf(pose->pose));
     }
     return out;
 }
@@ -162,7 +162,7 @@ std::vector<GridShot> withoutStrays(std::span<const GridShot> shots, const Pinho
     std::vector<std::vector<double>> distances;
     std::vector<double> all;
     for (std::size_t s = 0; s < shots.size(); ++s) {
-        const CameraPose pose = poseOfNumbers(x.poses[s]);
+        const CameraPose pose = poseOfParameters(x.poses[s]);
         std::vector<double>& here = distances.emplace_back();
         for (const SeenPoint& seen : shots[s].points) here.push_back(distanceOf(camera, pose, seen));
         all.insert(all.end(), here.begin(), here.end());
@@ -227,7 +227,7 @@ SolvedCamera solveCamera(int width, int height, std::span<const GridShot> shots)
     const std::vector<GridShot> kept = withoutStrays(shots, cameraOf(width, height, x), x);
     minimise(kept, x, out.deviations);
     out.camera = cameraOf(width, height, x);
-    for (const std::array<double, 6>& pose : x.poses) out.poses.push_back(poseOfNumbers(pose));
+    for (const std::array<double, 6>& pose : x.poses) out.poses.push_back(poseOfParameters(pose));
     measureResiduals(kept, out);
     measureViews(kept, out);
     for (const GridShot& shot : shots) out.strays += shot.points.size();

@@ -1,5 +1,5 @@
 #pragma once
-// A printed grid of tags, which calibrates a camera (scripts/make_tags grid).
+// A printed grid of tags, which calibrates a camera (scripts/ar/make_tags grid).
 #include <span>
 #include <string>
 #include <vector>

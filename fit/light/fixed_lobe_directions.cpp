@@ -8,7 +8,7 @@ namespace penumbra {
 namespace {
 
 // clang-format off
-// scripts/make_lobe_directions.py made this table. It holds 2n-1 directions for each order n, one order after the
+// scripts/dev/make_lobe_directions.py made this table. It holds 2n-1 directions for each order n, one order after the
 // other, with the largest condition number of a band's matrix.
 constexpr Vec3d kDirections[kMaxOrder * kMaxOrder] = {
     // order 1: condition 1.00

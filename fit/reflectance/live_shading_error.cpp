@@ -46,11 +46,11 @@ std::vector<double> lobeMatrix(const BrdfLobe& lobe, int light_order, int moment
     return mirrorLobeMatrix(light_order, moment_order, moments);
 }
 
-std::vector<double> spread(int order, std::span<const double> numbers) {
+std::vector<double> spread(int order, std::span<const double> coefficients) {
     const std::vector<int> even = evenIndices(order);
-    assert(even.size() == numbers.size());
+    assert(even.size() == coefficients.size());
     std::vector<double> d(std::size_t(coefficientCount(order)));
-    for (std::size_t i = 0; i < even.size(); ++i) d[std::size_t(even[i])] = numbers[i];
+    for (std::size_t i = 0; i < even.size(); ++i) d[std::size_t(even[i])] = coefficients[i];
     return d;
 }
 
@@ -63,9 +63,9 @@ double product(std::span<const double> a, std::span<const double> b) {
 }  // namespace
 
 double liveRadiance(const BrdfLobe& lobe, int light_order, std::span<const double> light, int order,
-                    std::span<const double> numbers, int moment_order, Vec3d view) {
+                    std::span<const double> coefficients, int moment_order, Vec3d view) {
     const Mat3d frame = mirrorFrame(view);
-    const std::vector<double> b = timesVector(gram(moment_order, order), spread(order, numbers));
+    const std::vector<double> b = timesVector(gram(moment_order, order), spread(order, coefficients));
     const std::vector<double> t =
         timesVector(lobeMatrix(lobe, light_order, moment_order), turned(moment_order, frame, b));
     return product(turned(light_order, frame, light), t);

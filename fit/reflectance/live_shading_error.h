@@ -12,7 +12,7 @@ namespace penumbra {
 // Returns the radiance of one point in double precision. `numbers` are of the mirrored convention of this order, in the
 // local frame, and so are `light`, [light_order^2] of one channel, and the view. The moments get `moment_order` bands.
 double liveRadiance(const BrdfLobe& lobe, int light_order, std::span<const double> light, int order,
-                    std::span<const double> numbers, int moment_order, Vec3d view);
+                    std::span<const double> coefficients, int moment_order, Vec3d view);
 
 // Returns the relative RMSE over the reference scenes, for D5 and moments of order 6. `source` is the lobe to evaluate.
 double liveShadingError(const RgbBrdf& source, const BrdfLobe& lobe, int threads);

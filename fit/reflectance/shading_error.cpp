@@ -66,16 +66,16 @@ namespace {
 std::vector<double> products(const ShadingTest& test, const Convention& convention, int slice_order) {
     const auto count = std::size_t(coefficientCount(convention.order)),
                rows = std::size_t(coefficientCount(slice_order));
-    std::vector<float> numbers(std::size_t(convention.size())), full(count);
+    std::vector<float> coefficients(std::size_t(convention.size())), full(count);
     std::vector<double> p, product(rows);
     for (const std::vector<double>& light : test.scenes.lights)
         for (std::size_t k = 0; k < test.scenes.occluders.size(); ++k) {
             const double* moments = test.moments.data() + k * coefficientCount(kMaxOrder);
             const std::vector<float> single(moments, moments + count);
-            fromMoments(convention, single, numbers);
-            toCoefficients(convention, numbers, full);
-            multiply(slice_order, light, test.scenes.light_order,
-                     std::vector<double>(full.begin(), full.end()), convention.order, product);
+            fromMoments(convention, single, coefficients);
+            fullCoefficients(convention, coefficients, full);
+            multiply(slice_order, light, test.scenes.light_order, std::vector<double>(full.begin(), full.end()),
+                     convention.order, product);
             p.insert(p.end(), product.begin(), product.end());
         }
     return p;

@@ -1,4 +1,4 @@
-// Written by scripts/make_shading_scenes.py from tests/golden/scene_seed11.json; not to be edited.
+// Written by scripts/dev/make_shading_scenes.py from tests/golden/scene_seed11.json; not to be edited.
 #include "fit/reflectance/shading_scene_table.h"
 
 // clang-format off

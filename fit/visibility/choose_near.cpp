@@ -21,7 +21,7 @@ constexpr int kGroups = 3;
 double variationOf(const FarTables& far, const VertexSet& vertices, std::span<const SetPose> poses,
                    std::uint16_t part) {
     const std::vector<std::uint16_t> everywhere(far.partCount(), part);
-    std::vector<float> factor(vertices.part.size() * kFarNumbers);
+    std::vector<float> factor(vertices.part.size() * kFarCoefficients);
     std::vector<double> sum(factor.size());
     double squares = 0;
     for (const SetPose& pose : poses) {
@@ -124,7 +124,7 @@ struct HeldOut {
 // The relative error of a model without near parts and of one with them.
 NearReport crossValidate(const FitJob& job, const Model& without, const Model& with) {
     const std::vector<std::size_t> sample = evenSample(indices(job.clusters.vertices.size()), kSampledClusters);
-    const std::vector<ClusterNumbers> numbers = readComposedNumbers(job, without, sample);
+    const std::vector<ClusterCoefficients> coefficients = readComposedCoefficients(job, without, sample);
     const std::vector<Group> groups = groupsOf(job);
     const std::array<ComposedClusters, 2> shared{ComposedClusters(job, without), ComposedClusters(job, with)};
     std::vector<HeldOut> found(2 * groups.size() * sample.size());
@@ -132,7 +132,7 @@ NearReport crossValidate(const FitJob& job, const Model& without, const Model& w
         const std::size_t c = i / 2 % sample.size();
         const Group& group = groups[i / 2 / sample.size()];
         const FitJob part{job.reader, job.options, job.observer, job.poses, job.clusters, group.split, group.folds};
-        found[i].add(fitComposedCluster(part, shared[i % 2], sample[c], numbers[c]), group.split.held_out);
+        found[i].add(fitComposedCluster(part, shared[i % 2], sample[c], coefficients[c]), group.split.held_out);
     });
     std::array<HeldOut, 2> sums;
     for (std::size_t i = 0; i < found.size(); ++i) sums[i % 2].add(found[i]);

@@ -7,7 +7,7 @@
 #include "fit/clusters/tangent_frames.h"
 #include "fit/numerics/pca.h"
 #include "fit/visibility/far_factors.h"
-#include "fit/visibility/local_numbers.h"
+#include "fit/visibility/local_coefficients.h"
 #include "formats/common/drawn_mesh.h"
 #include "formats/common/parallel_for.h"
 #include "formats/common/spread_evenly.h"
@@ -57,10 +57,10 @@ FrameSums compareFrame(const Comparison& c, std::size_t frame) {
             ++sums.receivers[p];
         }
         if (fields.floor)
-            for (std::array<float, kFarNumbers>* product : {&far.by_fields, &far.by_rays})
+            for (std::array<float, kFarCoefficients>* product : {&far.by_fields, &far.by_rays})
                 multiplyByFloor(fastestFarPath(), {&normal, 1}, {&tangent, 1}, *product);
-        const auto numbersIn = [&](const MatrixF& all) { return all.row(frame).subspan(v * n, n); };
-        const std::span<const float> local = numbersIn(c.local), truth = numbersIn(c.whole);
+        const auto coefficientsIn = [&](const MatrixF& all) { return all.row(frame).subspan(v * n, n); };
+        const std::span<const float> local = coefficientsIn(c.local), truth = coefficientsIn(c.whole);
         sums.by_fields += composedError(c.model.convention, local, far.by_fields, truth);
         sums.by_rays += composedError(c.model.convention, local, far.by_rays, truth);
         for (std::size_t i = 0; i < n; ++i) {
@@ -80,14 +80,14 @@ FarError measureFar(const FarErrorJob& job, const Model& model, const FarSample&
         chosen.push_back(std::uint32_t(v));
     const std::vector<std::size_t> train = evenSample(job.split.train, sample.frames),
                                    held_out = evenSample(job.split.held_out, sample.frames);
-    ClusterNumbersRequest request;
+    ClusterCoefficientsRequest request;
     request.convention = model.convention;
     request.frames = {&model.rest_tangents, &model.cluster_of_vertex, job.clusters.joint};
     request.vertices_of_cluster = {&chosen, 1};
     request.threads = job.threads;
-    const MatrixF whole = readClusterNumbers(job.reader, job.poses, request)[0];
+    const MatrixF whole = readClusterCoefficients(job.reader, job.poses, request)[0];
     request.occluders = Occluders::kLocalParts;
-    const MatrixF local = readClusterNumbers(job.reader, job.poses, request)[0];
+    const MatrixF local = readClusterCoefficients(job.reader, job.poses, request)[0];
     // 2. The parts, in both ways.
     const FarTables tables = makeFarTables(*model.composition, model.convention);
     const Mesh& mesh = model.drawn ? model.drawn->mesh : model.mesh;

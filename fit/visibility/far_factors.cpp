@@ -122,20 +122,20 @@ FarBatch nextBatch(const VertexSet& set, const SetPose& pose, std::vector<std::o
     return batch;
 }
 
-// Calls see(parts, batch, far) for all vertices, batch by batch; it writes what they see, [count, kFarNumbers].
+// Calls see(parts, batch, far) for all vertices, batch by batch; it writes what they see, [count, kFarCoefficients].
 template <class See>
 void seeParts(const VertexSet& set, const SetPose& pose, std::span<float> out, const See& see) {
-    assert(out.size() == set.part.size() * kFarNumbers);
+    assert(out.size() == set.part.size() * kFarCoefficients);
     std::vector<FarPart> parts;
     for (const PosedPart& part : pose.parts) parts.push_back(farPart(part));
     std::vector<std::optional<Mat3>> rotations(pose.bones.size());
-    std::array<float, kMaxReceivers * kFarNumbers> far;
+    std::array<float, kMaxReceivers * kFarCoefficients> far;
     for (std::size_t next = 0; next < set.order.size();) {
         const FarBatch batch = nextBatch(set, pose, rotations, next);
         see(parts.data(), batch, far);
         for (std::size_t i = 0; i < batch.count; ++i)
-            std::copy_n(far.begin() + std::ptrdiff_t(i * kFarNumbers), kFarNumbers,
-                        out.begin() + std::ptrdiff_t(batch.vertex[i] * kFarNumbers));
+            std::copy_n(far.begin() + std::ptrdiff_t(i * kFarCoefficients), kFarCoefficients,
+                        out.begin() + std::ptrdiff_t(batch.vertex[i] * kFarCoefficients));
     }
 }
 
@@ -147,7 +147,7 @@ void farFactors(const FarTables& tables, const VertexSet& set, const SetPose& po
                              batch.receivers(batch.gains.data()), far.data());
         if (tables.fields().floor)
             multiplyByFloor(fastestFarPath(), std::span(batch.normals).first(batch.count),
-                            std::span(batch.tangents).first(batch.count), far.first(batch.count * kFarNumbers));
+                            std::span(batch.tangents).first(batch.count), far.first(batch.count * kFarCoefficients));
     });
 }
 
@@ -161,10 +161,10 @@ void nearFactor(const FarTables& tables, const VertexSet& set, const SetPose& po
     });
 }
 
-void multiplyByFar(const FarTables& tables, std::span<const float> far, std::span<float> numbers) {
+void multiplyByFar(const FarTables& tables, std::span<const float> far, std::span<float> coefficients) {
     const FarConstants& constants = tables.constants();
-    fastestFarPath().compose(constants, far.data(), nullptr, far.size() / kFarNumbers,
-                             std::size_t(mirroredCount(constants.order)), numbers.data());
+    fastestFarPath().compose(constants, far.data(), nullptr, far.size() / kFarCoefficients,
+                             std::size_t(mirroredCount(constants.order)), coefficients.data());
 }
 
 }  // namespace penumbra

@@ -44,14 +44,14 @@ struct SetPose {
 };
 SetPose poseOfSet(const VertexSet& set, const PoseTable& poses, std::size_t frame, std::span<const PosedPart> parts);
 
-// Writes the far visibility of every vertex of the set in one pose, [V of the set, kFarNumbers] in the local frames,
-// times that of its near parts.
+// Writes the far visibility of every vertex of the set in one pose, [V of the set, kFarCoefficients] in the local
+// frames, times that of its near parts.
 void farFactors(const FarTables& tables, const VertexSet& set, const SetPose& pose, std::span<float> out);
 // Writes the visibility of one other part alone. It is near_part[p] for vertices of part p; kNoPart hides nothing.
 void nearFactor(const FarTables& tables, const VertexSet& set, const SetPose& pose,
                 std::span<const std::uint16_t> near_part, std::span<float> out);
 
-// Multiplies local numbers [V, n] in convention D by far factors [V, kFarNumbers].
-void multiplyByFar(const FarTables& tables, std::span<const float> far, std::span<float> numbers);
+// Multiplies local numbers [V, n] in convention D by far factors [V, kFarCoefficients].
+void multiplyByFar(const FarTables& tables, std::span<const float> far, std::span<float> coefficients);
 
 }  // namespace penumbra

@@ -33,7 +33,7 @@ private:
 
 // The weights that give the luminance of E_ind / pi under a light of radiance 1 from everywhere.
 std::vector<float> indirectWeights(const ColorAxes& axes) {
-    std::vector<float> weights(kIndirectNumbers);
+    std::vector<float> weights(kIndirectSize);
     const std::array<std::size_t, 3> places{0, kIndirectCoefficients, kIndirectCoefficients + 1};
     for (int k = 0; k < 3; ++k)
         weights[places[std::size_t(k)]] =
@@ -42,14 +42,14 @@ std::vector<float> indirectWeights(const ColorAxes& axes) {
 }
 
 // Reads the numbers of the clusters [begin, end).
-using ReadNumbers = std::function<std::vector<MatrixF>(std::size_t begin, std::size_t end, Occluders occluders)>;
+using ReadCoefficients = std::function<std::vector<MatrixF>(std::size_t begin, std::size_t end, Occluders occluders)>;
 // Fits the cluster c, which is number i of its batch.
-using FitBatch = std::function<void(std::size_t begin, std::size_t end, const ReadNumbers& read)>;
+using FitBatch = std::function<void(std::size_t begin, std::size_t end, const ReadCoefficients& read)>;
 
-std::vector<MatrixF> readNumbers(const FitJob& job, const Model& model,
-                                 std::span<const std::vector<std::uint32_t>> vertices_of_cluster, Occluders occluders,
-                                 std::function<void(std::size_t)> vertices_done) {
-    ClusterNumbersRequest request;
+std::vector<MatrixF> readCoefficients(const FitJob& job, const Model& model,
+                                      std::span<const std::vector<std::uint32_t>> vertices_of_cluster,
+                                      Occluders occluders, std::function<void(std::size_t)> vertices_done) {
+    ClusterCoefficientsRequest request;
     request.convention = model.convention;
     request.frames = {&model.rest_tangents, &model.cluster_of_vertex, job.clusters.joint};
     request.vertices_of_cluster = vertices_of_cluster;
@@ -58,12 +58,12 @@ std::vector<MatrixF> readNumbers(const FitJob& job, const Model& model,
     request.occluders = occluders;
     request.threads = job.options.threads;
     request.vertices_done = std::move(vertices_done);
-    return readClusterNumbers(job.reader, job.poses, request);
+    return readClusterCoefficients(job.reader, job.poses, request);
 }
 
 // Calls `fit` for one batch of clusters after the other. Each takes about `copies` times its numbers in memory.
 void forBatches(const FitJob& job, const Model& model, std::size_t copies, const FitBatch& fit) {
-    const std::size_t size = job.indirect ? kIndirectNumbers : std::size_t(model.convention.size()),
+    const std::size_t size = job.indirect ? kIndirectSize : std::size_t(model.convention.size()),
                       bytes_per_vertex = job.poses.frameCount() * size * sizeof(float) * copies;
     const std::size_t batch_bytes = job.options.batch_bytes
                                         ? job.options.batch_bytes
@@ -71,9 +71,9 @@ void forBatches(const FitJob& job, const Model& model, std::size_t copies, const
                                                      std::size_t(32) << 20, std::size_t(256) << 20);
     // Reading and rotating a vertex' numbers takes about as long as fitting them, so each counts half.
     SharedProgress progress(job.observer, 2.0 * double(copies) * double(model.mesh.vertexCount()));
-    const ReadNumbers read = [&](std::size_t begin, std::size_t end, Occluders occluders) {
-        return readNumbers(job, model, std::span(job.clusters.vertices).subspan(begin, end - begin), occluders,
-                           [&](std::size_t n) { progress.add(double(n)); });
+    const ReadCoefficients read = [&](std::size_t begin, std::size_t end, Occluders occluders) {
+        return readCoefficients(job, model, std::span(job.clusters.vertices).subspan(begin, end - begin), occluders,
+                                [&](std::size_t n) { progress.add(double(n)); });
     };
     for (auto [begin, end] : makeBatches(job.clusters.vertices, bytes_per_vertex, batch_bytes)) {
         fit(begin, end, read);
@@ -118,13 +118,13 @@ Vec3 centerOf(const Mesh& mesh, const std::vector<std::uint32_t>& vertices) {
 std::vector<ClusterFit> fitClusters(const FitJob& job, const Model& model) {
     const FeatureRecipe recipe = recipeOf(model);
     std::vector<ClusterFit> fits(job.clusters.vertices.size());
-    forBatches(job, model, 1, [&](std::size_t begin, std::size_t end, const ReadNumbers& read) {
-        std::vector<MatrixF> numbers = read(begin, end, Occluders::kAll);
-        parallelFor(numbers.size(), job.options.threads, [&](std::size_t i) {
+    forBatches(job, model, 1, [&](std::size_t begin, std::size_t end, const ReadCoefficients& read) {
+        std::vector<MatrixF> coefficients = read(begin, end, Occluders::kAll);
+        parallelFor(coefficients.size(), job.options.threads, [&](std::size_t i) {
             throwIfInterrupted();
-            fits[begin + i] = fitCluster(problemOf(job, model, recipe, begin + i), numbers[i]);
+            fits[begin + i] = fitCluster(problemOf(job, model, recipe, begin + i), coefficients[i]);
             fits[begin + i].model.vertices = job.clusters.vertices[begin + i];
-            numbers[i] = {};
+            coefficients[i] = {};
         });
     });
     return fits;
@@ -186,19 +186,20 @@ ComposedClusters::ComposedClusters(const FitJob& job, const Model& composed)
       far(makeFarTables(*composed.composition, composed.convention)),
       posed(posedParts(job, far.fields())) {}
 
-std::vector<ClusterNumbers> readComposedNumbers(const FitJob& job, const Model& model,
-                                                std::span<const std::size_t> clusters) {
+std::vector<ClusterCoefficients> readComposedCoefficients(const FitJob& job, const Model& model,
+                                                          std::span<const std::size_t> clusters) {
     std::vector<std::vector<std::uint32_t>> vertices;
     for (const std::size_t c : clusters) vertices.push_back(job.clusters.vertices[c]);
-    std::vector<MatrixF> local = readNumbers(job, model, vertices, Occluders::kLocalParts, {}),
-                         whole = readNumbers(job, model, vertices, Occluders::kAll, {});
-    std::vector<ClusterNumbers> numbers;
-    for (std::size_t i = 0; i < clusters.size(); ++i) numbers.push_back({std::move(local[i]), std::move(whole[i])});
-    return numbers;
+    std::vector<MatrixF> local = readCoefficients(job, model, vertices, Occluders::kLocalParts, {}),
+                         whole = readCoefficients(job, model, vertices, Occluders::kAll, {});
+    std::vector<ClusterCoefficients> coefficients;
+    for (std::size_t i = 0; i < clusters.size(); ++i)
+        coefficients.push_back({std::move(local[i]), std::move(whole[i])});
+    return coefficients;
 }
 
 ComposedFit fitComposedCluster(const FitJob& job, const ComposedClusters& shared, std::size_t c,
-                               ClusterNumbers numbers) {
+                               ClusterCoefficients coefficients) {
     throwIfInterrupted();
     const FeatureRecipe near = localRecipe(shared.model, shared.table, shared.recipe, job.clusters.joint[c]);
     const VertexSet vertices = vertexSet(shared.model, job.clusters.vertices[c], job.clusters.joint);
@@ -209,7 +210,7 @@ ComposedFit fitComposedCluster(const FitJob& job, const ComposedClusters& shared
     const NearProblem near_problem{&shared.far,  &shared.model,      &job.poses,
                                    shared.posed, job.clusters.joint, job.split.train};
     if (shared.model.composition->near_count > 0) problem.near = &near_problem;
-    ComposedFit fit = fitComposed(problem, numbers.local, numbers.whole);
+    ComposedFit fit = fitComposed(problem, coefficients.local, coefficients.whole);
     for (ClusterFit* part : {&fit.local, &fit.residual}) part->model.vertices = job.clusters.vertices[c];
     return fit;
 }
@@ -217,7 +218,7 @@ ComposedFit fitComposedCluster(const FitJob& job, const ComposedClusters& shared
 std::vector<ComposedFit> fitComposedClusters(const FitJob& job, const Model& model) {
     const ComposedClusters shared(job, model);
     std::vector<ComposedFit> fits(job.clusters.vertices.size());
-    forBatches(job, model, 2, [&](std::size_t begin, std::size_t end, const ReadNumbers& read) {
+    forBatches(job, model, 2, [&](std::size_t begin, std::size_t end, const ReadCoefficients& read) {
         std::vector<MatrixF> local = read(begin, end, Occluders::kLocalParts),
                              whole = read(begin, end, Occluders::kAll);
         parallelFor(whole.size(), job.options.threads, [&](std::size_t i) {

@@ -44,15 +44,15 @@ struct ComposedClusters {
     ComposedClusters(const FitJob& job, const Model& composed);
 };
 // The numbers of a cluster, [F, Vc n] each.
-struct ClusterNumbers {
+struct ClusterCoefficients {
     MatrixF local, whole;
 };
 // Reads the numbers of some clusters, which must fit into memory.
-std::vector<ClusterNumbers> readComposedNumbers(const FitJob& job, const Model& model,
-                                                std::span<const std::size_t> clusters);
+std::vector<ClusterCoefficients> readComposedCoefficients(const FitJob& job, const Model& model,
+                                                          std::span<const std::size_t> clusters);
 // Fits cluster c of the job to its numbers.
 ComposedFit fitComposedCluster(const FitJob& job, const ComposedClusters& shared, std::size_t c,
-                               ClusterNumbers numbers);
+                               ClusterCoefficients coefficients);
 // Fits every cluster of a composed model.
 std::vector<ComposedFit> fitComposedClusters(const FitJob& job, const Model& model);
 

@@ -30,15 +30,15 @@ void subtractPrediction(const ClusterProblem& problem, const ClusterModel& model
     constexpr std::size_t kBatch = 16;
     for (std::size_t first = 0; first < raw.rows; first += kBatch) {
         const std::size_t frames = std::min(kBatch, raw.rows - first);
-        MatrixF scores(frames, model.components()), numbers(frames, residual.columns);
+        MatrixF scores(frames, model.components()), coefficients(frames, residual.columns);
         for (std::size_t f = 0; f < frames; ++f) {
             const std::vector<float> of_frame =
                 scoreCluster(problem.kind, *problem.recipe, model, raw.row(first + f)).scores;
             std::copy(of_frame.begin(), of_frame.end(), scores.row(f).begin());
         }
-        asEigen(numbers).noalias() = asEigen(scores) * basis;
+        asEigen(coefficients).noalias() = asEigen(scores) * basis;
         for (std::size_t f = 0; f < frames; ++f) {
-            const std::span<float> row = numbers.row(f), left = residual.row(first + f);
+            const std::span<float> row = coefficients.row(f), left = residual.row(first + f);
             for (std::size_t c = 0; c < row.size(); ++c) row[c] += model.mean[c];
             for (std::size_t c = 0; c < row.size() && problem.clamp; c += w.size())
                 clampAmbient(w, norm2, row.subspan(c, w.size()));
@@ -89,17 +89,17 @@ void setErrorRatios(const FrameErrors& errors, std::span<const std::size_t> trai
     model.holdout_error = train.size() == trained.size() ? std::numeric_limits<double>::quiet_NaN() : ratio(false);
 }
 
-ClusterFit fitCluster(const ClusterProblem& problem, MatrixF& numbers) {
+ClusterFit fitCluster(const ClusterProblem& problem, MatrixF& coefficients) {
     // 1. Take the training mean off the numbers.
     ClusterFit fit;
     fit.model.joint = problem.joint;
     fit.model.center = problem.center;
-    fit.model.mean = toFloats(meanOfRows(numbers, problem.train));
-    subtractFromRows(numbers, std::span<const float>(fit.model.mean));
-    fit.errors.variance = squaredNorms(numbers);
+    fit.model.mean = toFloats(meanOfRows(coefficients, problem.train));
+    subtractFromRows(coefficients, std::span<const float>(fit.model.mean));
+    fit.errors.variance = squaredNorms(coefficients);
 
     // 2. Reduce the outputs by PCA over the training frames.
-    const MatrixF centered = selectRows(numbers, problem.train);
+    const MatrixF centered = selectRows(coefficients, problem.train);
     const Pca outputs = principalComponents(centered);
     const std::size_t components = componentsFor(outputs, problem.output_variance);
     fit.model.basis = basisOf(outputs, centered, components).values;
@@ -117,9 +117,9 @@ ClusterFit fitCluster(const ClusterProblem& problem, MatrixF& numbers) {
     fit.leave_one_out = errors.leave_one_out;
 
     // 4. Measure the errors of the predictions.
-    subtractPrediction(problem, fit.model, raw, numbers);
-    fit.errors.squared = squaredNorms(numbers);
-    fit.errors.ambient = ambientErrors(problem.ambient_weights, numbers);
+    subtractPrediction(problem, fit.model, raw, coefficients);
+    fit.errors.squared = squaredNorms(coefficients);
+    fit.errors.ambient = ambientErrors(problem.ambient_weights, coefficients);
     setErrorRatios(fit.errors, problem.train, fit.model);
     return fit;
 }

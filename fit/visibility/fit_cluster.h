@@ -5,7 +5,7 @@
 
 #include "fit/models/features.h"
 #include "fit/visibility/error_figures.h"
-#include "fit/visibility/local_numbers.h"
+#include "fit/visibility/local_coefficients.h"
 #include "formats/stage/model_file.h"
 
 namespace penumbra {
@@ -39,6 +39,6 @@ Matrix rawFeatures(const FeatureRecipe& recipe, int joint, const PoseTable& pose
 void setErrorRatios(const FrameErrors& errors, std::span<const std::size_t> train, ClusterModel& model);
 
 // Fits the cluster to `numbers` [F, Vc n]. They are used up: afterwards they hold the residuals.
-ClusterFit fitCluster(const ClusterProblem& problem, MatrixF& numbers);
+ClusterFit fitCluster(const ClusterProblem& problem, MatrixF& coefficients);
 
 }  // namespace penumbra

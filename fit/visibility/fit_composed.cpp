@@ -41,19 +41,19 @@ FrameErrors noErrors(const std::vector<double>& variance) {
     return errors;
 }
 
-std::vector<double> varianceOf(const MatrixF& numbers, std::span<const std::size_t> train) {
-    const std::vector<double> mean = meanOfRows(numbers, train);
-    std::vector<double> variance(numbers.rows);
-    for (std::size_t f = 0; f < numbers.rows; ++f)
-        for (std::size_t c = 0; c < numbers.columns; ++c)
-            variance[f] += (numbers(f, c) - mean[c]) * (numbers(f, c) - mean[c]);
+std::vector<double> varianceOf(const MatrixF& coefficients, std::span<const std::size_t> train) {
+    const std::vector<double> mean = meanOfRows(coefficients, train);
+    std::vector<double> variance(coefficients.rows);
+    for (std::size_t f = 0; f < coefficients.rows; ++f)
+        for (std::size_t c = 0; c < coefficients.columns; ++c)
+            variance[f] += (coefficients(f, c) - mean[c]) * (coefficients(f, c) - mean[c]);
     return variance;
 }
 
-void clampAll(std::span<const float> ambient, std::span<float> numbers) {
+void clampAll(std::span<const float> ambient, std::span<float> coefficients) {
     const float norm2 = std::inner_product(ambient.begin(), ambient.end(), ambient.begin(), 0.0f);
-    for (std::size_t c = 0; c < numbers.size(); c += ambient.size())
-        clampAmbient(ambient, norm2, numbers.subspan(c, ambient.size()));
+    for (std::size_t c = 0; c < coefficients.size(); c += ambient.size())
+        clampAmbient(ambient, norm2, coefficients.subspan(c, ambient.size()));
 }
 
 // Fills in the energies of what is left.
@@ -86,7 +86,7 @@ void multiplyParts(const ComposedProblem& problem, const VertexSet& vertices, Ma
     const std::size_t parts = problem.far->partCount();
     VertexSet without_near = vertices;
     std::fill(without_near.gains.begin(), without_near.gains.end(), std::uint8_t(0));
-    std::vector<float> far(vertices.part.size() * kFarNumbers);
+    std::vector<float> far(vertices.part.size() * kFarCoefficients);
     for (std::size_t f = 0; f < predicted.rows; ++f) {
         const SetPose pose = poseOfSet(vertices, *problem.local.poses, f, problem.posed.subspan(f * parts, parts));
         farFactors(*problem.far, vertices, pose, far);

@@ -7,7 +7,7 @@
 //
 // Here: the sum of all bounces is one smooth function of directions for each vertex. In the local frame it changes for
 // the same reason as visibility does: other bones come near. So clusters, frames and regression are those of
-// visibility. Albedo is baked in; colours have few principal axes (sh/indirect_numbers.h), and one PCA over all
+// visibility. Albedo is baked in; colours have few principal axes (sh/indirect_coefficients.h), and one PCA over all
 // vertices and numbers of a cluster reduces what is left.
 #include "fit/visibility/fit_indirect.h"
 
@@ -110,12 +110,12 @@ ColorAxes colorAxes(const VisibilityReader& reader, std::span<const std::size_t>
 FrameEnergy energyOf(const VisibilityFrame& frame, const ColorAxes& axes, std::size_t n2) {
     FrameEnergy energy;
     double kept = 0;
-    std::array<float, kIndirectNumbers> numbers;
+    std::array<float, kIndirectSize> coefficients;
     for (const float t : frame.coefficients) energy.direct += 3.0 * double(t) * t;
     for (const float t : frame.indirect) energy.indirect += double(t) * t;
     for (std::size_t at = 0; at < frame.indirect.size(); at += 3 * n2) {
-        toIndirectNumbers(axes, std::span(frame.indirect).subspan(at, 3 * n2), numbers);
-        for (const float t : numbers) kept += double(t) * t;
+        toIndirectCoefficients(axes, std::span(frame.indirect).subspan(at, 3 * n2), coefficients);
+        for (const float t : coefficients) kept += double(t) * t;
     }
     energy.left = std::max(0.0, energy.indirect - kept);
     return energy;

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "fit/visibility/local_numbers.h"
+#include "fit/visibility/local_coefficients.h"
 #include "formats/common/far_by_rays.h"
 #include "formats/stage/field_file.h"
 #include "formats/stage/model_file.h"

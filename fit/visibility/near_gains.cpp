@@ -55,7 +55,7 @@ struct Products {
 };
 
 Products::Products(int order) {
-    constexpr auto kFar = Eigen::Index(kFarNumbers);
+    constexpr auto kFar = Eigen::Index(kFarCoefficients);
     std::vector<WeightedDirection> upper;
     for (const WeightedDirection& d : gaussSphere(8, 16))
         if (d.direction.z > 0) upper.push_back(d);
@@ -73,7 +73,7 @@ Products::Products(int order) {
     }
     const Eigen::Index n = mirroredCount(order);
     matrix.resize(n * n, kFar);
-    std::vector<float> a(static_cast<std::size_t>(n)), b(kFarNumbers), product(a.size());
+    std::vector<float> a(static_cast<std::size_t>(n)), b(kFarCoefficients), product(a.size());
     for (Eigen::Index j = 0; j < n; ++j)
         for (Eigen::Index k = 0; k < kFar; ++k) {
             std::fill(a.begin(), a.end(), 0.0f);
@@ -193,11 +193,11 @@ void divideByNear(const Products& products, NearVertex& vertex) {
 // What each near part alone leaves visible at some vertices, with gains of 1.
 struct NearFactors {
     std::size_t frames = 0, columns = 0, vertices = 0;
-    std::vector<float> values;  // [F, Composition::near_count, vertices, kFarNumbers]
+    std::vector<float> values;  // [F, Composition::near_count, vertices, kFarCoefficients]
 };
 
 NearFactors factorsOf(const NearProblem& problem, const VertexSet& vertices) {
-    const std::size_t parts = problem.far->partCount(), stride = vertices.part.size() * kFarNumbers;
+    const std::size_t parts = problem.far->partCount(), stride = vertices.part.size() * kFarCoefficients;
     NearFactors near{problem.poses->frameCount(), problem.far->nearParts().count, vertices.part.size(), {}};
     near.values.resize(near.frames * near.columns * stride);
     std::vector<std::vector<std::uint16_t>> near_part(near.columns);  // of each part
@@ -215,10 +215,10 @@ NearFactors factorsOf(const NearProblem& problem, const VertexSet& vertices) {
 // What the near parts hide from vertex v of the factors.
 std::vector<Columns> hiddenFrom(const NearFactors& near, std::size_t v, const Products& products) {
     std::vector<Columns> hidden;
-    Columns factor(Eigen::Index(kFarNumbers), Eigen::Index(near.frames));
+    Columns factor(Eigen::Index(kFarCoefficients), Eigen::Index(near.frames));
     for (std::size_t k = 0; k < near.columns; ++k) {
         for (std::size_t f = 0; f < near.frames; ++f)
-            std::copy_n(&near.values[((f * near.columns + k) * near.vertices + v) * kFarNumbers], kFarNumbers,
+            std::copy_n(&near.values[((f * near.columns + k) * near.vertices + v) * kFarCoefficients], kFarCoefficients,
                         factor.col(Eigen::Index(f)).data());
         hidden.push_back(Columns::Ones(products.at.rows(), factor.cols()) - products.at * factor);
     }
@@ -226,14 +226,14 @@ std::vector<Columns> hiddenFrom(const NearFactors& near, std::size_t v, const Pr
 }
 
 // E of a vertex, from its numbers.
-float ambientOf(std::span<const float> weights, std::span<const float> numbers) {
-    return std::inner_product(weights.begin(), weights.end(), numbers.begin(), 0.0f);
+float ambientOf(std::span<const float> weights, std::span<const float> coefficients) {
+    return std::inner_product(weights.begin(), weights.end(), coefficients.begin(), 0.0f);
 }
 
 // Writes the numbers of a sky that nothing hides, for some vertices.
-void fillWithSky(std::size_t of_vertex, std::span<float> numbers) {
-    for (std::size_t i = 0; i < numbers.size(); ++i)
-        numbers[i] = i % of_vertex == 0 ? std::sqrt(4 * std::numbers::pi_v<float>) : 0.0f;
+void fillWithSky(std::size_t of_vertex, std::span<float> coefficients) {
+    for (std::size_t i = 0; i < coefficients.size(); ++i)
+        coefficients[i] = i % of_vertex == 0 ? std::sqrt(4 * std::numbers::pi_v<float>) : 0.0f;
 }
 
 // The mean over some frames of the E that near parts with gains of 1 and far parts leave to some vertices.
@@ -243,14 +243,16 @@ std::vector<float> leftByParts(const NearProblem& problem, std::span<const std::
     set.gains.assign(set.gains.size(), std::uint8_t(1 / kPerGain));
     const std::size_t parts = problem.far->partCount(), n = ambient.size();
     const std::vector<std::size_t> frames = evenSample(problem.train, kMaxGainFrames);
-    std::vector<float> factors(vertices.size() * kFarNumbers), numbers(vertices.size() * n), left(vertices.size());
+    std::vector<float> factors(vertices.size() * kFarCoefficients), coefficients(vertices.size() * n),
+        left(vertices.size());
     for (const std::size_t f : frames) {
         farFactors(*problem.far, set, poseOfSet(set, *problem.poses, f, problem.posed.subspan(f * parts, parts)),
                    factors);
-        fillWithSky(n, numbers);
-        multiplyByFar(*problem.far, factors, numbers);
+        fillWithSky(n, coefficients);
+        multiplyByFar(*problem.far, factors, coefficients);
         for (std::size_t v = 0; v < left.size(); ++v)
-            left[v] += std::max(ambientOf(ambient, std::span(numbers).subspan(v * n, n)), 0.0f) / float(frames.size());
+            left[v] +=
+                std::max(ambientOf(ambient, std::span(coefficients).subspan(v * n, n)), 0.0f) / float(frames.size());
     }
     return left;
 }
@@ -258,17 +260,17 @@ std::vector<float> leftByParts(const NearProblem& problem, std::span<const std::
 }  // namespace
 
 std::vector<std::uint8_t> takeOutNearParts(const NearProblem& problem, std::span<const std::uint32_t> vertices,
-                                           MatrixF& numbers) {
+                                           MatrixF& coefficients) {
     const Products products(problem.far->constants().order);
     const std::vector<std::size_t> used = evenSample(problem.train, kMaxGainFrames);
-    const auto n = Eigen::Index(numbers.columns / vertices.size());
+    const auto n = Eigen::Index(coefficients.columns / vertices.size());
     std::vector<std::uint8_t> gains;
     for (std::size_t first = 0; first < vertices.size(); first += kNearBlock) {
         const std::size_t count = std::min(kNearBlock, vertices.size() - first);
         const NearFactors near =
             factorsOf(problem, vertexSet(*problem.model, vertices.subspan(first, count), problem.joint_of_cluster));
         for (std::size_t v = 0; v < count; ++v) {
-            auto of_vertex = asEigen(numbers).middleCols(Eigen::Index(first + v) * n, n);
+            auto of_vertex = asEigen(coefficients).middleCols(Eigen::Index(first + v) * n, n);
             NearVertex all{hiddenFrom(near, v, products), of_vertex.transpose(), {}, {}}, train;
             // 1. The gains, from training frames.
             for (const Columns& hidden : all.hidden) train.hidden.push_back(columnsAt(hidden, used));
@@ -307,12 +309,12 @@ std::vector<bool> hiddenByParts(const NearProblem& problem, std::span<const std:
     return hidden;
 }
 
-void openHidden(const std::vector<bool>& hidden, std::span<std::uint8_t> gains, MatrixF& numbers) {
-    const std::size_t n = numbers.columns / hidden.size(), nears = gains.size() / hidden.size();
+void openHidden(const std::vector<bool>& hidden, std::span<std::uint8_t> gains, MatrixF& coefficients) {
+    const std::size_t n = coefficients.columns / hidden.size(), nears = gains.size() / hidden.size();
     for (std::size_t v = 0; v < hidden.size(); ++v) {
         if (!hidden[v]) continue;
         std::fill_n(gains.begin() + std::ptrdiff_t(v * nears), nears, std::uint8_t(1 / kPerGain));
-        for (std::size_t f = 0; f < numbers.rows; ++f) fillWithSky(n, numbers.row(f).subspan(v * n, n));
+        for (std::size_t f = 0; f < coefficients.rows; ++f) fillWithSky(n, coefficients.row(f).subspan(v * n, n));
     }
 }
 

@@ -24,7 +24,7 @@ struct NearProblem {
 // well as they can. Where near parts hide nearly everything, the rest of a vertex cannot be told, and stays near what
 // it is over all training frames.
 std::vector<std::uint8_t> takeOutNearParts(const NearProblem& problem, std::span<const std::uint32_t> vertices,
-                                           MatrixF& numbers);
+                                           MatrixF& coefficients);
 
 // Finds the vertices that see nothing in any training frame because other parts hide them, as a field says where it is
 // dark. What such a vertex sees when it comes out cannot be learned, and what it sees of nearby parts alone misleads:
@@ -34,6 +34,6 @@ std::vector<bool> hiddenByParts(const NearProblem& problem, std::span<const std:
                                 const MatrixF& whole, std::span<const float> ambient);
 // Gives these vertices the whole sky as their numbers [F, Vc n] in all frames, and gains of 1. So near and far parts
 // alone say what they see.
-void openHidden(const std::vector<bool>& hidden, std::span<std::uint8_t> gains, MatrixF& numbers);
+void openHidden(const std::vector<bool>& hidden, std::span<std::uint8_t> gains, MatrixF& coefficients);
 
 }  // namespace penumbra

@@ -12,7 +12,7 @@
 #include "formats/common/errors.h"
 #include "formats/common/parallel_for.h"
 #include "formats/common/write_file.h"
-#include "sh/indirect_numbers.h"
+#include "sh/indirect_coefficients.h"
 #include "sh/sh_rotation.h"
 
 namespace penumbra {
@@ -21,17 +21,19 @@ namespace {
 
 // Writes the numbers of a cluster's vertices, `n` each: mean plus scores times basis.
 void addComponents(const ClusterModel& cluster, const std::vector<float>& scores, std::size_t n,
-                   std::span<float> numbers) {
+                   std::span<float> coefficients) {
     const std::vector<float> sum = sumOfComponents(cluster, scores);
     for (std::size_t i = 0; i < cluster.vertices.size(); ++i)
-        std::copy_n(sum.begin() + std::ptrdiff_t(i * n), n, numbers.begin() + std::ptrdiff_t(cluster.vertices[i] * n));
+        std::copy_n(sum.begin() + std::ptrdiff_t(i * n), n,
+                    coefficients.begin() + std::ptrdiff_t(cluster.vertices[i] * n));
 }
 
 // Turns the numbers of a vertex into transfer, [3, kIndirectCoefficients] in the local frame and then in the model's.
-void toTransfer(const ColorAxes& axes, std::span<const float> numbers, const Mat3& frame, std::span<float> out) {
+void toTransfer(const ColorAxes& axes, std::span<const float> coefficients, const Mat3& frame, std::span<float> out) {
     std::array<float, kIndirectCoefficients> local;
     for (std::size_t channel = 0; channel < 3; ++channel) {
-        for (std::size_t i = 0; i < local.size(); ++i) local[i] = indirectCoefficient(axes, numbers, i)[int(channel)];
+        for (std::size_t i = 0; i < local.size(); ++i)
+            local[i] = indirectCoefficient(axes, coefficients, i)[int(channel)];
         apply(makeShRotation(kIndirectOrder, frame), std::span<const float>(local),
               out.subspan(channel * kIndirectCoefficients, kIndirectCoefficients));
     }
@@ -80,25 +82,25 @@ Prediction Predictor::predict(std::span<const Affine> bones, std::span<const flo
                               std::span<const Vec3> positions, std::span<const Vec3> normals) const {
     const std::vector<Mat3> rotations = rotationsOf(bones);
     Prediction prediction;
-    prediction.numbers.resize(model_.mesh.vertexCount() * ambient_.size());
+    prediction.coefficients.resize(model_.mesh.vertexCount() * ambient_.size());
     std::vector<double> raw(recipe_.count());
     // Each cluster predicts its own vertices and tells how far the pose is out of its range.
     for (const ClusterModel& cluster : model_.clusters) {
         rawFeatures(recipe_, cluster.joint, bones, rotations, pose, raw);
         const ScoredPose scored = scoreCluster(model_.kind, recipe_, cluster, raw);
         prediction.out_of_range += scored.out_of_range * double(cluster.vertices.size());
-        addComponents(cluster, scored.scores, ambient_.size(), prediction.numbers);
+        addComponents(cluster, scored.scores, ambient_.size(), prediction.coefficients);
     }
     if (far_) {
         assert(!model_.deforming || positions.size() == model_.mesh.frontVertexCount());
         compose(model_.deforming ? deformed(vertices_, positions, normals) : skinned(vertices_, bones), bones,
-                rotations, pose, prediction.numbers);
+                rotations, pose, prediction.coefficients);
     }
     // What the clusters predict is moved to where E lies in [0, 1], local numbers of a composed model only as a whole.
     const std::size_t n = ambient_.size();
     const float norm2 = std::inner_product(ambient_.begin(), ambient_.end(), ambient_.begin(), 0.0f);
-    for (std::size_t at = 0; at < prediction.numbers.size(); at += n)
-        clampAmbient(ambient_, norm2, std::span(prediction.numbers).subspan(at, n));
+    for (std::size_t at = 0; at < prediction.coefficients.size(); at += n)
+        clampAmbient(ambient_, norm2, std::span(prediction.coefficients).subspan(at, n));
     prediction.out_of_range = std::sqrt(prediction.out_of_range / double(model_.mesh.vertexCount()));
     return prediction;
 }
@@ -106,13 +108,13 @@ Prediction Predictor::predict(std::span<const Affine> bones, std::span<const flo
 // Turns the local numbers of all vertices into whole ones: the far parts' visibility is multiplied in and the residual
 // is added.
 void Predictor::compose(const PosedVertices& vertices, std::span<const Affine> bones, std::span<const Mat3> rotations,
-                        std::span<const float> pose, std::span<float> numbers) const {
+                        std::span<const float> pose, std::span<float> coefficients) const {
     // 1. Local x far.
     std::vector<PosedPart> posed(far_->partCount());
     poseParts(far_->fields(), bones, posed);
-    std::vector<float> far(model_.mesh.vertexCount() * kFarNumbers);
+    std::vector<float> far(model_.mesh.vertexCount() * kFarCoefficients);
     farFactors(*far_, vertices_, {vertices, bones, posed}, far);
-    multiplyByFar(*far_, far, numbers);
+    multiplyByFar(*far_, far, coefficients);
     // 2. The residual.
     const std::size_t n = ambient_.size();
     std::vector<double> raw(recipe_.count());
@@ -120,12 +122,12 @@ void Predictor::compose(const PosedVertices& vertices, std::span<const Affine> b
         rawFeatures(recipe_, cluster.joint, bones, rotations, pose, raw);
         const std::vector<float> sum =
             sumOfComponents(cluster, scoreCluster(model_.kind, recipe_, cluster, raw).scores);
-        for (std::size_t i = 0; i < sum.size(); ++i) numbers[cluster.vertices[i / n] * n + i % n] += sum[i];
+        for (std::size_t i = 0; i < sum.size(); ++i) coefficients[cluster.vertices[i / n] * n + i % n] += sum[i];
     }
 }
 
 std::vector<float> toModelFrame(const Convention& convention, const LocalFrames& frames, std::span<const Affine> bones,
-                                const std::vector<Vec3>& normals, std::span<const float> numbers, int threads) {
+                                const std::vector<Vec3>& normals, std::span<const float> coefficients, int threads) {
     const auto n = std::size_t(convention.size()), count = std::size_t(coefficientCount(convention.order));
     // 1. Numbers include what lies below the horizon in convention A; moments do not.
     std::array<double, coefficientCount(kMaxOrder)> below{};
@@ -139,7 +141,7 @@ std::vector<float> toModelFrame(const Convention& convention, const LocalFrames&
         for (std::size_t v = block * kBlock; v < std::min((block + 1) * kBlock, normals.size()); ++v) {
             const std::span<float> full = std::span(local).first(count);
             // 2. Rotate every vertex' coefficients from its local frame into the model frame.
-            toCoefficients(convention, numbers.subspan(v * n, n), full);
+            fullCoefficients(convention, coefficients.subspan(v * n, n), full);
             for (std::size_t i = 0; i < count; ++i) full[i] -= float(below[i]);
             const int joint = frames.joint_of_cluster[(*frames.cluster_of_vertex)[v]];
             const Vec3 tangent = carriedTangent(normals[v], rotations[std::size_t(joint)], (*frames.rest_tangents)[v]);
@@ -151,10 +153,10 @@ std::vector<float> toModelFrame(const Convention& convention, const LocalFrames&
 }
 
 std::vector<float> toModelFrame(const Model& model, std::span<const Affine> bones, const std::vector<Vec3>& normals,
-                                std::span<const float> numbers, int threads) {
+                                std::span<const float> coefficients, int threads) {
     const std::vector<int> joints = jointsOfClusters(model);
     return toModelFrame(model.convention, {&model.rest_tangents, &model.cluster_of_vertex, joints}, bones, normals,
-                        numbers, threads);
+                        coefficients, threads);
 }
 
 void checkCharacter(const Model& model, const VisibilityHeader& header, const std::string& file) {
@@ -187,13 +189,13 @@ std::vector<float> predictIndirect(const Model& model, std::span<const Affine> b
         const ClusterModel& cluster = indirect.clusters[c];
         std::vector<double> raw(recipe.count());
         rawFeatures(recipe, cluster.joint, bones, rotations, pose, raw);
-        const std::vector<float> numbers =
+        const std::vector<float> coefficients =
             sumOfComponents(cluster, scoreCluster(model.kind, recipe, cluster, raw).scores);
         for (std::size_t i = 0; i < cluster.vertices.size(); ++i) {
             const std::size_t v = cluster.vertices[i];
             const Vec3 tangent =
                 carriedTangent(normals[v], rotations[std::size_t(cluster.joint)], model.rest_tangents[v]);
-            toTransfer(indirect.axes, std::span(numbers).subspan(i * kIndirectNumbers, kIndirectNumbers),
+            toTransfer(indirect.axes, std::span(coefficients).subspan(i * kIndirectSize, kIndirectSize),
                        localFrame(normals[v], tangent), std::span(out).subspan(v * kStride, kStride));
         }
     });
@@ -236,7 +238,7 @@ std::vector<double> predictFile(const Model& model, const VisibilityReader& pose
                              predictor.predict(seen.bones, seen.pose, std::span(frame.positions).first(fronts),
                                                std::span(frame.normals).first(fronts));
                          out_of_range.push_back(prediction.out_of_range);
-                         return toModelFrame(model, seen.bones, frame.normals, prediction.numbers, to.threads);
+                         return toModelFrame(model, seen.bones, frame.normals, prediction.coefficients, to.threads);
                      });
     return out_of_range;
 }

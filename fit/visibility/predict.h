@@ -10,7 +10,7 @@
 
 #include "fit/models/features.h"
 #include "fit/visibility/far_factors.h"
-#include "fit/visibility/local_numbers.h"
+#include "fit/visibility/local_coefficients.h"
 #include "formats/stage/model_file.h"
 #include "formats/stage/visibility_file.h"
 
@@ -19,8 +19,8 @@ namespace penumbra {
 std::vector<int> jointsOfClusters(const Model& model);
 
 struct Prediction {
-    std::vector<float> numbers;  // [V, n] in the model's convention and in the local frames
-    double out_of_range = 0;     // model_file.h; 0 when every group is where training frames had it
+    std::vector<float> coefficients;  // [V, n] in the model's convention and in the local frames
+    double out_of_range = 0;          // model_file.h; 0 when every group is where training frames had it
 };
 // Predicts poses one by one. What does not change with the pose is laid out once. `model` must outlive it.
 class Predictor {
@@ -40,15 +40,15 @@ private:
     VertexSet vertices_;
 
     void compose(const PosedVertices& vertices, std::span<const Affine> bones, std::span<const Mat3> rotations,
-                 std::span<const float> pose, std::span<float> numbers) const;
+                 std::span<const float> pose, std::span<float> coefficients) const;
 };
 
 // Turns numbers in the local frames of a pose into what a prediction file holds, [V, order^2] in the model frame:
 // hemisphere moments b for conventions A and B, coefficients of the mirrored function for D.
 std::vector<float> toModelFrame(const Convention& convention, const LocalFrames& frames, std::span<const Affine> bones,
-                                const std::vector<Vec3>& normals, std::span<const float> numbers, int threads);
+                                const std::vector<Vec3>& normals, std::span<const float> coefficients, int threads);
 std::vector<float> toModelFrame(const Model& model, std::span<const Affine> bones, const std::vector<Vec3>& normals,
-                                std::span<const float> numbers, int threads);
+                                std::span<const float> coefficients, int threads);
 
 // Returns the indirect transfer of bands 0..2 in one pose, [V, 3, kIndirectCoefficients] in the model frame, as bakes
 // have it. The model must have light that bounces. Takes the bones [J] and the pose [P] that the model sees, and the

@@ -58,7 +58,7 @@ PartFieldView partOf(const fbs::PartField& stored, const Field& at, std::size_t 
     }
     part.field.distance_scale = lengthOf(stored.distance_scale(), at / "distance_scale");
     part.bytes.values = spanOf<std::int8_t>(stored.values(), at / "values");
-    checkCount(at / "values", part.bytes.values, std::uint64_t(part.field.pointCount()) * kFieldNumbers);
+    checkCount(at / "values", part.bytes.values, std::uint64_t(part.field.pointCount()) * kFieldCoefficients);
     part.bytes.distances = spanOf<std::int8_t>(stored.distances(), at / "distances");
     checkCount(at / "distances", part.bytes.distances, part.field.boxes[0].pointCount());
     return part;

@@ -21,7 +21,7 @@
 #include "sh/brdf/slice_form.h"
 #include "sh/cast/caster_sphere.h"
 #include "sh/far/part_field.h"
-#include "sh/indirect_numbers.h"
+#include "sh/indirect_coefficients.h"
 #include "sh/light/dominant_light.h"
 #include "sh/morph_rows.h"
 #include "sh/vec3.h"

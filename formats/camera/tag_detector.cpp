@@ -70,7 +70,7 @@ float median(std::vector<float> values) {
 }
 
 // libapriltag names the corners from the lower left, counter-clockwise, of a tag as its own pictures show it. OpenCV
-// prints AprilTags turned by half a turn against these pictures, and scripts/make_tags does as OpenCV; so the upper
+// prints AprilTags turned by half a turn against these pictures, and scripts/ar/make_tags does as OpenCV; so the upper
 // right corner of theirs is the lower left one of ours.
 void storeCorners(const apriltag_detection_t& found, const Window& in, DetectedTag& out) {
     const std::size_t first = out.family == TagFamily::k4x4_50 ? 0 : 2;

@@ -70,7 +70,7 @@ PartRays::PartRays(const Mesh& mesh, const Skin& skin, const PartTable& table)
 PartRays::~PartRays() = default;
 
 void PartRays::sample(std::size_t part, Vec3 point, std::span<float> out) const {
-    assert(out.size() == kFieldNumbers);
+    assert(out.size() == kFieldCoefficients);
     const Part& of = *parts_[part];
     const Vec3d way = of.center - toDouble(point);
     const double distance = length(way);
@@ -78,8 +78,8 @@ void PartRays::sample(std::size_t part, Vec3 point, std::span<float> out) const 
         distance > of.radius ? std::sqrt(1 - of.radius * of.radius / (distance * distance)) : -1;  // of the cone
     const Vec3d z = distance > 0 ? way / distance : Vec3d{0, 0, 1};
     const Vec3d x = normalized(cross(std::abs(z.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0}, z)), y = cross(z, x);
-    std::array<double, kFieldNumbers> blocked{};
-    std::array<float, kFieldNumbers> basis;
+    std::array<double, kFieldCoefficients> blocked{};
+    std::array<float, kFieldCoefficients> basis;
     for (const Vec3& entry : cone_) {
         const double along = 1 - (1 - cosine) * double(entry.z), across = std::sqrt(std::max(0.0, 1 - along * along));
         const Vec3 d = toFloat(x * (across * double(entry.x)) + y * (across * double(entry.y)) + z * along);
@@ -105,15 +105,16 @@ FarComparison compareFar(const ComparedParts& compared, std::span<const std::uin
     FarComparison out;
     out.squares.resize(compared.posed.size());
     out.by_fields[0] = out.by_rays[0] = float(2 / std::numbers::inv_sqrtpi);
-    std::array<float, kFarNumbers> field, rays, product;
-    const auto multiply = [&](std::array<float, kFarNumbers>& all, const std::array<float, kFarNumbers>& one) {
+    std::array<float, kFarCoefficients> field, rays, product;
+    const auto multiply = [&](std::array<float, kFarCoefficients>& all,
+                              const std::array<float, kFarCoefficients>& one) {
         multiplyMirrored(kFieldOrder, all, kFieldOrder, one, kFieldOrder, product);
         all = product;
     };
     for (const std::uint16_t p : parts) {
         farVisibility(by_field, compared.posed, {&p, 1}, receiver, field);
         farVisibility(by_rays, compared.posed, {&p, 1}, receiver, rays);
-        for (std::size_t i = 0; i < kFarNumbers; ++i)
+        for (std::size_t i = 0; i < kFarCoefficients; ++i)
             out.squares[p] += (double(field[i]) - rays[i]) * (double(field[i]) - rays[i]) / (4 * std::numbers::pi);
         multiply(out.by_fields, field);
         multiply(out.by_rays, rays);

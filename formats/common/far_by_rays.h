@@ -31,7 +31,7 @@ public:
     PartRays(const Mesh& mesh, const Skin& skin, const PartTable& table);
     ~PartRays();
     std::size_t partCount() const { return parts_.size(); }
-    // Writes V - 1 of a part as `point` of its rest frame sees it, [kFieldNumbers]. Inside a part everything is
+    // Writes V - 1 of a part as `point` of its rest frame sees it, [kFieldCoefficients]. Inside a part everything is
     // blocked.
     void sample(std::size_t part, Vec3 point, std::span<float> out) const;
 
@@ -44,7 +44,7 @@ private:
 
 // The far visibility of a receiver in both ways, as farVisibility() has it.
 struct FarComparison {
-    std::array<float, kFarNumbers> by_fields{}, by_rays{};
+    std::array<float, kFarCoefficients> by_fields{}, by_rays{};
     // [P] of what each part alone leaves visible: |by fields - by rays|^2 / 4 pi, a square of V; 0 of others
     std::vector<double> squares;
 };
@@ -56,8 +56,8 @@ struct ComparedParts {
 // `parts` are those that the receiver sees, by ascending index.
 FarComparison compareFar(const ComparedParts& compared, std::span<const std::uint16_t> parts, const Receiver& receiver);
 
-// Multiplies true local numbers in convention D by a far visibility [kFarNumbers], moves the product to where E lies in
-// [0, 1], as models do, and returns its squared distance from the true numbers.
+// Multiplies true local numbers in convention D by a far visibility [kFarCoefficients], moves the product to where E
+// lies in [0, 1], as models do, and returns its squared distance from the true numbers.
 double composedError(const Convention& convention, std::span<const float> local, std::span<const float> far,
                      std::span<const float> truth);
 

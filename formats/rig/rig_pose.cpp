@@ -137,16 +137,16 @@ RigPose evaluatePose(const Rig& rig, int clip, double time) {
     return pose;
 }
 
-void appendNumbers(const NodePose& pose, std::vector<float>& out) {
+void appendValues(const NodePose& pose, std::vector<float>& out) {
     for (const double v : pose.translation) out.push_back(float(v));
     for (const double v : pose.rotation) out.push_back(float(v));
     for (const double v : pose.scale) out.push_back(float(v));
 }
 
-std::vector<NodePose> nodePosesOf(std::span<const float> numbers) {
-    std::vector<NodePose> poses(numbers.size() / kNodeNumbers);
+std::vector<NodePose> nodePosesOf(std::span<const float> values) {
+    std::vector<NodePose> poses(values.size() / kNodeValues);
     for (std::size_t n = 0; n < poses.size(); ++n) {
-        const float* from = &numbers[n * kNodeNumbers];
+        const float* from = &values[n * kNodeValues];
         std::copy_n(from, 3, poses[n].translation.begin());
         const Quaternion rotation{from[3], from[4], from[5], from[6]};
         poses[n].rotation = normalized(rotation).value_or(Quaternion{0, 0, 0, 1});
@@ -218,21 +218,21 @@ Clip clipOfRotations(const Rig& rig, std::span<const float> rotations, std::stri
     return clip;
 }
 
-Clip clipOfNodes(const Rig& rig, std::span<const float> numbers, std::string name) {
-    const std::size_t width = kNodeNumbers * rig.nodes.size(), poses = numbers.size() / width;
+Clip clipOfNodes(const Rig& rig, std::span<const float> values, std::string name) {
+    const std::size_t width = kNodeValues * rig.nodes.size(), poses = values.size() / width;
     Clip clip{std::move(name), double(poses - 1), {}};
     const std::vector<NodePose> rest = nodePoses(rig, {});
     for (std::size_t n = 0; n < rig.nodes.size(); ++n) {
         if (rig.nodes[n].matrix) continue;
         std::vector<float> at_rest;
-        appendNumbers(rest[n], at_rest);
+        appendValues(rest[n], at_rest);
         for (const auto& [path, first, count] : {std::tuple(Channel::Path::kTranslation, 0, 3),
                                                  {Channel::Path::kRotation, 3, 4},
                                                  {Channel::Path::kScale, 7, 3}}) {
             Channel channel = stepChannel(int(n), path, poses);
             bool moves = clip.channels.empty() && path == Channel::Path::kRotation;  // a clip must have a key
             for (std::size_t p = 0; p < poses; ++p) {
-                const float* from = &numbers[p * width + n * kNodeNumbers + std::size_t(first)];
+                const float* from = &values[p * width + n * kNodeValues + std::size_t(first)];
                 channel.values.insert(channel.values.end(), from, from + count);
                 moves = moves || !std::equal(from, from + count, at_rest.begin() + first);
             }

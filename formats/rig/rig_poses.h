@@ -27,10 +27,10 @@ std::vector<Matrix> localTransforms(const std::vector<Node>& nodes, std::span<co
 std::vector<Matrix> globalTransforms(const std::vector<Node>& nodes, std::span<const NodePose> poses);
 
 // A node's pose as numbers: translation, quaternion x y z w, scale.
-constexpr std::size_t kNodeNumbers = 10;
-void appendNumbers(const NodePose& pose, std::vector<float>& out);
-// Reads the poses of nodes [N] from N * kNodeNumbers numbers.
-std::vector<NodePose> nodePosesOf(std::span<const float> numbers);
+constexpr std::size_t kNodeValues = 10;
+void appendValues(const NodePose& pose, std::vector<float>& out);
+// Reads the poses of nodes [N] from N * kNodeValues numbers.
+std::vector<NodePose> nodePosesOf(std::span<const float> values);
 
 // Stores the node transforms of `frames` as float keys. Bones agree with those of the frames to float rounding.
 Clip clipOfFrames(const Rig& rig, std::span<const RigFrame> frames, std::string name);
@@ -40,8 +40,8 @@ Clip clipOfFrames(const Rig& rig, std::span<const RigFrame> frames, std::string 
 // counts. A node with a matrix cannot turn.
 Clip clipOfRotations(const Rig& rig, std::span<const float> rotations, std::string name);
 
-// Makes poses from the transforms of all nodes, [X, N, kNodeNumbers]. Nodes with a matrix keep it.
-Clip clipOfNodes(const Rig& rig, std::span<const float> numbers, std::string name);
+// Makes poses from the transforms of all nodes, [X, N, kNodeValues]. Nodes with a matrix keep it.
+Clip clipOfNodes(const Rig& rig, std::span<const float> values, std::string name);
 
 // Tells whether the joint can be turned and is the first of its node.
 bool turnsItself(const Rig& rig, std::size_t joint);

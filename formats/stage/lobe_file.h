@@ -41,7 +41,7 @@ struct LobeModel {
     Provenance provenance;
 
     std::size_t inputs() const { return pose_mean.empty() ? 0 : pose_basis.size() / pose_mean.size(); }
-    std::size_t numbersOfVertex() const { return lobes * (2 + std::size_t(order)); }
+    std::size_t valuesOfVertex() const { return lobes * (2 + std::size_t(order)); }
 };
 
 // The bytes of the floats that a run time would need. Nowrouzezahrai 2008 counts its models so: 6 numbers a lobe for

@@ -107,7 +107,7 @@ void writeIndirect(hid_t file, const Model& model) {
         writeNumberAttribute(file, "/indirect", "holdout_share", indirect.holdout_share);
     writeFloats(file, "/indirect/color_axes", indirect.axes.m, {3, 3});
     for (std::size_t c = 0; c < indirect.clusters.size(); ++c)
-        writeCluster(file, clusterGroup(c, "/indirect"), indirect.clusters[c], kIndirectNumbers);
+        writeCluster(file, clusterGroup(c, "/indirect"), indirect.clusters[c], kIndirectSize);
 }
 
 void writeModelRoot(hid_t file, const Model& model) {
@@ -375,8 +375,7 @@ void readIndirect(const Hdf5Reader& in, Model& model) {
     const auto clusters = std::int64_t(model.clusters.size());
     const std::int64_t count = readIntegerAttribute(in, "/indirect", "count", clusters, clusters);
     for (std::int64_t c = 0; c < count; ++c)
-        indirect.clusters.push_back(
-            readCluster(in, clusterGroup(std::size_t(c), "/indirect"), model, kIndirectNumbers));
+        indirect.clusters.push_back(readCluster(in, clusterGroup(std::size_t(c), "/indirect"), model, kIndirectSize));
     if (!sameClusters(indirect.clusters, model.clusters))
         throw InvalidInput(in.name + ": /indirect: its clusters are not those of /clusters");
     model.indirect = std::move(indirect);

@@ -13,7 +13,7 @@
 #include "formats/common/part_fields.h"
 #include "formats/common/provenance.h"
 #include "sh/far/near_parts.h"
-#include "sh/indirect_numbers.h"
+#include "sh/indirect_coefficients.h"
 #include "sh/visibility_convention.h"
 
 namespace penumbra {
@@ -121,9 +121,9 @@ struct Composition {
     double residual_worth = 1;
 };
 
-// The light that reaches a vertex from other surfaces, as a function of the pose: kIndirectNumbers numbers
-// (sh/indirect_numbers.h) of the indirect transfer in the local frame, predicted as visibility is, but not clamped. The
-// clusters have the vertices and joints of Model::clusters, and see all joints.
+// The light that reaches a vertex from other surfaces, as a function of the pose: kIndirectSize numbers
+// (sh/indirect_coefficients.h) of the indirect transfer in the local frame, predicted as visibility is, but not
+// clamped. The clusters have the vertices and joints of Model::clusters, and see all joints.
 struct IndirectModel {
     int bounces = 3;
     ColorAxes axes;

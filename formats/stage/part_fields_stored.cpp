@@ -76,7 +76,7 @@ void writeRows(hid_t file, const std::string& dataset, const std::vector<std::ve
 void writePartFields(hid_t file, const PartFields& fields) {
     writeParts(file, fields.parts);
     writeNumberAttribute(file, "/", "fade", fields.fade);
-    writeRows(file, "/fields/values", fields.values, kFieldNumbers);
+    writeRows(file, "/fields/values", fields.values, kFieldCoefficients);
     writeRows(file, "/fields/distances", fields.distances, 1);
 }
 
@@ -184,7 +184,7 @@ PartFields readPartFields(const Hdf5Reader& in, const PartJoints& joints) {
         points.push_back(part.pointCount());
         fine_points.push_back(part.boxes[0].pointCount());
     }
-    fields.values = readBytes(in, "/fields/values", points, kFieldNumbers);
+    fields.values = readBytes(in, "/fields/values", points, kFieldCoefficients);
     fields.distances = readBytes(in, "/fields/distances", fine_points, 1);
     return fields;
 }

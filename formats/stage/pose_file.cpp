@@ -39,9 +39,9 @@ void writePoseFile(const std::filesystem::path& path, const PoseFile& poses) {
         writeTextAttribute(file, "/sampled/pose", "parameterisation", kJointRotationVectors);
     }
     if (poses.mixedCount() > 0) {
-        assert(poses.mixed.size() == poses.mixedCount() * kMixedNumbers * poses.node_names.size());
+        assert(poses.mixed.size() == poses.mixedCount() * kMixedValues * poses.node_names.size());
         writeStrings(file, "/mixed/node_names", poses.node_names);
-        writeFloats(file, "/mixed/nodes", poses.mixed, {poses.mixedCount(), poses.node_names.size(), kMixedNumbers});
+        writeFloats(file, "/mixed/nodes", poses.mixed, {poses.mixedCount(), poses.node_names.size(), kMixedValues});
         writeTextAttribute(file, "/mixed/nodes", "parameterisation", kNodeTransforms);
     }
     writeWeights(file, poses);
@@ -103,15 +103,15 @@ void readMixed(const Hdf5Reader& in, PoseFile& poses) {
     checkParameterisation(in, "/mixed/nodes", kNodeTransforms);
     poses.node_names = readStrings(in, "/mixed/node_names");
     if (poses.node_names.empty()) throw InvalidInput(in.name + ": /mixed/node_names: no nodes");
-    std::vector<hsize_t> shape{0, poses.node_names.size(), kMixedNumbers};
+    std::vector<hsize_t> shape{0, poses.node_names.size(), kMixedValues};
     poses.mixed = readFloats(in, "/mixed/nodes", shape);
-    for (std::size_t row = 0; row < poses.mixed.size(); row += kMixedNumbers) {
+    for (std::size_t row = 0; row < poses.mixed.size(); row += kMixedValues) {
         double squared = 0;
         for (std::size_t i = 3; i < 7; ++i) squared += double(poses.mixed[row + i]) * poses.mixed[row + i];
         if (!(std::abs(squared - 1) <= 1e-3))
             throw InvalidInput(in.name + ": /mixed/nodes: the quaternion of pose " +
-                               std::to_string(row / kMixedNumbers / poses.node_names.size()) + ", node '" +
-                               poses.node_names[row / kMixedNumbers % poses.node_names.size()] + "', is not unit");
+                               std::to_string(row / kMixedValues / poses.node_names.size()) + ", node '" +
+                               poses.node_names[row / kMixedValues % poses.node_names.size()] + "', is not unit");
     }
 }
 

@@ -16,7 +16,7 @@ constexpr FileFormat kPosesFormat{"penumbra.poses", 1};
 constexpr const char* kSampledClip = "sampled";
 constexpr const char* kMixedClip = "mixed";
 // A node's transform to its parent: translation, unit quaternion x y z w, scale.
-constexpr std::size_t kMixedNumbers = 10;
+constexpr std::size_t kMixedValues = 10;
 
 struct PoseFile {
     // Every clip name is used. In "sampled" the frame at k seconds is row k of `rotations`, and in "mixed" of `mixed`.
@@ -29,7 +29,7 @@ struct PoseFile {
     std::vector<std::string> joint_names;  // [J], unique; those of the rig
     std::vector<float> rotations;          // [M,3J] joint rotation vectors (rig_file.h), radians
     std::vector<std::string> node_names;   // [N] of all nodes of the rig; empty without mixed poses
-    std::vector<float> mixed;              // [X,N,kMixedNumbers]
+    std::vector<float> mixed;              // [X,N,kMixedValues]
     // Of a rig with morph targets that has sampled or mixed poses: their names [W], and the weights of these poses.
     std::vector<std::string> weight_names;
     std::vector<float> sampled_weights, mixed_weights;  // [M,W], [X,W]
@@ -37,7 +37,7 @@ struct PoseFile {
 
     std::size_t sampledCount() const { return joint_names.empty() ? 0 : rotations.size() / (3 * joint_names.size()); }
     std::size_t mixedCount() const {
-        return node_names.empty() ? 0 : mixed.size() / (kMixedNumbers * node_names.size());
+        return node_names.empty() ? 0 : mixed.size() / (kMixedValues * node_names.size());
     }
 };
 

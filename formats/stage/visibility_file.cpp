@@ -87,7 +87,7 @@ void VisibilityWriter::Impl::flush(FrameStream& stream) {
 
 std::size_t framesOfBlock(const VisibilityHeader& header) {
     const std::size_t joints = header.skin ? header.skin->jointCount() : 0;
-    const std::size_t frame_bytes = sizeof(float) * (header.mesh.vertexCount() * (6 + header.numbersOfVertex()) +
+    const std::size_t frame_bytes = sizeof(float) * (header.mesh.vertexCount() * (6 + header.coefficientsOfVertex()) +
                                                      12 * joints + std::size_t(header.pose_size));
     return std::clamp<hsize_t>(kBlockBytes / frame_bytes, 1,
                                std::min<hsize_t>(kBlockFrames, header.frames.frameCount()));

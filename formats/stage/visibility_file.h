@@ -81,7 +81,7 @@ struct VisibilityHeader {
     bool hasBounces() const { return quantity == kDiffuseTransfer && bounces > 0; }
     std::size_t indirectCount() const { return hasBounces() ? 3 * coefficientCount() : 0; }
     // All numbers of one vertex in one frame that the bake traces.
-    std::size_t numbersOfVertex() const {
+    std::size_t coefficientsOfVertex() const {
         return coefficientCount() + (local ? local->coefficientCount() : 0) + indirectCount();
     }
 };

@@ -35,7 +35,7 @@ struct FrameBuffers {
     std::vector<float> evaluated, truth, predicted, second, unpacked;  // [V * stride]
     // Only for a composed asset: local visibility of the model, of the truth, and of the truth in the model's span.
     std::vector<float> local, true_local, spanned_local;  // [V * stride]
-    std::vector<float> far, far_alone;                    // [V * kFarNumbers], the latter without near parts
+    std::vector<float> far, far_alone;                    // [V * kFarCoefficients], the latter without near parts
     std::vector<Vec3> positions, normals, tangents;
     std::vector<float> e_evaluated, e_truth;
 
@@ -77,12 +77,13 @@ private:
 
 FrameBuffers::FrameBuffers(const Evaluator& evaluator, std::size_t stride) {
     const std::size_t count = evaluator.vertexCount();
-    for (std::vector<float>* numbers : {&evaluated, &truth, &predicted, &second, &unpacked})
-        numbers->resize(count * stride);
+    for (std::vector<float>* coefficients : {&evaluated, &truth, &predicted, &second, &unpacked})
+        coefficients->resize(count * stride);
     if (evaluator.composed()) {
-        for (std::vector<float>* numbers : {&local, &true_local, &spanned_local}) numbers->resize(count * stride);
-        far.resize(count * kFarNumbers);
-        if (evaluator.farTables().nearParts().count > 0) far_alone.resize(count * kFarNumbers);
+        for (std::vector<float>* coefficients : {&local, &true_local, &spanned_local})
+            coefficients->resize(count * stride);
+        far.resize(count * kFarCoefficients);
+        if (evaluator.farTables().nearParts().count > 0) far_alone.resize(count * kFarCoefficients);
     }
     for (std::vector<Vec3>* vectors : {&positions, &normals, &tangents}) vectors->resize(count);
     for (std::vector<float>* e : {&e_evaluated, &e_truth}) e->resize(count);
@@ -111,9 +112,9 @@ Checker::Checker(const AssetView& asset, const VisibilityReader& truth, const Ch
         far_alone_.emplace(evaluator_);
         far_alone_->setNearFactors(NearFactors::kWithout);
     }
-    const std::size_t numbers = evaluator_.vertexCount() * std::size_t(asset.model.stride);
+    const std::size_t coefficients = evaluator_.vertexCount() * std::size_t(asset.model.stride);
     for (const std::string& name : truth.header().frames.clip_names) {
-        ClipSums clip{name, true, 0, 0, std::vector<CheckSums>(frame_error_.size()), std::vector<double>(numbers)};
+        ClipSums clip{name, true, 0, 0, std::vector<CheckSums>(frame_error_.size()), std::vector<double>(coefficients)};
         for (const ClipView& known : asset.animation.clips)
             if (known.name == name) clip.held_out = known.held_out;
         clips_.push_back(std::move(clip));
@@ -127,16 +128,16 @@ Checker::Checker(const AssetView& asset, const VisibilityReader& truth, const Ch
 
 // Turns the coefficients of one vertex of a prediction into numbers of the convention. They are moments like those of
 // the truth, or the mirrored function itself, whose even coefficients in the local frame are the numbers.
-void predictedNumbers(const Convention& convention, bool mirrored, std::span<const float> prediction, Vec3 normal,
-                      Vec3 tangent, std::span<float> numbers) {
-    if (!mirrored) return coefficientsFromMoments(convention, prediction, normal, tangent, numbers);
+void predictedCoefficients(const Convention& convention, bool mirrored, std::span<const float> prediction, Vec3 normal,
+                           Vec3 tangent, std::span<float> coefficients) {
+    if (!mirrored) return coefficientsFromMoments(convention, prediction, normal, tangent, coefficients);
     std::array<float, coefficientCount(kMaxOrder)> local;
     const auto count = std::size_t(coefficientCount(convention.order));
     apply(makeShRotation(convention.order, toLocalFrame(normal, tangent)), prediction.first(count),
           std::span(local).first(count));
     std::size_t j = 0;
     for (int band = 0; band < convention.order; ++band)
-        for (int m = -band; m <= band; m += 2) numbers[j++] = local[std::size_t(shIndex(band, m))];
+        for (int m = -band; m <= band; m += 2) coefficients[j++] = local[std::size_t(shIndex(band, m))];
 }
 
 double squaredDifference(std::span<const float> a, std::span<const float> b) {
@@ -171,8 +172,8 @@ void Checker::compareVertex(std::size_t v, const BakedFrames& baked, CheckSums& 
     }
     if (references_.predictions) {
         const std::span<float> p = std::span(b.predicted).subspan(v * stride, size);
-        predictedNumbers(convention, references_.predictions->header().quantity == "mirrored_visibility",
-                         ofPoint(*references_.predictions, baked.predicted), b.normals[v], b.tangents[v], p);
+        predictedCoefficients(convention, references_.predictions->header().quantity == "mirrored_visibility",
+                              ofPoint(*references_.predictions, baked.predicted), b.normals[v], b.tangents[v], p);
         sums.prediction += squaredDifference(std::span(b.evaluated).subspan(v * stride, size), p);
     }
 }
@@ -216,16 +217,17 @@ void Checker::compareComposition(std::size_t cluster, CheckSums& sums) {
     const Convention& convention = asset_.model.convention;
     const std::size_t stride = std::size_t(asset_.model.stride), size = std::size_t(convention.size());
     const FrameBuffers& b = buffers_;
-    using Numbers = std::array<float, coefficientCount(kMaxOrder)>;
-    Numbers weight_buffer;
+    using Coefficients = std::array<float, coefficientCount(kMaxOrder)>;
+    Coefficients weight_buffer;
     const std::span<float> weights = std::span(weight_buffer).first(size);
     ambientWeights(convention, weights);
     float norm2 = 0;
     for (float w : weights) norm2 += w * w;
     const std::vector<float>& far_alone = far_alone_ ? b.far_alone : b.far;
     for (std::size_t v = view.first_vertex; v < view.first_vertex + std::size_t(view.vertex_count); ++v) {
-        const auto composed = [&](const std::vector<float>& local, const std::vector<float>& of_all, Numbers& buffer) {
-            const std::span<const float> far = std::span(of_all).subspan(v * kFarNumbers, kFarNumbers);
+        const auto composed = [&](const std::vector<float>& local, const std::vector<float>& of_all,
+                                  Coefficients& buffer) {
+            const std::span<const float> far = std::span(of_all).subspan(v * kFarCoefficients, kFarCoefficients);
             const std::span<float> to = std::span(buffer).first(size);
             multiplyMirrored(convention.order, std::span(local).subspan(v * stride, size), convention.order, far,
                              kFieldOrder, to);
@@ -233,7 +235,7 @@ void Checker::compareComposition(std::size_t cluster, CheckSums& sums) {
             return std::span<const float>(to);
         };
         const std::span<const float> y = std::span(b.truth).subspan(v * stride, size);
-        Numbers of_model, of_truth, of_span;
+        Coefficients of_model, of_truth, of_span;
         const std::span<const float> model = composed(b.local, b.far, of_model);
         sums.without_residual += squaredDifference(model, y);
         if (!trueLocal()) continue;
@@ -268,8 +270,8 @@ void Checker::compareFollowers(const BakedFrames& baked, ClipSums& clip) {
     evaluator_.follow(begin, end, {b.normals, b.tangents}, b.evaluated);
     CheckSums sums;
     for (std::size_t v = begin; v < end; ++v) compareVertex(v, baked, sums);
-    const auto part = [&](const std::vector<float>& numbers) {
-        return std::span<const float>(numbers).subspan(begin * stride);
+    const auto part = [&](const std::vector<float>& coefficients) {
+        return std::span<const float>(coefficients).subspan(begin * stride);
     };
     const std::span<const float> y = part(b.truth);
     for (std::size_t i = 0; i < y.size(); ++i) clip.truth_sum[begin * stride + i] += y[i];
@@ -294,8 +296,8 @@ void Checker::compareCluster(std::size_t cluster, const BakedFrames& baked, Clip
     evaluator_.skin(begin, end, b.positions, b.normals, b.tangents);
     CheckSums sums;
     for (std::size_t v = begin; v < end; ++v) compareVertex(v, baked, sums);
-    const auto part = [&](const std::vector<float>& numbers) {
-        return std::span<const float>(numbers).subspan(begin * stride, (end - begin) * stride);
+    const auto part = [&](const std::vector<float>& coefficients) {
+        return std::span<const float>(coefficients).subspan(begin * stride, (end - begin) * stride);
     };
     const std::span<const float> y = part(b.truth);
     for (std::size_t i = 0; i < y.size(); ++i) clip.truth_sum[begin * stride + i] += y[i];

@@ -37,7 +37,7 @@ FarSums FarCheck::compareVertex(const Evaluator& posed, const FarFrame& frame, s
     FarComparison far = compareFar({tables.fields(), rays_, posed.posedParts()}, tables.partsSeenBy(part),
                                    {frame.positions[v], frame.normals[v], frame.tangents[v]});
     if (tables.fields().floor)
-        for (std::array<float, kFarNumbers>* product : {&far.by_fields, &far.by_rays})
+        for (std::array<float, kFarCoefficients>* product : {&far.by_fields, &far.by_rays})
             multiplyByFloor(fastestFarPath(), frame.normals.subspan(v, 1), frame.tangents.subspan(v, 1), *product);
     const Convention& convention = asset_.model.convention;
     const std::size_t first = v * std::size_t(asset_.model.stride), size = std::size_t(convention.size());

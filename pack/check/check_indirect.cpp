@@ -36,18 +36,18 @@ void addVertex(const ColorAxes& axes, std::span<const float> direct, std::span<c
                const ShRotation& to_local, std::span<const float> found, Sums& sums) {
     const std::size_t n2 = transfer.size() / 3;
     std::array<float, 3 * kIndirectCoefficients> local;
-    std::array<float, kIndirectNumbers> numbers;
+    std::array<float, kIndirectSize> coefficients;
     for (std::size_t c = 0; c < 3; ++c)
         apply(to_local, transfer.subspan(c * n2, kIndirectCoefficients),
               std::span(local).subspan(c * kIndirectCoefficients, kIndirectCoefficients));
-    toIndirectNumbers(axes, local, numbers);
+    toIndirectCoefficients(axes, local, coefficients);
     double all = 0;
     for (const float t : direct) sums.direct += 3.0 * double(t) * t;
     for (const float t : transfer) all += double(t) * t;
     sums.indirect += all;
-    for (std::size_t i = 0; i < numbers.size(); ++i) {
-        const double d = double(found[i]) - numbers[i];
-        all += d * d - double(numbers[i]) * numbers[i];
+    for (std::size_t i = 0; i < coefficients.size(); ++i) {
+        const double d = double(found[i]) - coefficients[i];
+        all += d * d - double(coefficients[i]) * coefficients[i];
     }
     sums.error += std::max(all, 0.0);
 }
@@ -97,7 +97,7 @@ IndirectChecks checkIndirect(const AssetView& asset, const VisibilityReader& bak
             addVertex(asset.model.indirect->axes, std::span(truth.coefficients).subspan(point * n2, n2),
                       std::span(truth.indirect).subspan(3 * point * n2, 3 * n2),
                       makeShRotation(kIndirectOrder, toLocalFrame(normals[v], tangents[v])),
-                      std::span(found).subspan(v * kIndirectStride, kIndirectNumbers), sums[clip->held_out]);
+                      std::span(found).subspan(v * kIndirectStride, kIndirectSize), sums[clip->held_out]);
         }
         ++frames[clip->held_out];
     }

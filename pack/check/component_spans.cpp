@@ -17,17 +17,17 @@ ComponentSpans::ComponentSpans(const AssetView& asset) {
 }
 
 double ComponentSpans::squaredDistance(const ClusterView& cluster, std::size_t index,
-                                       std::span<const float> numbers) const {
+                                       std::span<const float> coefficients) const {
     const std::size_t count = cluster.mean.count;
     const std::size_t first = count / std::max<std::size_t>(1, cluster.vertex_count) * cluster.first_vertex;
-    return projectors[index].squaredDistance(numbers.subspan(first, count), std::span(mean).subspan(first, count));
+    return projectors[index].squaredDistance(coefficients.subspan(first, count), std::span(mean).subspan(first, count));
 }
 
-void ComponentSpans::project(const ClusterView& cluster, std::size_t index, std::span<const float> numbers,
+void ComponentSpans::project(const ClusterView& cluster, std::size_t index, std::span<const float> coefficients,
                              std::span<float> out) const {
     const std::size_t count = cluster.mean.count;
     const std::size_t first = count / std::max<std::size_t>(1, cluster.vertex_count) * cluster.first_vertex;
-    projectors[index].project(numbers.subspan(first, count), std::span(mean).subspan(first, count),
+    projectors[index].project(coefficients.subspan(first, count), std::span(mean).subspan(first, count),
                               out.subspan(first, count));
 }
 

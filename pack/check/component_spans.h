@@ -13,9 +13,9 @@ struct ComponentSpans {
     std::vector<float> mean;                // [V * stride]
 
     explicit ComponentSpans(const AssetView& asset);
-    double squaredDistance(const ClusterView& cluster, std::size_t index, std::span<const float> numbers) const;
+    double squaredDistance(const ClusterView& cluster, std::size_t index, std::span<const float> coefficients) const;
     // Writes the point of the cluster's span that is nearest to `numbers`, for the vertices of the cluster.
-    void project(const ClusterView& cluster, std::size_t index, std::span<const float> numbers,
+    void project(const ClusterView& cluster, std::size_t index, std::span<const float> coefficients,
                  std::span<float> out) const;
 };
 

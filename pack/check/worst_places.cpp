@@ -32,7 +32,7 @@ constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
 // sampleField() tells only a depth, as a share of the fade: with another fade it tells more, with a negative one the
 // distance outside.
 float signedDistance(FieldTable& field, float range, Vec3 point) {
-    std::array<float, kFieldNumbers> unused;
+    std::array<float, kFieldCoefficients> unused;
     const float fade = std::exchange(field.fade, range);
     const float depth = sampleField(field, point, unused);
     field.fade = -range;
@@ -43,9 +43,9 @@ float signedDistance(FieldTable& field, float range, Vec3 point) {
 
 // What the far parts of one vertex say, by the plain form (sh/far/far_visibility.h).
 struct FarLook {
-    double light = 1;                        // what being inside of parts leaves
-    std::array<float, kFarNumbers> numbers;  // without that
-    std::size_t deepest = 0, largest = 0;    // parts
+    double light = 1;                                  // what being inside of parts leaves
+    std::array<float, kFarCoefficients> coefficients;  // without that
+    std::size_t deepest = 0, largest = 0;              // parts
     double distance = std::numeric_limits<double>::infinity(), inside = 0, hidden = 0;
 };
 
@@ -71,14 +71,14 @@ private:
     double diagonal_;
     std::size_t frame_ = 0, stride_, size_;
     VisibilityFrame baked_;
-    std::vector<float> numbers_, unpacked_numbers_, local_, true_local_, spanned_, far_, far_alone_factors_;
+    std::vector<float> coefficients_, unpacked_coefficients_, local_, true_local_, spanned_, far_, far_alone_factors_;
     std::vector<Vec3> positions_, normals_, tangents_;
 
     std::size_t clusterOf(std::uint32_t vertex) const;
-    std::span<const float> at(const std::vector<float>& numbers, std::uint32_t v) const {
-        return std::span(numbers).subspan(v * stride_, size_);
+    std::span<const float> at(const std::vector<float>& coefficients, std::uint32_t v) const {
+        return std::span(coefficients).subspan(v * stride_, size_);
     }
-    double ambientOf(std::span<const float> numbers) const;
+    double ambientOf(std::span<const float> coefficients) const;
     double trueAmbient(std::uint32_t vertex) const;
     double productWith(std::span<const float> local, std::span<const float> far) const;
     bool hasTrueLocal() const;
@@ -109,9 +109,9 @@ PlaceDescriber::PlaceDescriber(const AssetView& asset, const VisibilityReader& t
     for (std::size_t i = 0; i < corners.size(); ++i)
         for (std::size_t k = 1; k < 3; ++k) neighbours_[corners[i]].push_back(corners[i / 3 * 3 + (i + k) % 3]);
     const std::size_t count = evaluator_.vertexCount();
-    for (std::vector<float>* numbers : {&numbers_, &unpacked_numbers_, &local_, &true_local_, &spanned_})
-        numbers->resize(count * stride_);
-    far_.resize(count * kFarNumbers);
+    for (std::vector<float>* coefficients : {&coefficients_, &unpacked_coefficients_, &local_, &true_local_, &spanned_})
+        coefficients->resize(count * stride_);
+    far_.resize(count * kFarCoefficients);
     for (std::vector<Vec3>* vectors : {&positions_, &normals_, &tangents_}) vectors->resize(count);
     if (!evaluator_.composed()) return;
     lit_ = evaluator_.farTables().fields();
@@ -133,20 +133,20 @@ std::size_t PlaceDescriber::clusterOf(std::uint32_t vertex) const {
     return std::size_t(after - clusters.begin()) - 1;
 }
 
-double PlaceDescriber::ambientOf(std::span<const float> numbers) const {
+double PlaceDescriber::ambientOf(std::span<const float> coefficients) const {
     std::array<float, coefficientCount(kMaxOrder)> weights;
     ambientWeights(asset_.model.convention, std::span(weights).first(size_));
     double e = 0;
-    for (std::size_t i = 0; i < size_; ++i) e += double(weights[i]) * numbers[i];
+    for (std::size_t i = 0; i < size_; ++i) e += double(weights[i]) * coefficients[i];
     return e;
 }
 
 double PlaceDescriber::trueAmbient(std::uint32_t v) const {
     const std::size_t n = truth_.header().coefficientCount();
-    std::array<float, coefficientCount(kMaxOrder)> numbers;
+    std::array<float, coefficientCount(kMaxOrder)> coefficients;
     coefficientsFromMoments(asset_.model.convention, std::span(baked_.coefficients).subspan(rows_[v] * n, n),
-                            normals_[v], tangents_[v], std::span(numbers).first(size_));
-    return ambientOf(numbers);
+                            normals_[v], tangents_[v], std::span(coefficients).first(size_));
+    return ambientOf(coefficients);
 }
 
 // E of the product, which lies in [0, 1] as that of the model does.
@@ -175,14 +175,14 @@ void PlaceDescriber::setFrame(std::size_t frame, int threads) {
         const std::size_t begin = view.first_vertex, end = begin + view.vertex_count;
         evaluator_.skin(begin, end, positions_, normals_, tangents_);
         if (!evaluator_.composed()) {
-            evaluator_.evaluateCluster(c, numbers_);
-            if (unpacked_) unpacked_->evaluateCluster(c, unpacked_numbers_);
+            evaluator_.evaluateCluster(c, coefficients_);
+            if (unpacked_) unpacked_->evaluateCluster(c, unpacked_coefficients_);
             return;
         }
         evaluator_.evaluateFar(c, far_);
         if (far_alone_) far_alone_->evaluateFar(c, far_alone_factors_);
-        evaluator_.composeCluster(c, far_, numbers_);
-        if (unpacked_) unpacked_->composeCluster(c, far_, unpacked_numbers_);
+        evaluator_.composeCluster(c, far_, coefficients_);
+        if (unpacked_) unpacked_->composeCluster(c, far_, unpacked_coefficients_);
         local.evaluateLocal(c, local_);
         if (!hasTrueLocal()) return;
         const std::size_t n = truth_.header().local->coefficientCount();
@@ -195,10 +195,10 @@ void PlaceDescriber::setFrame(std::size_t frame, int threads) {
     const std::size_t first = evaluator_.firstFollower(), all = evaluator_.vertexCount();
     if (first == all) return;
     evaluator_.skin(first, all, positions_, normals_, tangents_);
-    evaluator_.follow(first, all, {normals_, tangents_}, numbers_);
+    evaluator_.follow(first, all, {normals_, tangents_}, coefficients_);
 }
 
-// What the near parts of a vertex leave visible, [kFarNumbers]; all of it where the model has none.
+// What the near parts of a vertex leave visible, [kFarCoefficients]; all of it where the model has none.
 std::vector<float> PlaceDescriber::nearFactor(std::uint32_t v) const {
     std::vector<float> factor = freeSight({BelowHorizon::kMirrored, kFieldOrder});
     const CompositionView& composition = *asset_.model.composition;
@@ -218,9 +218,9 @@ FarLook PlaceDescriber::lookAtParts(std::uint32_t v) {
     const std::span<const PosedPart> posed = evaluator_.posedParts();
     const std::span<const std::uint16_t> parts = tables.partsSeenBy(asset_.model.composition->part_of_vertex[v]);
     FarLook look;
-    farVisibility(lit_, posed, parts, {positions_[v], normals_[v], tangents_[v]}, look.numbers);
+    farVisibility(lit_, posed, parts, {positions_[v], normals_[v], tangents_[v]}, look.coefficients);
     for (const std::uint16_t p : parts) {
-        std::array<float, kFieldNumbers> blocked;
+        std::array<float, kFieldCoefficients> blocked;
         const Vec3 at = posed[p].to_part.point(positions_[v]);
         const double inside = double(sampleField(tables.fields().tables[p], at, blocked));
         const double hidden = -double(blocked[0]) / std::sqrt(4 * std::numbers::pi);
@@ -240,7 +240,7 @@ void PlaceDescriber::describeBorder(const PlaceError& pair, WorstPlace& place) c
     double within = 0;
     for (const std::uint32_t u : neighbours_[pair.vertex]) {
         if (u >= rows_.size()) continue;
-        const double jump = std::abs(error - (ambientOf(at(numbers_, u)) - trueAmbient(u)));
+        const double jump = std::abs(error - (ambientOf(at(coefficients_, u)) - trueAmbient(u)));
         const bool other = clusterOf(u) != cluster;
         place.border |= other;
         (other ? place.border_jump : within) = std::max(other ? place.border_jump : within, jump);
@@ -251,7 +251,7 @@ void PlaceDescriber::describeBorder(const PlaceError& pair, WorstPlace& place) c
 
 void PlaceDescriber::describeSteps(const PlaceError& pair, WorstPlace& place) {
     const std::uint32_t v = pair.vertex;
-    const double unpacked = unpacked_ ? ambientOf(at(unpacked_numbers_, v)) : place.e_model;
+    const double unpacked = unpacked_ ? ambientOf(at(unpacked_coefficients_, v)) : place.e_model;
     if (unpacked_) place.packing = place.e_model - unpacked;
     if (!evaluator_.composed() || v >= evaluator_.firstFollower()) return;
     const FarLook look = lookAtParts(v);
@@ -259,9 +259,9 @@ void PlaceDescriber::describeSteps(const PlaceError& pair, WorstPlace& place) {
         const std::uint32_t joint = lit_.joints[part];
         return joint == kStillJoint ? std::string("still") : std::string(asset_.animation.joint_names[joint]);
     };
-    const std::span<const float> all = std::span(far_).subspan(v * kFarNumbers, kFarNumbers);
+    const std::span<const float> all = std::span(far_).subspan(v * kFarCoefficients, kFarCoefficients);
     const std::span<const float> far =
-        far_alone_ ? std::span(far_alone_factors_).subspan(v * kFarNumbers, kFarNumbers) : all;
+        far_alone_ ? std::span(far_alone_factors_).subspan(v * kFarCoefficients, kFarCoefficients) : all;
     const std::vector<float> free = freeSight(asset_.model.convention);
     place.e_far = productWith(free, far);
     place.e_local_model = far_alone_ ? productWith(at(local_, v), nearFactor(v)) : ambientOf(at(local_, v));
@@ -279,7 +279,7 @@ void PlaceDescriber::describeSteps(const PlaceError& pair, WorstPlace& place) {
     // Where a model has near parts, its components are not of the true local numbers, which hold them.
     const double spanned = far_alone_ ? exact : productWith(at(spanned_, v), far);
     if (!far_alone_) place.e_local_spanned = ambientOf(at(spanned_, v));
-    place.darkening = (look.light - 1) * productWith(at(true_local_, v), look.numbers);
+    place.darkening = (look.light - 1) * productWith(at(true_local_, v), look.coefficients);
     place.far_rest = exact - place.e_truth - place.darkening;
     place.components = spanned - exact;
     place.regression = product - spanned;

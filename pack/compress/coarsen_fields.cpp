@@ -32,10 +32,10 @@ void coarsenFields(float step, PartFields& fields) {
                 float& scale = part.scale[level][std::size_t(band)];
                 if (!(scale > 0 && scale < coarsest)) continue;
                 for (std::size_t i = 0; i < points[level]; ++i)
-                    divide(first + i * kFieldNumbers + band * band, band, coarsest / scale);
+                    divide(first + i * kFieldCoefficients + band * band, band, coarsest / scale);
                 scale = coarsest;
             }
-            first += points[level] * kFieldNumbers;
+            first += points[level] * kFieldCoefficients;
         }
     }
 }

@@ -51,7 +51,7 @@ PackingSums comparePacked(const AssetView& packed, const AssetView& exact, int t
     const std::size_t stride = std::size_t(exact.model.stride), clusters = evaluate_exact.clusterCount();
     const bool composed = evaluate_exact.composed();
     std::vector<float> a(evaluate_exact.vertexCount() * stride), b(a.size());
-    std::vector<float> far(composed ? evaluate_exact.vertexCount() * kFarNumbers : 0);
+    std::vector<float> far(composed ? evaluate_exact.vertexCount() * kFarCoefficients : 0);
     std::vector<ClusterSums> of_cluster(clusters);
     const AnimationView& animation = exact.animation;
     const std::vector<std::size_t> frames = packingFrames(exact);

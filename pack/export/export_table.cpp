@@ -29,8 +29,8 @@ TableLayout layoutOf(std::size_t rows, std::size_t frames) {
 }
 
 // The numbers of one frame, [rows, channels].
-std::vector<float> numbersOf(const OcclusionFrame& frame, const ExportRows& rows, const ExportedGlb* glb,
-                             TableValue value) {
+std::vector<float> coefficientsOf(const OcclusionFrame& frame, const ExportRows& rows, const ExportedGlb* glb,
+                                  TableValue value) {
     std::vector<float> out;
     if (value == TableValue::kOcclusion) {
         out = valuesOfRows(rows, frame.ambient);
@@ -53,15 +53,15 @@ std::vector<float> numbersOf(const OcclusionFrame& frame, const ExportRows& rows
 }
 
 // Instances that share a mesh share its texture coordinates, so the first one's rows get the mean of all.
-void averageInstances(const ExportedGlb& glb, std::size_t channels, std::vector<float>& numbers) {
+void averageInstances(const ExportedGlb& glb, std::size_t channels, std::vector<float>& coefficients) {
     for (const GlbTarget& target : glb.targets) {
         const ColoredPart& first = glb.rig.part_colors[target.parts[0]];
         if (target.parts.size() == 1) continue;
         for (std::size_t i = 0; i < first.vertices * channels; ++i) {
             double sum = 0;
             for (const std::size_t p : target.parts)
-                sum += double(numbers[glb.rig.part_colors[p].first_vertex * channels + i]);
-            numbers[first.first_vertex * channels + i] = float(sum / double(target.parts.size()));
+                sum += double(coefficients[glb.rig.part_colors[p].first_vertex * channels + i]);
+            coefficients[first.first_vertex * channels + i] = float(sum / double(target.parts.size()));
         }
     }
 }
@@ -90,12 +90,12 @@ public:
             bytes_.bytes.resize(texels * channelsOf(value));
         }
     }
-    void put(std::size_t frame, std::span<const float> numbers) {
+    void put(std::size_t frame, std::span<const float> coefficients) {
         const std::size_t channels = channelsOf(value_);
         for (std::size_t v = 0; v < layout_.vertices; ++v) {
             const std::size_t texel =
                 (frame * layout_.rows_a_frame + v / layout_.width) * layout_.width + v % layout_.width;
-            const std::span<const float> row = numbers.subspan(v * channels, channels);
+            const std::span<const float> row = coefficients.subspan(v * channels, channels);
             if (half_.pixels.empty())
                 for (std::size_t c = 0; c < channels; ++c)
                     bytes_.bytes[texel * channels + c] = toByte(row[c], c, value_);
@@ -191,9 +191,9 @@ TableLayout exportTable(const FrameReader& reader, const ExportRows& rows, Table
     TablePicture picture(layout, value, files.picture.extension() == ".exr");
     const FrameParts parts = value == TableValue::kOcclusion ? FrameParts::kAmbient : FrameParts::kAll;
     for (std::size_t f = 0; f < list.frameCount(); ++f) {
-        std::vector<float> numbers = numbersOf(reader.read(f, parts), rows, glb, value);
-        if (glb) averageInstances(*glb, channelsOf(value), numbers);
-        picture.put(f, numbers);
+        std::vector<float> coefficients = coefficientsOf(reader.read(f, parts), rows, glb, value);
+        if (glb) averageInstances(*glb, channelsOf(value), coefficients);
+        picture.put(f, coefficients);
     }
     if (glb) {
         layout.texcoord = freeUvSet(glb->glb, glb->targets, 1);

@@ -13,7 +13,7 @@
 #include "runtime/evaluate/deformation.h"
 #include "runtime/evaluate/evaluator.h"
 #include "runtime/shade/shading.h"
-#include "sh/indirect_numbers.h"
+#include "sh/indirect_coefficients.h"
 
 namespace penumbra {
 
@@ -72,7 +72,7 @@ private:
     void takeMesh();
     void takeOwnFrames(const std::vector<std::string>& clips);
     void pose(std::size_t frame, Evaluator& evaluator) const;
-    Vec3 visibleDirection(std::span<const float> numbers, float ambient, const Mat3& to_local) const;
+    Vec3 visibleDirection(std::span<const float> coefficients, float ambient, const Mat3& to_local) const;
 };
 
 ModelOcclusion::ModelOcclusion(const AssetView& asset, const Rig* rig, const std::vector<std::string>& clips,
@@ -124,30 +124,32 @@ void ModelOcclusion::pose(std::size_t frame, Evaluator& evaluator) const {
     if (!rig_) return evaluator.setFrame(asset_frames_[frame]);
     const int clip = clipOfRig(*rig_, frames_.clip_names[frames_.clip[frame]]);
     const RigPose posed = evaluatePose(*rig_, clip, frames_.time[frame]);
-    std::vector<float> inputs, numbers;
+    std::vector<float> inputs, coefficients;
     for (std::size_t m = 0; m < match_.weights.size(); ++m)
         inputs.push_back(match_.weights[m] == kNoWeightOfRig ? asset_.mesh.morphs.rest_weights[m]
                                                              : posed.weights[match_.weights[m]]);
     std::vector<Affine> bones;
     for (const std::size_t joint : match_.joints) {
         bones.push_back(posed.bones[joint]);
-        numbers.insert(numbers.end(), posed.pose.begin() + std::ptrdiff_t(3 * joint),
-                       posed.pose.begin() + std::ptrdiff_t(3 * joint + 3));
+        coefficients.insert(coefficients.end(), posed.pose.begin() + std::ptrdiff_t(3 * joint),
+                            posed.pose.begin() + std::ptrdiff_t(3 * joint + 3));
     }
     for (const InputJointView& input : asset_.model.input_joints) bones.push_back(inputBone(asset_, input, inputs));
-    numbers.insert(numbers.end(), inputs.begin(), inputs.end());
-    evaluator.setPose(bones, numbers);
+    coefficients.insert(coefficients.end(), inputs.begin(), inputs.end());
+    evaluator.setPose(bones, coefficients);
 }
 
 // Returns the integral of V s over the hemisphere, in the model frame. Band 1 of the numbers has its part in the
 // tangent plane, where what a convention puts below the horizon cancels or, mirrored, counts twice. The part along the
 // normal is the ambient visibility times pi. An asset of transfer has it with the weight of the cosine.
-Vec3 ModelOcclusion::visibleDirection(std::span<const float> numbers, float ambient, const Mat3& to_local) const {
+Vec3 ModelOcclusion::visibleDirection(std::span<const float> coefficients, float ambient, const Mat3& to_local) const {
     const float band1 = float(std::sqrt(3 / (4 * std::numbers::pi)));
-    if (asset_.transfer) return numbers.size() < 4 ? Vec3{} : Vec3{-numbers[3], -numbers[1], numbers[2]} / band1;
+    if (asset_.transfer)
+        return coefficients.size() < 4 ? Vec3{} : Vec3{-coefficients[3], -coefficients[1], coefficients[2]} / band1;
     const Convention& convention = asset_.model.convention;
     std::array<float, coefficientCount(kMaxOrder)> buffer{};
-    toCoefficients(convention, numbers, std::span(buffer).first(std::size_t(coefficientCount(convention.order))));
+    fullCoefficients(convention, coefficients,
+                     std::span(buffer).first(std::size_t(coefficientCount(convention.order))));
     const float share = convention.below == BelowHorizon::kMirrored ? 0.5f : 1.0f;
     const Vec3 local{-buffer[3] * share / band1, -buffer[1] * share / band1, ambient * std::numbers::pi_v<float>};
     return transposed(to_local) * local;
@@ -157,26 +159,27 @@ OcclusionFrame ModelOcclusion::read(std::size_t frame, FrameParts parts, int thr
     Evaluator evaluator = at_rest_;
     pose(frame, evaluator);
     const std::size_t vertices = evaluator.vertexCount(), stride = std::size_t(asset_.model.stride);
-    std::vector<float> numbers(vertices * stride), indirect;
+    std::vector<float> coefficients(vertices * stride), indirect;
     std::vector<Vec3> positions(vertices), normals(vertices), tangents(vertices);
     const bool all = parts == FrameParts::kAll;
     if (all && hasBounces()) indirect.resize(vertices * kIndirectStride);
     parallelFor(evaluator.clusterCount(), threads, [&](std::size_t c) {
-        evaluator.evaluateCluster(c, numbers);
+        evaluator.evaluateCluster(c, coefficients);
         if (!indirect.empty()) evaluator.evaluateIndirect(c, indirect);
     });
     if (all || evaluator.hasFollowers()) evaluator.skin(0, vertices, positions, normals, tangents);
-    if (evaluator.hasFollowers()) evaluator.follow(evaluator.firstFollower(), vertices, {normals, tangents}, numbers);
+    if (evaluator.hasFollowers())
+        evaluator.follow(evaluator.firstFollower(), vertices, {normals, tangents}, coefficients);
     OcclusionFrame out;
     out.ambient.resize(vertices);
-    ambient(asset_, numbers, out.ambient);
+    ambient(asset_, coefficients, out.ambient);
     for (float& e : out.ambient) e = std::clamp(e, 0.0f, 1.0f);
     if (!all) return out;
     const std::size_t k = std::size_t(asset_.mesh.influences);
     const std::size_t size =
         asset_.transfer ? asset_.transfer->coefficients() : std::size_t(asset_.model.convention.size());
     for (std::size_t v = 0; v < vertices; ++v) {
-        const Vec3 visible = visibleDirection(std::span(numbers).subspan(v * stride, size), out.ambient[v],
+        const Vec3 visible = visibleDirection(std::span(coefficients).subspan(v * stride, size), out.ambient[v],
                                               toLocalFrame(normals[v], tangents[v]));
         const PointMotion motion{asset_.mesh.skin_joints.subspan(v * k, k), asset_.mesh.skin_weights.subspan(v * k, k),
                                  asset_.model.deforming ? std::span<const Affine>() : evaluator.bones(),

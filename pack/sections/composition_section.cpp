@@ -29,7 +29,7 @@ Offset<fbs::PartField> writePart(FlatBufferBuilder& builder, const PartFields& f
     const FieldBytes bytes = fields.bytesOf(index);
     std::vector<Offset<fbs::FieldBox>> boxes;
     for (const FieldBox& box : part.boxes) boxes.push_back(writeBox(builder, box, what));
-    if (bytes.values.size() != part.pointCount() * kFieldNumbers ||
+    if (bytes.values.size() != part.pointCount() * kFieldCoefficients ||
         bytes.distances.size() != part.boxes[0].pointCount())
         throw InvalidInput(what + ": does not have the bytes of its points");
     const auto center = writePoint(builder, part.center);

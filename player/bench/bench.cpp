@@ -35,7 +35,7 @@ void evaluateValues(Subject& subject, Evaluator& evaluator, std::size_t frame) {
     evaluator.setFrame(subject.shot.frame);
     skinFrame(evaluator, subject.threads, subject.vertices);
     if (shaded && shadeTransfer(evaluator, *subject.shading, subject.threads, subject.values)) return;
-    evaluateNumbers(evaluator, subject.threads, subject.vertices);
+    evaluateCoefficients(evaluator, subject.threads, subject.vertices);
     evaluateIndirect(evaluator, subject.threads, subject.vertices.indirect);
     if (shaded)
         shadeFrame(*subject.shading, subject.vertices, subject.view.eye, subject.threads, subject.values);
@@ -84,9 +84,9 @@ void benchModelPainter(Subject& subject, const OffscreenTarget& target, ValuePai
     FrameVertices vertices;
     const auto draw = [&](std::size_t run, const FrameView& view) {
         evaluator.setFrame(run % frames);
-        if (asset->needsNumbers()) {  // the CPU evaluates, and the GPU does the rest
-            evaluateNumbers(evaluator, subject.threads, vertices);
-            character.numbers = vertices.numbers;
+        if (asset->needsCoefficients()) {  // the CPU evaluates, and the GPU does the rest
+            evaluateCoefficients(evaluator, subject.threads, vertices);
+            character.coefficients = vertices.coefficients;
         }
         target.begin();
         painter.evaluate(subject.channel, {&character, 1}, view.eye);

@@ -68,7 +68,7 @@ public:
         });
     }
     void evaluate() {
-        each([&](std::size_t, Character& c, int threads) { evaluateNumbers(c.evaluator, threads, c.vertices); });
+        each([&](std::size_t, Character& c, int threads) { evaluateCoefficients(c.evaluator, threads, c.vertices); });
     }
     void shade() {
         if (!shading_) return;
@@ -93,7 +93,7 @@ public:
         std::vector<PosedCharacter> posed;
         for (const Character& c : characters_) {
             posed.push_back({&c.evaluator, placedAt(c.offset), shading_});
-            if (asset->needsNumbers()) posed.back().numbers = c.vertices.numbers;
+            if (asset->needsCoefficients()) posed.back().coefficients = c.vertices.coefficients;
         }
         const Channel channel = shading_ ? Channel::kShaded : Channel::kAmbient;
         FrameView view = view_;

@@ -52,11 +52,11 @@ public:
     void skin() { skinFrame(evaluator_, threads_, vertices_); }
     // The far parts of a composed asset; evaluate() has them in it.
     void far(int threads) {
-        far_.resize(evaluator_.vertexCount() * kFarNumbers);
+        far_.resize(evaluator_.vertexCount() * kFarCoefficients);
         parallelFor(evaluator_.clusterCount(), threads, [&](std::size_t c) { evaluator_.evaluateFar(c, far_); });
     }
     void far() { far(threads_); }
-    void evaluate(int threads) { evaluateNumbers(evaluator_, threads, vertices_); }
+    void evaluate(int threads) { evaluateCoefficients(evaluator_, threads, vertices_); }
     void evaluateFast(int threads) {
         evaluator_.setQuality(FarQuality::kFast);
         evaluate(threads);

@@ -115,7 +115,7 @@ double meanReached(const PosedScene& scene, const SceneFrames& frames) {
 
 AnchorError anchorError(const PosedScene& scene, const SceneFrames& frames, int threads) {
     constexpr std::size_t kMaxMembers = 4;
-    std::array<float, kFarNumbers> weights;
+    std::array<float, kFarCoefficients> weights;
     ambientWeights(Convention{BelowHorizon::kMirrored, kFieldOrder}, weights);
     AnchorError error;
     std::vector<float> anchored, each;
@@ -126,9 +126,9 @@ AnchorError anchorError(const PosedScene& scene, const SceneFrames& frames, int 
         const CasterChoice others{.except = scene.members()[m]->caster};
         castOnCharacter(scene.cast(), others, scene.members()[m]->evaluator, receivers, threads, anchored);
         castOn(scene.cast(), others, receivers, threads, each);
-        for (std::size_t first = 0; first < each.size(); first += kFarNumbers, ++count) {
+        for (std::size_t first = 0; first < each.size(); first += kFarCoefficients, ++count) {
             double e = 0, off = 0;
-            for (std::size_t i = 0; i < kFarNumbers; ++i) {
+            for (std::size_t i = 0; i < kFarCoefficients; ++i) {
                 e += double(weights[i]) * double(each[first + i]);
                 off += double(weights[i]) * (double(anchored[first + i]) - double(each[first + i]));
             }

@@ -137,8 +137,8 @@ constexpr double kFarSumFlop = 2 * (3 * 15 * 6 + 2 * 2 * 80) + 2 * kProductFlop;
 StageWork farWork(const AssetView& asset) {
     const CompositionView& composition = *asset.model.composition;
     StageWork work = skinWork(asset);
-    work.read += composition.byteCount() * FieldTable::kStride / kFieldNumbers;
-    work.written = composition.part_of_vertex.size() * kFarNumbers * kFloat;
+    work.read += composition.byteCount() * FieldTable::kStride / kFieldCoefficients;
+    work.written = composition.part_of_vertex.size() * kFarCoefficients * kFloat;
     const auto far_parts = farParts(composition.steps, composition.parts.size(), composition.local_steps);
     for (const std::uint16_t part : composition.part_of_vertex)
         work.flop += double(far_parts[part].size() + composition.near_count) * kFarPartFlop + kFarSumFlop;

@@ -18,13 +18,13 @@ constexpr std::uint32_t kStep = 2;  // pixels between two vertices of the grid
 
 Vec3 irradianceOf(const GroundWeights& weights, const float* mirrored) {
     Vec3d sum;
-    for (std::size_t i = 0; i < kFarNumbers; ++i) sum += weights[i] * double(mirrored[i]);
+    for (std::size_t i = 0; i < kFarCoefficients; ++i) sum += weights[i] * double(mirrored[i]);
     return toFloat(sum);
 }
 
-float hiddenFrom(std::span<const float, kFarNumbers> weights, const float* mirrored) {
+float hiddenFrom(std::span<const float, kFarCoefficients> weights, const float* mirrored) {
     float e = 0;
-    for (std::size_t i = 0; i < kFarNumbers; ++i) e += weights[i] * mirrored[i];
+    for (std::size_t i = 0; i < kFarCoefficients; ++i) e += weights[i] * mirrored[i];
     return 1 - e;
 }
 
@@ -81,13 +81,13 @@ std::vector<CastBlock> GroundRatio::castOn(const CastShadow& cast, int threads) 
         const CasterSphere around = sphereAround(corners);
         for (std::size_t c = 0; c < cast.casterCount() && !block.wanted; ++c) block.wanted = cast.reaches(c, around);
     });
-    mirrored_.resize(grid_points_.size() * kFarNumbers);
+    mirrored_.resize(grid_points_.size() * kFarCoefficients);
     castOnBlocks(cast, {rows_, columns_, {grid_points_, normals_, tangents_}, mirrored_}, blocks, threads);
     return blocks;
 }
 
 void GroundRatio::castSoft(const GroundLight& light, int threads) {
-    std::array<float, kFarNumbers> open{}, ambient;
+    std::array<float, kFarCoefficients> open{}, ambient;
     open[0] = kOpenSight;
     ambientWeights(parseConvention("D" + std::to_string(kFieldOrder)), ambient);
     free_ = irradianceOf(light.weights, open.data());
@@ -109,19 +109,19 @@ void GroundRatio::castSoft(const GroundLight& light, int threads) {
     if (light.real) {
         hidden_by_real.assign(past_.size(), 0.0f);
         overSeen(castOn(*light.real, threads), [&](std::size_t v) {
-            without_[v] = irradianceOf(light.weights, &mirrored_[v * kFarNumbers]);
-            hidden_by_real[v] = hiddenFrom(ambient, &mirrored_[v * kFarNumbers]);
+            without_[v] = irradianceOf(light.weights, &mirrored_[v * kFarCoefficients]);
+            hidden_by_real[v] = hiddenFrom(ambient, &mirrored_[v * kFarCoefficients]);
         });
     }
     const std::vector<CastBlock> blocks = castOn(*light.all, threads);
-    overSeen(blocks, [&](std::size_t v) { past_[v] = irradianceOf(light.weights, &mirrored_[v * kFarNumbers]); });
+    overSeen(blocks, [&](std::size_t v) { past_[v] = irradianceOf(light.weights, &mirrored_[v * kFarCoefficients]); });
     if (!light.emitters.empty()) addBounce(light.emitters, blocks, hidden_by_real, threads);
 }
 
 // The mean radiance of characters is looked up at the corners of blocks, each once, and interpolated between them.
 void GroundRatio::addBounce(std::span<const Emitter> emitters, std::span<const CastBlock> blocks,
                             std::span<const float> hidden_by_real, int threads) {
-    std::array<float, kFarNumbers> ambient;
+    std::array<float, kFarCoefficients> ambient;
     ambientWeights(parseConvention("D" + std::to_string(kFieldOrder)), ambient);
     std::vector<char> wanted(past_.size());
     std::vector<std::size_t> corners;
@@ -149,7 +149,7 @@ void GroundRatio::addBounce(std::span<const Emitter> emitters, std::span<const C
                                at(block.low[0], block.low[1]) * (1 - right) + at(block.low[0], block.high[1]) * right,
                            below =
                                at(block.high[0], block.low[1]) * (1 - right) + at(block.high[0], block.high[1]) * right;
-                const float hidden = hiddenFrom(ambient, &mirrored_[v * kFarNumbers]) -
+                const float hidden = hiddenFrom(ambient, &mirrored_[v * kFarCoefficients]) -
                                      (hidden_by_real.empty() ? 0.0f : hidden_by_real[v]);
                 from_[v] = (above * (1 - down) + below * down) * (std::numbers::pi_v<float> * std::max(hidden, 0.0f));
             }

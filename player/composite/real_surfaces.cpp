@@ -39,11 +39,11 @@ std::vector<float> skyShare(const CastShadow* cast, CasterChoice choice, const R
     std::vector<float> share(surface.positions.size(), 1.0f), mirrored;
     if (!cast) return share;
     castOn(*cast, choice, {surface.positions, surface.normals, surface.tangents}, threads, mirrored);
-    std::array<float, kFarNumbers> weights;
+    std::array<float, kFarCoefficients> weights;
     ambientWeights(parseConvention("D" + std::to_string(kFieldOrder)), weights);
     for (std::size_t v = 0; v < share.size(); ++v) {
         share[v] = 0;
-        for (std::size_t i = 0; i < kFarNumbers; ++i) share[v] += weights[i] * mirrored[v * kFarNumbers + i];
+        for (std::size_t i = 0; i < kFarCoefficients; ++i) share[v] += weights[i] * mirrored[v * kFarCoefficients + i];
     }
     return share;
 }

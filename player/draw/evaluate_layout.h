@@ -26,7 +26,7 @@ struct FarPlaces {
     std::uint32_t parts = 0, lists = 0, receivers = 0, anchors = 0;
     std::uint32_t part_count = 0, anchor_count = 0, anchor_values = 0;
     std::uint32_t near_count = 0, near_parts = 0, near_gains = 0;  // arrays of the asset (CompositionView)
-    int coefficients = 0;                                               // of a vertex
+    int coefficients = 0;                                          // of a vertex
 };
 
 // Places of one character in a frame, in vec4 from its start. The first 3 vec4 are the rows of its place in the

@@ -23,7 +23,7 @@ public:
     const PosePlaces& pose() const { return recipe_.pose; }
     const ShadingLayout& shading() const { return *shading_; }
     std::size_t bytes() const { return bytes_; }  // of GL memory
-    bool needsNumbers() const { return asset_->model.composition && !recipe_.far; }
+    bool needsCoefficients() const { return asset_->model.composition && !recipe_.far; }
     // Anchors of a composed asset that the GPU evaluates, and the vec4 that their values take; 0 for any other.
     std::size_t anchorCount() const { return recipe_.far ? recipe_.far->anchor_count : 0; }
     std::size_t anchorValues() const { return recipe_.far ? recipe_.far->anchor_values : 0; }

@@ -8,7 +8,7 @@
 
 namespace penumbra {
 
-constexpr GLuint kPosesBinding = 1, kEvaluatedBinding = 2, kNumbersBinding = 3, kAmbientBinding = 4,
+constexpr GLuint kPosesBinding = 1, kEvaluatedBinding = 2, kCoefficientsBinding = 3, kAmbientBinding = 4,
                  kVerticesBinding = 5, kAnchorsBinding = 6, kReceiversBinding = 7, kCastsBinding = 7;
 constexpr std::size_t kMaxGroups = 65535;  // of a dispatch, in each direction; every OpenGL has as many
 
@@ -31,7 +31,8 @@ std::size_t ModelPainter::evaluatedBytes() const {
 std::size_t ModelPainter::anchorBytes() const { return capacity_ * asset_->anchorValues() * 4 * sizeof(float); }
 
 std::size_t ModelPainter::bytes() const {
-    return evaluatedBytes() + poses_.bytes() + (numbers_ ? numbers_->bytes() : 0) + (anchors_ ? anchorBytes() : 0) +
+    return evaluatedBytes() + poses_.bytes() + (coefficients_ ? coefficients_->bytes() : 0) +
+           (anchors_ ? anchorBytes() : 0) +
            (casts_ ? capacity_ * asset_->vertexCount() * (kReceiverQuads + cast_sets_ * kCastQuads) * 4 * sizeof(float)
                    : 0) +
            (cast_anchors_ ? cast_anchors_->bytes() : 0) + (true_ambient_ ? true_ambient_->bytes() : 0) +
@@ -45,7 +46,7 @@ void writePose(const GlAsset& asset, const PosedCharacter& character, bool with_
     const PosePlaces& places = asset.pose();
     const std::vector<ClusterView>& clusters = asset.view().model.clusters;
     float* at = std::copy_n(character.to_scene.m.data(), 12, out.data());
-    const float given = character.numbers.empty() ? 0.0f : 1.0f;
+    const float given = character.coefficients.empty() ? 0.0f : 1.0f;
     const float caster = character.caster == kNobody ? -1.0f : float(character.caster);
     for (const float x : {given, caster, 0.0f, 0.0f}) *at++ = x;
     for (const Affine& bone : character.evaluator->bones()) at = std::copy_n(bone.m.data(), 12, at);
@@ -141,13 +142,13 @@ void ModelPainter::uploadVertices(std::span<const PosedCharacter> characters) {
     }
 }
 
-void ModelPainter::uploadNumbers(std::span<const PosedCharacter> characters) {
+void ModelPainter::uploadCoefficients(std::span<const PosedCharacter> characters) {
     const std::size_t vertices = asset_->vertexCount();
-    const auto given = [](const PosedCharacter& character) { return !character.numbers.empty(); };
-    assert(!asset_->needsNumbers() || std::all_of(characters.begin(), characters.end(), given));
-    has_numbers_ = std::any_of(characters.begin(), characters.end(), given);
-    if (has_numbers_)
-        uploadArrays(numbers_, characters, &PosedCharacter::numbers,
+    const auto given = [](const PosedCharacter& character) { return !character.coefficients.empty(); };
+    assert(!asset_->needsCoefficients() || std::all_of(characters.begin(), characters.end(), given));
+    has_coefficients_ = std::any_of(characters.begin(), characters.end(), given);
+    if (has_coefficients_)
+        uploadArrays(coefficients_, characters, &PosedCharacter::coefficients,
                      vertices * std::size_t(asset_->view().model.stride));
     if (channel_ == Channel::kError) uploadArrays(true_ambient_, characters, &PosedCharacter::true_ambient, vertices);
 }
@@ -156,7 +157,8 @@ void ModelPainter::bind() {
     asset_->bindArrays();
     poses_.bind(kPosesBinding);
     gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kEvaluatedBinding, evaluated_.buffer.id());
-    (has_numbers_ ? *numbers_ : poses_).bind(kNumbersBinding);  // any buffer will do where it is not read
+    (has_coefficients_ ? *coefficients_ : poses_)
+        .bind(kCoefficientsBinding);  // any buffer will do where it is not read
     if (channel_ == Channel::kError) true_ambient_->bind(kAmbientBinding);
     if (vertices_) vertices_->bind(kVerticesBinding);
 }
@@ -198,7 +200,7 @@ void ModelPainter::evaluateAnchors() {
 
 void ModelPainter::release() {
     poses_.release();
-    if (has_numbers_) numbers_->release();
+    if (has_coefficients_) coefficients_->release();
     if (channel_ == Channel::kError) true_ambient_->release();
     if (vertices_) vertices_->release();
 }
@@ -216,7 +218,7 @@ void ModelPainter::evaluate(Channel channel, std::span<const PosedCharacter> cha
     }
     uploadPoses(characters);
     uploadVertices(characters);
-    uploadNumbers(characters);
+    uploadCoefficients(characters);
     gl::MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);  // after what the last frame's draws read
     const bool casts = cast && showsVisibility(channel);
     if (casts) castOnVertices(*cast, *characters.front().evaluator);

@@ -14,8 +14,9 @@ struct PosedCharacter {
     const Evaluator* evaluator = nullptr;  // it has the pose
     Affine to_scene = {};                  // from its model frame: a rotation and a translation
     const ShadingSet* shading = nullptr;   // what is on in it, with the light in its model frame; only for kShaded
-    // [V, stride], in the place of the model's; empty: the GPU evaluates the model, unless GlAsset::needsNumbers().
-    std::span<const float> numbers = {};
+    // [V, stride], in the place of the model's; empty: the GPU evaluates the model, unless
+    // GlAsset::needsCoefficients().
+    std::span<const float> coefficients = {};
     std::span<const float> true_ambient = {};  // [V], only for kError
     std::size_t caster = kNobody;              // which of GlCast's it is
     // Of every slot; empty: no suns shine on it. Either all characters have them or none. Only for kShaded, and then
@@ -44,15 +45,15 @@ private:
     std::shared_ptr<GlAsset> asset_;
     std::size_t capacity_, count_ = 0;
     Channel channel_ = Channel::kShaded;
-    bool has_numbers_ = false;             // some character has given numbers
+    bool has_coefficients_ = false;        // some character has given numbers
     bool sunlit_ = false;                  // what was evaluated
     std::size_t quads_ = kEvaluatedQuads;  // of a vertex, that evaluated_ has room for
     UploadRing poses_;
-    std::optional<UploadRing> numbers_, true_ambient_, vertices_;  // made when they are first needed
-    std::optional<GlObject> anchors_;                              // values of a composed asset's anchors
-    std::optional<GlObject> receivers_, casts_;                    // made when there is a cast
-    std::size_t cast_sets_ = 0;                                    // that casts_ has room for
-    std::optional<GlCastAnchors> cast_anchors_;                    // of casts
+    std::optional<UploadRing> coefficients_, true_ambient_, vertices_;  // made when they are first needed
+    std::optional<GlObject> anchors_;                                   // values of a composed asset's anchors
+    std::optional<GlObject> receivers_, casts_;                         // made when there is a cast
+    std::size_t cast_sets_ = 0;                                         // that casts_ has room for
+    std::optional<GlCastAnchors> cast_anchors_;                         // of casts
     TextureBuffer evaluated_;
 
     std::size_t evaluatedBytes() const;
@@ -64,7 +65,7 @@ private:
     void uploadArrays(std::optional<UploadRing>& ring, std::span<const PosedCharacter> characters,
                       std::span<const float> PosedCharacter::*member, std::size_t of_one);
     void uploadVertices(std::span<const PosedCharacter> characters);
-    void uploadNumbers(std::span<const PosedCharacter> characters);
+    void uploadCoefficients(std::span<const PosedCharacter> characters);
     void bind();
     void castOnVertices(GlCast& cast, const Evaluator& evaluator);
     void dispatch(const GlAsset::Program& program, std::size_t invocations) const;

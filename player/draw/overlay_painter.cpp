@@ -9,9 +9,9 @@ void OverlayPainter::drawLobe(const VisibilityFactor& factor, const Receiver& ve
                               const FrameView& view) {
     const Mat3 frame = toLocalFrame(vertex.normal, vertex.tangent);
     const bool residual = factor.choice.kind == FactorKind::kResidual;
-    Shape lobe =
-        residual ? signedLobe(factor.convention, factor.numbers, frame, vertex.position, kResidualEnlargement * scale)
-                 : visibilityLobe(factor.convention, factor.numbers, frame, vertex.position, scale);
+    Shape lobe = residual ? signedLobe(factor.convention, factor.coefficients, frame, vertex.position,
+                                       kResidualEnlargement * scale)
+                          : visibilityLobe(factor.convention, factor.coefficients, frame, vertex.position, scale);
     residual ? shadeSignedLobe(lobe, view.eye) : shadeLobe(lobe, view.eye);
     if (!lobe_) lobe_.emplace(lobe.triangles, Channel::kShaded);
     gl::Clear(GL_DEPTH_BUFFER_BIT);

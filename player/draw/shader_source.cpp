@@ -63,7 +63,7 @@ std::string farPlaces(const FarPlaces& far) {
            define("FAR_ANCHOR_TABLE", far.anchors) + define("PART_COUNT", far.part_count) +
            define("ANCHOR_COUNT", far.anchor_count) + define("ANCHOR_VALUES", far.anchor_values) +
            define("NEAR_COUNT", far.near_count) + define("NEAR_PARTS", far.near_parts) +
-           define("NEAR_GAINS", far.near_gains) + define("NUMBERS", std::size_t(far.numbers)) + noAnchor();
+           define("NEAR_GAINS", far.near_gains) + define("NUMBERS", std::size_t(far.coefficients)) + noAnchor();
 }
 
 // Puts a text in the place of the line that names what makes it.
@@ -169,16 +169,16 @@ std::string heightsReceiversSource(const HeightsRecipe& recipe) {
 
 std::string heightsPointsSource(const HeightsRecipe& recipe) {
     const Convention convention{BelowHorizon::kMirrored, recipe.order};
-    const auto numbers = std::size_t(convention.size());
+    const auto coefficients = std::size_t(convention.size());
     std::string generated = ambientGlsl(convention);
-    if (recipe.casts) generated += castAmbientGlsl() + castNumbersGlsl(convention);
+    if (recipe.casts) generated += castAmbientGlsl() + castCoefficientsGlsl(convention);
     if (recipe.channel == Channel::kShaded) generated += shadingGlsl(*recipe.shading);
     if (recipe.sunlit) generated += sightGlsl(convention);
     std::string text = kShaderHeightsPointsComp;
     insertAt(text, "GENERATED_BY_SHADING_GLSL", generated + kShaderPenumbraGlsl + "\n");
-    return heightsPreamble(recipe) + define("NUMBERS", numbers) + define("PENUMBRA_STRIDE4", (numbers + 3) / 4) +
-           evaluatedQuads(recipe.sunlit) + (recipe.casts ? "#define CAST\n" + define("CAST_QUADS", kCastQuads) : "") +
-           heightsSeen(recipe) + text;
+    return heightsPreamble(recipe) + define("NUMBERS", coefficients) +
+           define("PENUMBRA_STRIDE4", (coefficients + 3) / 4) + evaluatedQuads(recipe.sunlit) +
+           (recipe.casts ? "#define CAST\n" + define("CAST_QUADS", kCastQuads) : "") + heightsSeen(recipe) + text;
 }
 
 std::string anchorSource(const ShaderRecipe& recipe) {
@@ -220,7 +220,7 @@ std::string evaluateSource(const ShaderRecipe& recipe) {
     std::string generated;
     if (showsVisibility(recipe.channel)) generated = ambientGlsl(recipe.convention);
     if (followers) generated += followGlsl(recipe.convention);
-    if (recipe.casts) generated += castAmbientGlsl() + castNumbersGlsl(recipe.convention);
+    if (recipe.casts) generated += castAmbientGlsl() + castCoefficientsGlsl(recipe.convention);
     if (recipe.channel == Channel::kShaded) generated += shadingGlsl(*recipe.shading);
     if (recipe.sunlit) generated += sightGlsl(recipe.convention);
     // penumbra.glsl goes after the functions that the text has generated and the buffers that its macros name.

@@ -19,12 +19,12 @@ void overVertices(std::size_t vertices, int threads, const Body& body) {
 
 }  // namespace
 
-std::vector<float> truthNumbers(const Shot& shot, const FrameVertices& vertices, int threads) {
-    std::vector<float> numbers(vertices.positions.size() * std::size_t(shot.asset->model.stride));
+std::vector<float> truthCoefficients(const Shot& shot, const FrameVertices& vertices, int threads) {
+    std::vector<float> coefficients(vertices.positions.size() * std::size_t(shot.asset->model.stride));
     overVertices(vertices.positions.size(), threads, [&](std::size_t begin, std::size_t end) {
-        coefficientsFromTruth(*shot.truth, shot.truth_frame, *shot.asset, vertices.range(begin, end), numbers);
+        coefficientsFromTruth(*shot.truth, shot.truth_frame, *shot.asset, vertices.range(begin, end), coefficients);
     });
-    return numbers;
+    return coefficients;
 }
 
 void skinFrame(const Evaluator& evaluator, int threads, FrameVertices& vertices) {
@@ -37,13 +37,13 @@ void skinFrame(const Evaluator& evaluator, int threads, FrameVertices& vertices)
     });
 }
 
-void evaluateNumbers(const Evaluator& evaluator, int threads, FrameVertices& vertices) {
-    vertices.numbers.resize(evaluator.vertexCount() * std::size_t(evaluator.asset().model.stride));
+void evaluateCoefficients(const Evaluator& evaluator, int threads, FrameVertices& vertices) {
+    vertices.coefficients.resize(evaluator.vertexCount() * std::size_t(evaluator.asset().model.stride));
     parallelFor(evaluator.clusterCount(), threads,
-                [&](std::size_t cluster) { evaluator.evaluateCluster(cluster, vertices.numbers); });
+                [&](std::size_t cluster) { evaluator.evaluateCluster(cluster, vertices.coefficients); });
     const std::size_t first = evaluator.firstFollower();
     overVertices(evaluator.vertexCount() - first, threads, [&](std::size_t begin, std::size_t end) {
-        evaluator.follow(first + begin, first + end, {vertices.normals, vertices.tangents}, vertices.numbers);
+        evaluator.follow(first + begin, first + end, {vertices.normals, vertices.tangents}, vertices.coefficients);
     });
 }
 
@@ -59,18 +59,18 @@ void evaluateFrame(const Shot& shot, VisibilitySource source, Evaluator& evaluat
     evaluator.setFrame(shot.frame);
     skinFrame(evaluator, threads, vertices);
     if (source == VisibilitySource::kModel)
-        evaluateNumbers(evaluator, threads, vertices);
+        evaluateCoefficients(evaluator, threads, vertices);
     else
-        vertices.numbers = truthNumbers(shot, vertices, threads);
+        vertices.coefficients = truthCoefficients(shot, vertices, threads);
     evaluateIndirect(evaluator, threads, vertices.indirect);
 }
 
-std::vector<float> ambientOf(const Shot& shot, const std::vector<float>& numbers, int threads) {
+std::vector<float> ambientOf(const Shot& shot, const std::vector<float>& coefficients, int threads) {
     const auto stride = std::size_t(shot.asset->model.stride);
-    std::vector<float> e(numbers.size() / stride);
+    std::vector<float> e(coefficients.size() / stride);
     overVertices(e.size(), threads, [&](std::size_t begin, std::size_t end) {
         const std::size_t count = end - begin;
-        ambient(*shot.asset, std::span(numbers).subspan(begin * stride, count * stride),
+        ambient(*shot.asset, std::span(coefficients).subspan(begin * stride, count * stride),
                 std::span(e).subspan(begin, count));
     });
     return e;
@@ -128,7 +128,7 @@ std::vector<Vec3> channelValues(const Shot& shot, Channel channel, const Shading
         for (std::size_t v = 0; v < values.size(); ++v) values[v].x = float(part[v]);
         return values;
     }
-    std::vector<float> e = ambientOf(shot, vertices.numbers, threads);
+    std::vector<float> e = ambientOf(shot, vertices.coefficients, threads);
     if (channel == Channel::kBouncedAmbient) addBouncedAmbient(shot.asset->model.indirect->axes, vertices.indirect, e);
     for (std::size_t v = 0; v < values.size(); ++v)
         values[v].x = channel == Channel::kError ? std::abs(e[v] - true_ambient[v]) : e[v];

@@ -11,12 +11,12 @@ namespace penumbra {
 
 struct FrameVertices {
     std::vector<Vec3> positions, normals, tangents;  // [V]
-    std::vector<float> numbers;                      // [V, stride], of the model or of the truth
+    std::vector<float> coefficients;                 // [V, stride], of the model or of the truth
     std::vector<float> indirect;                     // [V, kIndirectStride], of the model; empty where no light bounces
     std::vector<Vec3> received;                      // [V] irradiance of light that others reflect; empty: none
 
     VertexFrames range(std::size_t begin, std::size_t end) const {
-        return {positions, normals, tangents, numbers, begin, end, indirect, received};
+        return {positions, normals, tangents, coefficients, begin, end, indirect, received};
     }
 };
 
@@ -28,15 +28,15 @@ void evaluateFrame(const Shot& shot, VisibilitySource source, Evaluator& evaluat
 // Its parts, for an evaluator that has its pose: skinning, the model's numbers, and its light that bounces, which is
 // empty where the asset has none.
 void skinFrame(const Evaluator& evaluator, int threads, FrameVertices& vertices);
-void evaluateNumbers(const Evaluator& evaluator, int threads, FrameVertices& vertices);
+void evaluateCoefficients(const Evaluator& evaluator, int threads, FrameVertices& vertices);
 void evaluateIndirect(const Evaluator& evaluator, int threads, std::vector<float>& indirect);
 
 // Returns the baked truth as numbers of the model's convention, in the local frames of `vertices`. shot.truth must be
 // set.
-std::vector<float> truthNumbers(const Shot& shot, const FrameVertices& vertices, int threads);
+std::vector<float> truthCoefficients(const Shot& shot, const FrameVertices& vertices, int threads);
 
 // Returns E of every vertex from numbers of the model's convention.
-std::vector<float> ambientOf(const Shot& shot, const std::vector<float>& numbers, int threads);
+std::vector<float> ambientOf(const Shot& shot, const std::vector<float>& coefficients, int threads);
 
 // Computes the radiance of every vertex towards `eye`, with negative values as 0. Sizes `radiance`: [shading.terms(),
 // V].

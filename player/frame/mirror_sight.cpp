@@ -17,13 +17,11 @@ std::vector<float> mirrorSight(const Convention& convention, int stride, const F
     parallelFor(sight.size(), threads, [&](std::size_t v) {
         std::array<float, coefficientCount(kMaxOrder)> full, basis;
         const auto of = [&](std::array<float, coefficientCount(kMaxOrder)>& a) { return std::span(a).first(count); };
-        toCoefficients(convention, std::span(vertices.numbers).subspan(v * std::size_t(stride), size),
-                       of(full));
+        fullCoefficients(convention, std::span(vertices.coefficients).subspan(v * std::size_t(stride), size), of(full));
         const Vec3 wo =
             toLocalFrame(vertices.normals[v], vertices.tangents[v]) * normalized(eye - vertices.positions[v]);
         evalBasis(convention.order, Vec3{-wo.x, -wo.y, std::abs(wo.z)}, of(basis));
-        sight[v] = std::clamp(std::inner_product(basis.begin(), basis.begin() + count, full.begin(), 0.0f),
-                              0.0f, 1.0f);
+        sight[v] = std::clamp(std::inner_product(basis.begin(), basis.begin() + count, full.begin(), 0.0f), 0.0f, 1.0f);
     });
     return sight;
 }

@@ -21,28 +21,28 @@ void PosedFrame::pose(std::size_t frame, std::optional<std::size_t> truth_frame)
 const FrameVertices& PosedFrame::vertices(VisibilitySource source) {
     assert(source == VisibilitySource::kModel || has_truth_);
     if (within_ != source) {
-        sources_[std::size_t(within_)].numbers.swap(vertices_.numbers);
-        sources_[std::size_t(source)].numbers.swap(vertices_.numbers);
+        sources_[std::size_t(within_)].coefficients.swap(vertices_.coefficients);
+        sources_[std::size_t(source)].coefficients.swap(vertices_.coefficients);
         within_ = source;
     }
     Source& wanted = sources_[std::size_t(source)];
     if (wanted.known) return vertices_;
     if (source == VisibilitySource::kModel)
-        evaluateNumbers(evaluator_, threads_, vertices_);
+        evaluateCoefficients(evaluator_, threads_, vertices_);
     else
-        vertices_.numbers = truthNumbers(shot_, vertices_, threads_);
+        vertices_.coefficients = truthCoefficients(shot_, vertices_, threads_);
     wanted.known = true;
     return vertices_;
 }
 
-std::span<const float> PosedFrame::numbers(VisibilitySource source) {
-    return vertices(source).numbers;  // a swap of vectors keeps their elements where they are
+std::span<const float> PosedFrame::coefficients(VisibilitySource source) {
+    return vertices(source).coefficients;  // a swap of vectors keeps their elements where they are
 }
 
 const std::vector<float>& PosedFrame::ambient(VisibilitySource source) {
     Source& wanted = sources_[std::size_t(source)];
     if (!wanted.ambient_known) {
-        wanted.ambient = ambientOf(shot_, vertices(source).numbers, threads_);
+        wanted.ambient = ambientOf(shot_, vertices(source).coefficients, threads_);
         wanted.ambient_known = true;
     }
     return wanted.ambient;

@@ -24,7 +24,7 @@ public:
     // Returns the vertices with the numbers of `source`, valid until the next call. kTruth only where hasTruth().
     const FrameVertices& vertices(VisibilitySource source);
     // Returns these numbers alone, valid until the next pose().
-    std::span<const float> numbers(VisibilitySource source);
+    std::span<const float> coefficients(VisibilitySource source);
     // Returns the radiance of every vertex towards `eye`. The model of an asset of transfer takes no numbers for it.
     std::vector<Vec3> radiance(VisibilitySource source, const ShadingSet& shading, Vec3 eye);
     const FrameVertices& skinned() const { return vertices_; }  // whatever its numbers are
@@ -39,7 +39,7 @@ private:
     FrameVertices vertices_;
     VisibilitySource within_ = VisibilitySource::kModel;  // whose numbers `vertices_` has
     struct Source {
-        std::vector<float> numbers;  // empty while they are in `vertices_`
+        std::vector<float> coefficients;  // empty while they are in `vertices_`
         std::vector<float> ambient;
         bool known = false, ambient_known = false;
     };

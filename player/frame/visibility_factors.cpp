@@ -15,14 +15,14 @@ namespace {
 
 constexpr Convention kFarConvention{BelowHorizon::kMirrored, kFieldOrder};
 
-float ambientOf(const Convention& convention, std::span<const float> numbers) {
+float ambientOf(const Convention& convention, std::span<const float> coefficients) {
     std::vector<float> weights(std::size_t(convention.size()));
     ambientWeights(convention, weights);
-    return std::inner_product(weights.begin(), weights.end(), numbers.begin(), 0.0f);
+    return std::inner_product(weights.begin(), weights.end(), coefficients.begin(), 0.0f);
 }
 
-VisibilityFactor factorOf(FactorChoice choice, const Convention& convention, std::span<const float> numbers) {
-    const std::span<const float> used = numbers.first(std::size_t(convention.size()));
+VisibilityFactor factorOf(FactorChoice choice, const Convention& convention, std::span<const float> coefficients) {
+    const std::span<const float> used = coefficients.first(std::size_t(convention.size()));
     return {choice, convention, {used.begin(), used.end()}, ambientOf(convention, used)};
 }
 
@@ -42,15 +42,17 @@ public:
     }
 
     VisibilityFactor whole() const {
-        return ofNumbers(FactorKind::kWhole, [&](std::span<float> out) { evaluator_.evaluateCluster(cluster_, out); });
+        return ofCoefficients(FactorKind::kWhole,
+                              [&](std::span<float> out) { evaluator_.evaluateCluster(cluster_, out); });
     }
     VisibilityFactor local() const {
-        return ofNumbers(FactorKind::kLocal, [&](std::span<float> out) { evaluator_.evaluateLocal(cluster_, out); });
+        return ofCoefficients(FactorKind::kLocal,
+                              [&](std::span<float> out) { evaluator_.evaluateLocal(cluster_, out); });
     }
     VisibilityFactor far() const {
-        std::vector<float> far(evaluator_.vertexCount() * kFarNumbers);
+        std::vector<float> far(evaluator_.vertexCount() * kFarCoefficients);
         evaluator_.evaluateFar(cluster_, far);
-        return factorOf({FactorKind::kFar}, kFarConvention, std::span(far).subspan(vertex_ * kFarNumbers));
+        return factorOf({FactorKind::kFar}, kFarConvention, std::span(far).subspan(vertex_ * kFarCoefficients));
     }
     VisibilityFactor residual() const;
     VisibilityFactor part(std::size_t part) const;
@@ -65,11 +67,12 @@ private:
     Receiver receiver_;  // only of a composed asset
 
     template <class Evaluate>
-    VisibilityFactor ofNumbers(FactorKind kind, const Evaluate& evaluate) const {
+    VisibilityFactor ofCoefficients(FactorKind kind, const Evaluate& evaluate) const {
         const std::size_t stride = std::size_t(model_.stride);
-        std::vector<float> numbers(evaluator_.vertexCount() * stride);
-        evaluate(numbers);
-        return factorOf({kind}, model_.convention, std::span<const float>(numbers).subspan(vertex_ * stride, stride));
+        std::vector<float> coefficients(evaluator_.vertexCount() * stride);
+        evaluate(coefficients);
+        return factorOf({kind}, model_.convention,
+                        std::span<const float>(coefficients).subspan(vertex_ * stride, stride));
     }
 };
 
@@ -89,9 +92,9 @@ VisibilityFactor VertexFactors::residual() const {
 
 VisibilityFactor VertexFactors::part(std::size_t part) const {
     const auto index = std::uint16_t(part);
-    std::array<float, kFarNumbers> numbers;
-    farVisibility(evaluator_.farTables().fields(), evaluator_.posedParts(), {&index, 1}, receiver_, numbers);
-    return factorOf({FactorKind::kPart, part}, kFarConvention, numbers);
+    std::array<float, kFarCoefficients> coefficients;
+    farVisibility(evaluator_.farTables().fields(), evaluator_.posedParts(), {&index, 1}, receiver_, coefficients);
+    return factorOf({FactorKind::kPart, part}, kFarConvention, coefficients);
 }
 
 }  // namespace
@@ -137,7 +140,7 @@ std::vector<VisibilityFactor> visibilityFactors(const Evaluator& evaluator, std:
     for (const std::size_t p : of.farParts()) {
         VisibilityFactor part = of.part(p);
         // farVisibility() leaves the function 1 as it is where a part does not count.
-        if (std::any_of(part.numbers.begin() + 1, part.numbers.end(), [](float x) { return x != 0; }))
+        if (std::any_of(part.coefficients.begin() + 1, part.coefficients.end(), [](float x) { return x != 0; }))
             factors.push_back(std::move(part));
     }
     std::ranges::stable_sort(factors.begin() + std::ptrdiff_t(first_part), factors.end(), {},

@@ -24,9 +24,9 @@ struct FactorChoice {
 
 struct VisibilityFactor {
     FactorChoice choice;
-    Convention convention;       // a far factor has more bands than the model
-    std::vector<float> numbers;  // in the vertex' local frame
-    float ambient = 0;           // E of these numbers; of the residual what it adds to E before E is clamped
+    Convention convention;            // a far factor has more bands than the model
+    std::vector<float> coefficients;  // in the vertex' local frame
+    float ambient = 0;                // E of these numbers; of the residual what it adds to E before E is clamped
 };
 
 // Returns the joint that a part moves with, by which the part is called. One that stands still has its number instead.

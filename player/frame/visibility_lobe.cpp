@@ -12,10 +12,10 @@ namespace {
 constexpr int kLobeRings = 32;
 
 template <class Radius>
-Shape lobeOf(const Convention& convention, std::span<const float> numbers, const Mat3& local_frame, Vec3 center,
+Shape lobeOf(const Convention& convention, std::span<const float> coefficients, const Mat3& local_frame, Vec3 center,
              float scale, const Radius& radius) {
     std::vector<float> full(std::size_t(coefficientCount(convention.order))), basis(full.size());
-    toCoefficients(convention, numbers, full);
+    fullCoefficients(convention, coefficients, full);
     const Mat3 model_from_local = transposed(local_frame);
     Shape lobe = unitSphere(kLobeRings);
     for (Vec3& p : lobe.positions) {
@@ -45,14 +45,14 @@ void shade(Shape& lobe, Vec3 eye, const Color& color) {
 
 }  // namespace
 
-Shape visibilityLobe(const Convention& convention, std::span<const float> numbers, const Mat3& local_frame, Vec3 center,
-                     float scale) {
-    return lobeOf(convention, numbers, local_frame, center, scale, [](float v) { return std::max(v, 0.0f); });
+Shape visibilityLobe(const Convention& convention, std::span<const float> coefficients, const Mat3& local_frame,
+                     Vec3 center, float scale) {
+    return lobeOf(convention, coefficients, local_frame, center, scale, [](float v) { return std::max(v, 0.0f); });
 }
 
-Shape signedLobe(const Convention& convention, std::span<const float> numbers, const Mat3& local_frame, Vec3 center,
-                 float scale) {
-    return lobeOf(convention, numbers, local_frame, center, scale, [](float v) { return std::abs(v); });
+Shape signedLobe(const Convention& convention, std::span<const float> coefficients, const Mat3& local_frame,
+                 Vec3 center, float scale) {
+    return lobeOf(convention, coefficients, local_frame, center, scale, [](float v) { return std::abs(v); });
 }
 
 void shadeLobe(Shape& lobe, Vec3 eye) {

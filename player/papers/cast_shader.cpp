@@ -16,7 +16,7 @@ namespace penumbra {
 namespace {
 
 constexpr Convention kSphereProductConvention{BelowHorizon::kOpen, 4};
-constexpr std::size_t kSphereProductNumbers = 16;
+constexpr std::size_t kSphereProductSize = 16;
 
 // Row r of V_c turned into the local frame of its vertex.
 void localCast(int order, SphereCast cast, const FrameVertices& own, std::size_t r, std::span<float> out) {
@@ -27,35 +27,35 @@ void localCast(int order, SphereCast cast, const FrameVertices& own, std::size_t
 // Moments over the upper hemisphere of the functions that the numbers of a convention stand for: [16, numbers].
 std::vector<double> momentsOf(const Convention& convention) {
     const std::vector<int> indices = convention.indices();
-    std::vector<double> matrix(kSphereProductNumbers * indices.size()), y(coefficientCount(kMaxOrder));
+    std::vector<double> matrix(kSphereProductSize * indices.size()), y(coefficientCount(kMaxOrder));
     for (const WeightedDirection& d : gaussHemisphere(8, 16)) {
         evalBasis(kMaxOrder, d.direction, y);
-        for (std::size_t i = 0; i < kSphereProductNumbers; ++i)
+        for (std::size_t i = 0; i < kSphereProductSize; ++i)
             for (std::size_t k = 0; k < indices.size(); ++k)
                 matrix[i * indices.size() + k] += d.weight * y[i] * y[std::size_t(indices[k])];
     }
     return matrix;
 }
 
-std::vector<float> sphereProductNumbers(const ModelView& model, const FrameVertices& own, SphereCast cast) {
-    std::vector<float> numbers = ownInA4(model.convention, model.stride, own.numbers);
-    std::array<float, kSphereProductNumbers> others;
-    std::array<double, kSphereProductNumbers> a, b, product;
+std::vector<float> sphereProductCoefficients(const ModelView& model, const FrameVertices& own, SphereCast cast) {
+    std::vector<float> coefficients = ownInA4(model.convention, model.stride, own.coefficients);
+    std::array<float, kSphereProductSize> others;
+    std::array<double, kSphereProductSize> a, b, product;
     for (std::size_t v = 0; v < own.positions.size(); ++v) {
         localCast(4, cast, own, v, others);
-        const auto row = numbers.begin() + std::ptrdiff_t(v * kSphereProductNumbers);
-        std::copy_n(row, kSphereProductNumbers, a.begin());
+        const auto row = coefficients.begin() + std::ptrdiff_t(v * kSphereProductSize);
+        std::copy_n(row, kSphereProductSize, a.begin());
         std::copy(others.begin(), others.end(), b.begin());
         multiply(4, a, 4, b, 4, product);
         std::copy(product.begin(), product.end(), row);
     }
-    return numbers;
+    return coefficients;
 }
 
-std::vector<float> ownNumbers(CastMode mode, const Convention& convention, int stride, const FrameVertices& own) {
-    std::vector<float> numbers = own.numbers;
-    if (mode == CastMode::kHemisphereShare) keepHemisphereShare(convention, stride, numbers);
-    return numbers;
+std::vector<float> ownCoefficients(CastMode mode, const Convention& convention, int stride, const FrameVertices& own) {
+    std::vector<float> coefficients = own.coefficients;
+    if (mode == CastMode::kHemisphereShare) keepHemisphereShare(convention, stride, coefficients);
+    return coefficients;
 }
 
 double sumOf(std::span<const float> coefficients, std::span<const double> y) {
@@ -66,27 +66,27 @@ double sumOf(std::span<const float> coefficients, std::span<const double> y) {
 
 }  // namespace
 
-std::vector<float> ownInA4(const Convention& convention, int stride, std::span<const float> numbers) {
-    const std::size_t count = numbers.size() / std::size_t(stride), size = std::size_t(convention.size());
-    std::vector<double> below(kSphereProductNumbers);
+std::vector<float> ownInA4(const Convention& convention, int stride, std::span<const float> coefficients) {
+    const std::size_t count = coefficients.size() / std::size_t(stride), size = std::size_t(convention.size());
+    std::vector<double> below(kSphereProductSize);
     belowHorizonCoefficients(4, below);
     const bool mirrored = convention.below == BelowHorizon::kMirrored;
     const std::vector<double> moments = mirrored ? momentsOf(convention) : std::vector<double>();
-    std::vector<float> out(count * kSphereProductNumbers);
+    std::vector<float> out(count * kSphereProductSize);
     for (std::size_t v = 0; v < count; ++v)
-        for (std::size_t i = 0; i < kSphereProductNumbers; ++i) {
-            const std::span<const float> row = numbers.subspan(v * std::size_t(stride), size);
+        for (std::size_t i = 0; i < kSphereProductSize; ++i) {
+            const std::span<const float> row = coefficients.subspan(v * std::size_t(stride), size);
             double number = convention.below == BelowHorizon::kOpen ? 0 : below[i];
             if (mirrored)
                 for (std::size_t k = 0; k < size; ++k) number += moments[i * size + k] * double(row[k]);
             else if (i < size)
                 number += double(row[i]);
-            out[v * kSphereProductNumbers + i] = float(number);
+            out[v * kSphereProductSize + i] = float(number);
         }
     return out;
 }
 
-void keepHemisphereShare(const Convention& convention, int stride, std::span<float> numbers) {
+void keepHemisphereShare(const Convention& convention, int stride, std::span<float> coefficients) {
     const std::vector<float> open = freeSight(convention);
     std::vector<float> below(open.size(), 0.0f);
     if (convention.below == BelowHorizon::kOpen) {
@@ -94,8 +94,8 @@ void keepHemisphereShare(const Convention& convention, int stride, std::span<flo
         belowHorizonCoefficients(convention.order, all);
         std::copy(all.begin(), all.end(), below.begin());
     }
-    for (std::size_t first = 0; first < numbers.size(); first += std::size_t(stride)) {
-        const std::span<float> row = numbers.subspan(first, open.size());
+    for (std::size_t first = 0; first < coefficients.size(); first += std::size_t(stride)) {
+        const std::span<float> row = coefficients.subspan(first, open.size());
         const float share = (row[0] - below[0]) / (open[0] - below[0]);
         for (std::size_t i = 0; i < row.size(); ++i) row[i] = below[i] + share * (open[i] - below[i]);
     }
@@ -105,20 +105,21 @@ std::vector<float> castAmbient(CastMode mode, const ModelView& model, const Fram
     const std::size_t count = own.positions.size();
     std::vector<float> e(count);
     if (mode == CastMode::kSphereProduct) {
-        ambient(kSphereProductConvention, int(kSphereProductNumbers), sphereProductNumbers(model, own, cast), e);
+        ambient(kSphereProductConvention, int(kSphereProductSize), sphereProductCoefficients(model, own, cast), e);
         return e;
     }
     const int order = castOrderOf(mode);
     const Convention& convention = model.convention;
-    const std::vector<float> numbers = ownNumbers(mode, convention, model.stride, own);
+    const std::vector<float> coefficients = ownCoefficients(mode, convention, model.stride, own);
     const std::vector<WeightedDirection> directions = gaussHemisphere(8, 16);  // exact: the degree is 12 at most
     std::vector<std::vector<double>> y(directions.size(), std::vector<double>(coefficientCount(kMaxOrder)));
     for (std::size_t d = 0; d < y.size(); ++d) evalBasis(kMaxOrder, directions[d].direction, y[d]);
     std::vector<float> mine(std::size_t(coefficientCount(convention.order))),
         others(std::size_t(coefficientCount(order)));
     for (std::size_t v = 0; v < count; ++v) {
-        toCoefficients(convention,
-                       std::span(numbers).subspan(v * std::size_t(model.stride), std::size_t(convention.size())), mine);
+        fullCoefficients(convention,
+                         std::span(coefficients).subspan(v * std::size_t(model.stride), std::size_t(convention.size())),
+                         mine);
         localCast(order, cast, own, v, others);
         double sum = 0;
         for (std::size_t d = 0; d < directions.size(); ++d)
@@ -152,7 +153,7 @@ CastShader::CastShader(CastMode mode, const Shot& shot)
     view_.lights = {{"light", light_order_, light_}};
     if (mode == CastMode::kSphereProduct) {
         view_.model.convention = kSphereProductConvention;
-        view_.model.stride = int(kSphereProductNumbers);
+        view_.model.stride = int(kSphereProductSize);
     }
     Shot look = shot;
     look.asset = &view_;
@@ -168,7 +169,7 @@ void CastShader::shade(const FrameVertices& own, SphereCast cast, Vec3 eye, int 
     model.convention = convention_;
     model.stride = stride_;
     FrameVertices joined = own;
-    joined.numbers = sphereProductNumbers(model, own, cast);
+    joined.coefficients = sphereProductCoefficients(model, own, cast);
     shadeFrame(*set_, joined, eye, threads, radiance);
 }
 
@@ -180,7 +181,7 @@ void CastShader::shadeFolded(const FrameVertices& own, SphereCast cast, Vec3 eye
     const int order = castOrderOf(mode_);
     const std::size_t row = std::size_t(coefficientCount(order));
     const CastFold fold = makeCastFold(light_order_, light_, order);
-    std::vector<float> lights(count * 3 * n), numbers = ownNumbers(mode_, convention_, stride_, own);
+    std::vector<float> lights(count * 3 * n), coefficients = ownCoefficients(mode_, convention_, stride_, own);
     for (std::size_t v = 0; v < count; ++v)
         foldCast(fold, cast.subspan(v * row, row), std::span(lights).subspan(v * 3 * n, 3 * n));
     radiance.assign(count, Vec3{});
@@ -192,7 +193,7 @@ void CastShader::shadeFolded(const FrameVertices& own, SphereCast cast, Vec3 eye
         set_->setLight(0, one);
         parallelFor((count + kShadePiece - 1) / kShadePiece, threads, [&](std::size_t piece) {
             const std::size_t begin = piece * kShadePiece, end = std::min(count, begin + kShadePiece);
-            set_->shade({own.positions, own.normals, own.tangents, numbers, begin, end}, eye, by_one);
+            set_->shade({own.positions, own.normals, own.tangents, coefficients, begin, end}, eye, by_one);
         });
         for (std::size_t v = 0; v < count; ++v)
             for (int c = 0; c < 3; ++c) radiance[v][c] += lights[v * 3 * n + 3 * i + std::size_t(c)] * by_one[v][c];

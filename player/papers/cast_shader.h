@@ -11,11 +11,11 @@ namespace penumbra {
 
 // Own numbers of an asset's convention as SH over the sphere that are 1 below the horizon, which Nowrouzezahrai 2009
 // multiplies: [vertices, 16] of convention A4.
-std::vector<float> ownInA4(const Convention& convention, int stride, std::span<const float> numbers);
+std::vector<float> ownInA4(const Convention& convention, int stride, std::span<const float> coefficients);
 
 // Replaces own visibility by a constant above the horizon with the same mean over the hemisphere, which is the DC
 // self-shadow of Nowrouzezahrai 2011. The numbers keep their convention.
-void keepHemisphereShare(const Convention& convention, int stride, std::span<float> numbers);
+void keepHemisphereShare(const Convention& convention, int stride, std::span<float> coefficients);
 
 // V_c of vertices, as castOverSphere() has it, with castOrderOf(mode).
 using SphereCast = std::span<const float>;

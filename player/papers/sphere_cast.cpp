@@ -15,16 +15,16 @@ namespace {
 
 constexpr std::size_t kReferencePiece = 64, kFieldPiece = 512;  // receivers that a thread takes at once
 
-// Moments over the upper hemisphere of mirrored functions: [order^2, kFarNumbers].
+// Moments over the upper hemisphere of mirrored functions: [order^2, kFarCoefficients].
 std::vector<float> momentMatrix(int order) {
     const std::size_t n = std::size_t(coefficientCount(order));
     const std::vector<int> even = evenIndices(kFieldOrder);
-    std::vector<double> y(kFieldNumbers), sum(n * kFarNumbers);
+    std::vector<double> y(kFieldCoefficients), sum(n * kFarCoefficients);
     for (const WeightedDirection& d : gaussHemisphere(8, 16)) {  // exact: bands 4 and 5 have degree 9
         evalBasis(kFieldOrder, d.direction, y);
         for (std::size_t i = 0; i < n; ++i)
-            for (std::size_t k = 0; k < kFarNumbers; ++k)
-                sum[i * kFarNumbers + k] += d.weight * y[i] * y[std::size_t(even[k])];
+            for (std::size_t k = 0; k < kFarCoefficients; ++k)
+                sum[i * kFarCoefficients + k] += d.weight * y[i] * y[std::size_t(even[k])];
     }
     return std::vector<float>(sum.begin(), sum.end());
 }
@@ -35,7 +35,7 @@ void addHalf(const std::vector<float>& matrix, int order, const float* mirrored,
     std::array<float, coefficientCount(kCastOrder)> local{}, turned{};
     const std::span<float> in = std::span(local).first(out.size()), in_scene = std::span(turned).first(out.size());
     for (std::size_t i = 0; i < out.size(); ++i)
-        for (std::size_t k = 0; k < kFarNumbers; ++k) in[i] += matrix[i * kFarNumbers + k] * mirrored[k];
+        for (std::size_t k = 0; k < kFarCoefficients; ++k) in[i] += matrix[i * kFarCoefficients + k] * mirrored[k];
     applyTransposed(makeShRotation(order, toLocalFrame(normal, tangent)), in, in_scene);
     for (std::size_t i = 0; i < out.size(); ++i) out[i] += in_scene[i];
 }
@@ -48,14 +48,14 @@ void joinHalves(const CastShadow& cast, CasterChoice choice, int order, const Ca
     for (int half = 0; half < 2; ++half) {
         parallelFor((count + kFieldPiece - 1) / kFieldPiece, threads, [&](std::size_t piece) {
             const std::size_t first = piece * kFieldPiece, size = std::min(kFieldPiece, count - first);
-            std::vector<float> mirrored(size * kFarNumbers);
+            std::vector<float> mirrored(size * kFarCoefficients);
             cast.evaluate(
                 {receivers.positions.subspan(first, size), std::span<const Vec3>(normals).subspan(first, size),
                  receivers.tangents.subspan(first, size)},
                 choice, mirrored);
             for (std::size_t i = 0; i < size; ++i)
-                addHalf(matrix, order, &mirrored[i * kFarNumbers], normals[first + i], receivers.tangents[first + i],
-                        out.subspan((first + i) * n, n));
+                addHalf(matrix, order, &mirrored[i * kFarCoefficients], normals[first + i],
+                        receivers.tangents[first + i], out.subspan((first + i) * n, n));
         });
         for (Vec3& normal : normals) normal = normal * -1.0f;
     }

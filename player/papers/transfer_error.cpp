@@ -26,7 +26,7 @@ float TransferError::ofTransfer(const Shot& shot, std::span<const float> truth, 
                                 const FrameVertices& vertices) const {
     const auto n = std::size_t(coefficientCount(order_)), first = vertex * std::size_t(shot.asset->model.stride);
     std::array<double, kMaxNumbers> difference;
-    for (std::size_t c = 0; c < n; ++c) difference[c] = double(vertices.numbers[first + c]) - truth[first + c];
+    for (std::size_t c = 0; c < n; ++c) difference[c] = double(vertices.coefficients[first + c]) - truth[first + c];
     const std::span<const double> d = std::span(difference).first(n);
     return float(norm_.squared(d, d, vertices.normals[vertex])[0]);
 }
@@ -44,8 +44,9 @@ float TransferError::ofVisibility(const Shot& shot, std::size_t vertex, const Fr
           std::span(local).first(stored));
     cosine_.apply(std::span<const float>(local).first(stored), {0, 0, 1}, std::span(truth).first(n));
     // 2. The model's visibility, times the cosine.
-    toCoefficients(model.convention, std::span(vertices.numbers).subspan(vertex * std::size_t(model.stride), size),
-                   std::span(full).first(m));
+    fullCoefficients(model.convention,
+                     std::span(vertices.coefficients).subspan(vertex * std::size_t(model.stride), size),
+                     std::span(full).first(m));
     std::array<double, kMaxNumbers> difference;
     for (std::size_t i = 0; i < n; ++i) {
         double sum = 0;
@@ -67,7 +68,7 @@ std::vector<float> TransferError::of(PosedFrame& frame) const {
         return errors;
     };
     if (hasVisibility(*shot.asset)) return overVertices([&](std::size_t v) { return ofVisibility(shot, v, vertices); });
-    const std::vector<float> truth = truthNumbers(shot, vertices, frame.threads());
+    const std::vector<float> truth = truthCoefficients(shot, vertices, frame.threads());
     return overVertices([&](std::size_t v) { return ofTransfer(shot, truth, v, vertices); });
 }
 

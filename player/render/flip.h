@@ -1,7 +1,7 @@
 #pragma once
 // Computes LDR-FLIP, the difference that one perceives when flipping between two pictures: 0 = none, 1 = the largest.
 // Andersson, Nilsson, Akenine-Moeller, Oskarsson, Astrom, Fairchild: FLIP: A Difference Evaluator for Alternating
-// Images, HPG 2020. scripts/flip.py computes the same numbers, and has the constants' sources.
+// Images, HPG 2020. scripts/figures/flip.py computes the same numbers, and has the constants' sources.
 #include <span>
 #include <vector>
 

@@ -32,7 +32,7 @@ double largerOrNan(double a, double b) { return a > b || std::isnan(a) ? a : b; 
 TruthMean truthMean(PosedFrame& frame) {
     const Shot& shot = frame.shot();
     TruthMean mean;
-    mean.numbers.resize(shot.asset->mesh.positions.size() * std::size_t(shot.asset->model.stride));
+    mean.coefficients.resize(shot.asset->mesh.positions.size() * std::size_t(shot.asset->model.stride));
     double frames = 0;
     for (const ClipView& clip : shot.asset->animation.clips) {
         if (clip.held_out) continue;
@@ -41,8 +41,8 @@ TruthMean truthMean(PosedFrame& frame) {
             const std::optional<std::size_t> truth_frame = findTruthFrame(*shot.asset, *shot.truth, f);
             if (!truth_frame) continue;
             frame.pose(f, truth_frame);
-            const std::vector<float>& numbers = frame.vertices(VisibilitySource::kTruth).numbers;
-            for (std::size_t i = 0; i < numbers.size(); ++i) mean.numbers[i] += numbers[i];
+            const std::vector<float>& coefficients = frame.vertices(VisibilitySource::kTruth).coefficients;
+            for (std::size_t i = 0; i < coefficients.size(); ++i) mean.coefficients[i] += coefficients[i];
             ++frames;
         }
     }
@@ -50,7 +50,7 @@ TruthMean truthMean(PosedFrame& frame) {
     if (!mean.from_truth && !hasVisibility(*shot.asset))
         throw InvalidInput(shot.truth->name + ": has no frame of a training clip, whose mean relative errors need");
     if (!mean.from_truth) return {storedMean(*shot.asset), false};
-    for (double& number : mean.numbers) number /= frames;
+    for (double& number : mean.coefficients) number /= frames;
     return mean;
 }
 
@@ -86,13 +86,13 @@ ErrorSums errorsOf(PosedFrame& frame, const TruthMean* mean, const TransferError
         sums.transfer = 0;
         for (const float error : transfer->of(frame)) sums.transfer += double(error);
     }
-    const std::span<const float> model = frame.numbers(VisibilitySource::kModel);
-    const std::span<const float> truth = frame.numbers(VisibilitySource::kTruth);
+    const std::span<const float> model = frame.coefficients(VisibilitySource::kModel);
+    const std::span<const float> truth = frame.coefficients(VisibilitySource::kTruth);
     for (std::size_t i = 0; i < truth.size(); ++i) {
         const double difference = double(model[i]) - truth[i];
         sums.squares += difference * difference;
         if (!mean) continue;
-        const double variation = truth[i] - mean->numbers[i];
+        const double variation = truth[i] - mean->coefficients[i];
         sums.variation += variation * variation;
     }
     if (!mean) sums.variation = std::numeric_limits<double>::quiet_NaN();

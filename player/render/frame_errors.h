@@ -11,7 +11,7 @@ namespace penumbra {
 // Each vertex' mean of the truth over training frames, [V, stride], or the model's own mean where the truth has none
 // of them.
 struct TruthMean {
-    std::vector<double> numbers;
+    std::vector<double> coefficients;
     bool from_truth = false;
 };
 // Averages over all training frames that the truth has. `frame` loses its pose.

@@ -11,7 +11,7 @@ namespace penumbra {
 
 namespace {
 
-constexpr double kGrey = 60.0 / 255;  // sRGB colour behind both pictures, as in scripts/flip.py
+constexpr double kGrey = 60.0 / 255;  // sRGB colour behind both pictures, as in scripts/figures/flip.py
 constexpr int kFlipReach = 10;        // pixels that FLIP's filters see, at least
 
 // A picture as RGBA with 8 bits.

@@ -76,8 +76,8 @@ void OffscreenRenderer::drawModel(const Panel& panel, PosedFrame& frame, const F
     if (!gl_asset_) gl_asset_ = std::make_shared<GlAsset>(*asset_, shading, &frame.evaluator());
     if (!model_painter_) model_painter_.emplace(gl_asset_, 1);
     PosedCharacter character{&frame.evaluator(), {}, shading};
-    if (panel.source == VisibilitySource::kTruth || gl_asset_->needsNumbers())
-        character.numbers = frame.numbers(panel.source);
+    if (panel.source == VisibilitySource::kTruth || gl_asset_->needsCoefficients())
+        character.coefficients = frame.coefficients(panel.source);
     if (panel.channel == Channel::kError) character.true_ambient = frame.ambient(VisibilitySource::kTruth);
     const bool sunlit = panel.channel == Channel::kShaded && sunlight_;
     if (sunlit) {
@@ -100,8 +100,8 @@ void OffscreenRenderer::drawOverlays(const Panel& panel, PosedFrame& frame, cons
     VisibilityFactor factor = visibilityFactor(evaluator, *shot.lobe, shot.lobe_of);
     const FrameVertices& at = frame.vertices(panel.source);
     if (panel.source == VisibilitySource::kTruth)
-        std::copy_n(at.numbers.begin() + std::ptrdiff_t(*shot.lobe * std::size_t(asset_->model.stride)),
-                    factor.numbers.size(), factor.numbers.begin());
+        std::copy_n(at.coefficients.begin() + std::ptrdiff_t(*shot.lobe * std::size_t(asset_->model.stride)),
+                    factor.coefficients.size(), factor.coefficients.begin());
     const float radius = float(kLobeRadius * boundsOf(frame.positions()).radius());
     overlays_.drawLobe(factor, {at.positions[*shot.lobe], at.normals[*shot.lobe], at.tangents[*shot.lobe]}, radius,
                        view);

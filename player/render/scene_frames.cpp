@@ -204,14 +204,14 @@ FrameVertices SceneFrames::trueMember(std::size_t m) const {
     shot.truth_frame = *findTruthFrame(looks_[m]->view, *shot.truth, member.frame);
     FrameVertices in_model, truth = members_[m];
     skinFrame(member.evaluator, threads_, in_model);  // moments are in the frame of the model
-    truth.numbers = truthNumbers(shot, in_model, threads_);
+    truth.coefficients = truthCoefficients(shot, in_model, threads_);
     truth.indirect.clear();
     if (!compares()) castOthers(scene_, member, threads_, truth);
     return truth;
 }
 
 std::vector<float> SceneFrames::memberAmbient(std::size_t m, const FrameVertices& vertices) const {
-    if (!compares()) return ambientOf(looks_[m]->shot, vertices.numbers, threads_);
+    if (!compares()) return ambientOf(looks_[m]->shot, vertices.coefficients, threads_);
     return castAmbient(scene_.castWay().mode, looks_[m]->view.model, vertices, casts_[m]);
 }
 

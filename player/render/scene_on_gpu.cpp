@@ -19,7 +19,7 @@ std::vector<Vec3> shownWeights(const PosedScene& scene, const LightView& light, 
             out.push_back(toFloat(reflected * w));
         return out;
     }
-    std::array<float, kFarNumbers> weights;
+    std::array<float, kFarCoefficients> weights;
     ambientWeights({BelowHorizon::kMirrored, kFieldOrder}, weights);
     for (const float w : weights) out.push_back({w, 0, 0});
     return out;
@@ -110,9 +110,9 @@ void SceneOnGpu::evaluate(Group& group) {
         posed.caster = member.caster;
         if (looks_[m]->shading) posed.shading = &*looks_[m]->shading;
         posed.lobes = looks_[m]->slot_lobes;
-        if (!group.asset->needsNumbers()) continue;
-        evaluateNumbers(member.evaluator, threads_, members_[m]);
-        posed.numbers = members_[m].numbers;
+        if (!group.asset->needsCoefficients()) continue;
+        evaluateCoefficients(member.evaluator, threads_, members_[m]);
+        posed.coefficients = members_[m].coefficients;
     }
     group.painter->evaluate(options_.channel, posed_, view_.eye, &*cast_);
 }

@@ -11,7 +11,7 @@ namespace {
 // rms of V over the sphere: how far the middle may be from its corners' mean, and the corners from one another.
 constexpr float kMiddleOff = 0.003f, kCornersApart = 0.15f;
 
-using Row = std::span<const float, kFarNumbers>;
+using Row = std::span<const float, kFarCoefficients>;
 
 std::vector<std::uint32_t> linesOf(std::uint32_t count) {
     std::vector<std::uint32_t> lines;
@@ -63,7 +63,7 @@ private:
 
     std::uint32_t vertex(std::uint32_t i, std::uint32_t j) const { return i * grid_.columns + j; }
     Row row(std::uint32_t i, std::uint32_t j) const {
-        return Row(grid_.mirrored.data() + vertex(i, j) * kFarNumbers, kFarNumbers);
+        return Row(grid_.mirrored.data() + vertex(i, j) * kFarCoefficients, kFarCoefficients);
     }
     void want(std::uint32_t i, std::uint32_t j) {
         if (done_[vertex(i, j)]) return;
@@ -79,7 +79,7 @@ private:
 
     // How far what a corner or the middle sees is from free sight, at most.
     float mostHidden(const CastBlock& block) const {
-        std::array<float, kFarNumbers> open{};
+        std::array<float, kFarCoefficients> open{};
         open[0] = kOpenSight;
         float most = castRowsApart(open, row(block.middle(0), block.middle(1)));
         for (const std::uint32_t i : {block.low[0], block.high[0]})
@@ -93,7 +93,8 @@ private:
         for (const Row other :
              {row(block.low[0], block.high[1]), row(block.high[0], block.low[1]), row(block.high[0], block.high[1])})
             if (castRowsApart(first, other) > kCornersApart) return false;
-        const std::array<float, kFarNumbers> expected = betweenCorners(grid_, block, block.middle(0), block.middle(1));
+        const std::array<float, kFarCoefficients> expected =
+            betweenCorners(grid_, block, block.middle(0), block.middle(1));
         return castRowsApart(expected, row(block.middle(0), block.middle(1))) <= kMiddleOff &&
                mostTurn(block) * hidden <= kMiddleOff;
     }
@@ -118,8 +119,8 @@ private:
         for (std::uint32_t i = block.low[0]; i <= block.high[0]; ++i)
             for (std::uint32_t j = block.low[1]; j <= block.high[1]; ++j) {
                 if (done_[vertex(i, j)]) continue;
-                const std::array<float, kFarNumbers> numbers = betweenCorners(grid_, block, i, j);
-                std::copy(numbers.begin(), numbers.end(), &grid_.mirrored[vertex(i, j) * kFarNumbers]);
+                const std::array<float, kFarCoefficients> coefficients = betweenCorners(grid_, block, i, j);
+                std::copy(coefficients.begin(), coefficients.end(), &grid_.mirrored[vertex(i, j) * kFarCoefficients]);
             }
     }
 };
@@ -135,22 +136,22 @@ std::vector<CastBlock> castBlocks(std::uint32_t rows, std::uint32_t columns) {
     return blocks;
 }
 
-float castRowsApart(std::span<const float, kFarNumbers> a, std::span<const float, kFarNumbers> b) {
+float castRowsApart(std::span<const float, kFarCoefficients> a, std::span<const float, kFarCoefficients> b) {
     float sum = 0;
-    for (std::size_t n = 0; n < kFarNumbers; ++n) sum += (a[n] - b[n]) * (a[n] - b[n]);
+    for (std::size_t n = 0; n < kFarCoefficients; ++n) sum += (a[n] - b[n]) * (a[n] - b[n]);
     return std::sqrt(sum / (4 * std::numbers::pi_v<float>));
 }
 
-std::array<float, kFarNumbers> betweenCorners(const CastGrid& grid, const CastBlock& block, std::uint32_t row,
-                                              std::uint32_t column) {
+std::array<float, kFarCoefficients> betweenCorners(const CastGrid& grid, const CastBlock& block, std::uint32_t row,
+                                                   std::uint32_t column) {
     const float x = shareOf(block, 0, row), z = shareOf(block, 1, column);
     const auto corner = [&](std::uint32_t i, std::uint32_t j) {
-        return grid.mirrored.data() + (i * grid.columns + j) * kFarNumbers;
+        return grid.mirrored.data() + (i * grid.columns + j) * kFarCoefficients;
     };
     const float *a = corner(block.low[0], block.low[1]), *b = corner(block.low[0], block.high[1]),
                 *c = corner(block.high[0], block.low[1]), *d = corner(block.high[0], block.high[1]);
-    std::array<float, kFarNumbers> out;
-    for (std::size_t n = 0; n < kFarNumbers; ++n)
+    std::array<float, kFarCoefficients> out;
+    for (std::size_t n = 0; n < kFarCoefficients; ++n)
         out[n] = (1 - x) * ((1 - z) * a[n] + z * b[n]) + x * ((1 - z) * c[n] + z * d[n]);
     return out;
 }

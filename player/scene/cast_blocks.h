@@ -36,10 +36,10 @@ constexpr std::uint32_t kCastBlock = 4;  // squares a side
 std::vector<CastBlock> castBlocks(std::uint32_t rows, std::uint32_t columns);
 
 // How far vectors are apart, as V over the sphere.
-float castRowsApart(std::span<const float, kFarNumbers> a, std::span<const float, kFarNumbers> b);
+float castRowsApart(std::span<const float, kFarCoefficients> a, std::span<const float, kFarCoefficients> b);
 // Numbers of a vertex between the corners of a block.
-std::array<float, kFarNumbers> betweenCorners(const CastGrid& grid, const CastBlock& block, std::uint32_t row,
-                                              std::uint32_t column);
+std::array<float, kFarCoefficients> betweenCorners(const CastGrid& grid, const CastBlock& block, std::uint32_t row,
+                                                   std::uint32_t column);
 
 // Writes what all casters leave visible at the vertices of the wanted blocks, those at their far edges included.
 // Returns how many were evaluated. In wanted blocks that see nobody only corners and the middle are written.

@@ -3,7 +3,7 @@
 
 namespace penumbra {
 
-// Runs CastShadow::evaluate() for many receivers by several threads. Resizes `mirrored` [receivers, kFarNumbers].
+// Runs CastShadow::evaluate() for many receivers by several threads. Resizes `mirrored` [receivers, kFarCoefficients].
 // Neighbours should follow one another. Returns how many receivers see any caster.
 std::size_t castOn(const CastShadow& cast, CasterChoice choice, const CastReceivers& receivers, int threads,
                    std::vector<float>& mirrored);

@@ -134,10 +134,11 @@ struct CastTiles::Tile {
         batch.clear();
         for (const std::uint32_t v : wanted) add(v / grid.columns, v % grid.columns, batch);
         for (const std::uint32_t v : wanted) batch.vertices.add(grid.vertices, v);
-        batch.out.resize(wanted.size() * kFarNumbers);
+        batch.out.resize(wanted.size() * kFarCoefficients);
         cast.evaluateAt(anchors, batch.vertices.view(), batch.anchor.data(), batch.weight.data(), batch.out);
         for (std::size_t i = 0; i < wanted.size(); ++i)
-            std::copy_n(&batch.out[i * kFarNumbers], kFarNumbers, &grid.mirrored[wanted[i] * kFarNumbers]);
+            std::copy_n(&batch.out[i * kFarCoefficients], kFarCoefficients,
+                        &grid.mirrored[wanted[i] * kFarCoefficients]);
     }
 
     // The anchors of a vertex.

@@ -12,7 +12,7 @@ namespace penumbra {
 struct CastGrid {
     std::uint32_t rows = 0, columns = 0;
     CastReceivers vertices;     // [rows, columns]
-    std::span<float> mirrored;  // [rows, columns, kFarNumbers] what is visible past the casters
+    std::span<float> mirrored;  // [rows, columns, kFarCoefficients] what is visible past the casters
 };
 
 class CastTiles {

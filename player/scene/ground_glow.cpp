@@ -52,23 +52,24 @@ void GroundGlow::cast(const CastShadow& cast, double ground_height, std::span<co
     for (std::uint32_t i = 0; i < kSide; ++i)
         for (std::uint32_t j = 0; j < kSide; ++j)
             positions_[i * kSide + j] = {corner_[0] + float(i) * cell_, height_, corner_[1] + float(j) * cell_};
-    mirrored_.assign(count * kFarNumbers, 0.0f);
-    for (std::size_t v = 0; v < count; ++v) mirrored_[v * kFarNumbers] = kOpenSight;
+    mirrored_.assign(count * kFarCoefficients, 0.0f);
+    for (std::size_t v = 0; v < count; ++v) mirrored_[v * kFarCoefficients] = kOpenSight;
     blocks_ = castBlocks(kSide, kSide);
     castOnBlocks(cast, {kSide, kSide, {positions_, normals_, tangents_}, mirrored_}, blocks_, threads);
 }
 
 void GroundGlow::light(const GroundWeights& weights, Vec3 albedo) {
-    const auto radianceOf = [&](const float* numbers) {
+    const auto radianceOf = [&](const float* coefficients) {
         Vec3 out;
-        for (std::size_t i = 0; i < kFarNumbers; ++i) out += toFloat(weights[i]) * numbers[i];
+        for (std::size_t i = 0; i < kFarCoefficients; ++i) out += toFloat(weights[i]) * coefficients[i];
         for (int c = 0; c < 3; ++c) out[c] = std::max(out[c] * albedo[c] * std::numbers::inv_pi_v<float>, 0.0f);
         return out;
     };
-    std::array<float, kFarNumbers> open{kOpenSight};
+    std::array<float, kFarCoefficients> open{kOpenSight};
     open_ = radianceOf(open.data());
     shade_[0].resize(positions_.size());
-    for (std::size_t v = 0; v < positions_.size(); ++v) shade_[0][v] = open_ - radianceOf(&mirrored_[v * kFarNumbers]);
+    for (std::size_t v = 0; v < positions_.size(); ++v)
+        shade_[0][v] = open_ - radianceOf(&mirrored_[v * kFarCoefficients]);
     for (std::size_t level = 1; level < kLevels; ++level)
         halve(shade_[level - 1], sideOf(kSide, level - 1), shade_[level]);
 }

@@ -50,11 +50,11 @@ public:
         light_ = scene.light();
         if (light_) light_sh_ = suns.suns.empty() ? light_->sh : std::span<const float>(suns.remainder);
         to_light_ = transposed(scene.lightRotation());
-        std::vector<double> y(kFieldNumbers);
+        std::vector<double> y(kFieldCoefficients);
         const std::vector<int> even = evenIndices(kFieldOrder);
         for (const WeightedDirection& d : directions_) {
             evalBasis(kFieldOrder, d.direction, y);
-            std::array<double, kFarNumbers>& row = rows_.emplace_back();
+            std::array<double, kFarCoefficients>& row = rows_.emplace_back();
             for (std::size_t i = 0; i < row.size(); ++i) row[i] = y[std::size_t(even[i])];
         }
     }
@@ -63,7 +63,7 @@ public:
     ProbeValue value(const float* mirrored, const ProbePoint& point, Vec3 tangent) const {
         return integrate(point, tangent, [&](std::size_t d, std::span<const double>) {
             double v = 0;
-            for (std::size_t i = 0; i < kFarNumbers; ++i) v += mirrored[i] * rows_[d][i];
+            for (std::size_t i = 0; i < kFarCoefficients; ++i) v += mirrored[i] * rows_[d][i];
             return v;
         });
     }
@@ -81,7 +81,7 @@ public:
 
 private:
     std::vector<WeightedDirection> directions_;
-    std::vector<std::array<double, kFarNumbers>> rows_;  // of each direction: the mirrored functions
+    std::vector<std::array<double, kFarCoefficients>> rows_;  // of each direction: the mirrored functions
     const LightView* light_ = nullptr;
     std::span<const float> light_sh_;  // without suns that have maps
     Mat3d to_light_;
@@ -117,7 +117,7 @@ private:
 // The points of one piece of work.
 struct ProbeBatch {
     std::array<Vec3, kMaxReceivers> positions, normals, tangents;
-    std::array<float, kMaxReceivers * kFarNumbers> mirrored;
+    std::array<float, kMaxReceivers * kFarCoefficients> mirrored;
     std::size_t count = 0;
 
     explicit ProbeBatch(std::span<const ProbePoint> points) : count(points.size()) {
@@ -133,25 +133,25 @@ struct ProbeBatch {
     // Multiplies by what the ground leaves visible.
     void shadowGround(const PosedScene& scene) {
         if (!scene.field() && !scene.groundCasts()) return;
-        std::array<float, kMaxReceivers * kFarNumbers> others;
+        std::array<float, kMaxReceivers * kFarCoefficients> others;
         const CastReceivers at = receivers();
         if (scene.field())
             scene.field()->visibleFrom(at, others);
         else
-            groundVisibility(at.normals, at.tangents, std::span(others).first(count * kFarNumbers));
-        fastestFarPath().compose(productConstants(kFieldOrder), others.data(), nullptr, count, kFarNumbers,
+            groundVisibility(at.normals, at.tangents, std::span(others).first(count * kFarCoefficients));
+        fastestFarPath().compose(productConstants(kFieldOrder), others.data(), nullptr, count, kFarCoefficients,
                                  mirrored.data());
     }
     void evaluate(const CastShadow& cast, CasterChoice choice) {
-        cast.evaluate(receivers(), choice, {mirrored.data(), count * kFarNumbers});
+        cast.evaluate(receivers(), choice, {mirrored.data(), count * kFarCoefficients});
     }
     // Returns E of each point.
     std::vector<float> ambient() const {
-        std::array<float, kFarNumbers> weights;
+        std::array<float, kFarCoefficients> weights;
         ambientWeights(parseConvention("D" + std::to_string(kFieldOrder)), weights);
         std::vector<float> e(count);
         for (std::size_t i = 0; i < count; ++i)
-            for (std::size_t k = 0; k < kFarNumbers; ++k) e[i] += weights[k] * mirrored[i * kFarNumbers + k];
+            for (std::size_t k = 0; k < kFarCoefficients; ++k) e[i] += weights[k] * mirrored[i * kFarCoefficients + k];
         return e;
     }
 };
@@ -229,7 +229,8 @@ std::vector<ProbeValue> probe(const PosedScene& scene, std::span<const ProbePoin
             batch.shadowGround(scene);
             const std::vector<float> past_all = batch.ambient();
             for (std::size_t i = 0; i < count; ++i) {
-                out[i] = integrals.value(batch.mirrored.data() + i * kFarNumbers, points[first + i], batch.tangents[i]);
+                out[i] =
+                    integrals.value(batch.mirrored.data() + i * kFarCoefficients, points[first + i], batch.tangents[i]);
                 out[i].received = received(points[first + i], {1 - past_casters[i], past_casters[i] - past_all[i]},
                                            emitters, sent.ground);
             }

@@ -61,8 +61,9 @@ void SceneField::updateTile(const HeightRefined& refined, int first, int end, Fr
         const std::span positions = std::span(points.positions).subspan(at, count),
                         normals = std::span(points.normals).subspan(at, count),
                         tangents = std::span(points.tangents).subspan(at, count);
-        visibility_.numbers(field, row, first, normals, tangents, kFieldStride,
-                            std::span(points.numbers).subspan(at * kFieldStride, count * kFieldStride), &refined);
+        visibility_.coefficients(field, row, first, normals, tangents, kFieldStride,
+                                 std::span(points.coefficients).subspan(at * kFieldStride, count * kFieldStride),
+                                 &refined);
         for (std::size_t i = 0; i < count; ++i) {
             positions[i] = heights_.point(row, first + int(i));
             normals[i] = sceneFromField(normals[i]);
@@ -131,7 +132,7 @@ std::size_t SceneField::update(const CastShadow& cast, FieldPoints old, int thre
     const HeightField& field = heights_.field();
     const HeightGrid& grid = field.grid();
     for (std::vector<Vec3>* list : {&points.positions, &points.normals, &points.tangents}) list->resize(grid.size());
-    points.numbers.resize(grid.size() * kFieldStride);
+    points.coefficients.resize(grid.size() * kFieldStride);
     parallelFor(visibility_.receiverRows(), threads, [&](std::size_t r) { visibility_.evaluate(field, r, r + 1); });
     const int step = visibility_.step(), unit = unitOf(step), across = unitsIn(grid.columns, unit);
     stale_.resize(std::size_t(unitsIn(grid.rows, unit) * across));
@@ -170,18 +171,19 @@ void SceneField::castOnStale(const CastShadow& cast, int threads, FrameVertices&
 // Casts on each point for itself.
 void SceneField::castOnRow(const CastShadow& cast, int row, FrameVertices& points) const {
     const int columns = heights_.field().grid().columns, unit = unitOf(visibility_.step());
-    std::array<float, kFieldPiece * kFarNumbers> mirrored;
+    std::array<float, kFieldPiece * kFarCoefficients> mirrored;
     for (int first = 0, end; first < columns; first = end) {
         for (end = first; end < columns && end < first + int(kFieldPiece) && isStale(row, end);) end += unit;
         end = std::min(end, columns);
         const std::size_t at = std::size_t(row) * std::size_t(columns) + std::size_t(first),
                           count = std::size_t(end - first);
-        const std::span<float> used = std::span(mirrored).first(count * kFarNumbers);
+        const std::span<float> used = std::span(mirrored).first(count * kFarCoefficients);
         const CastReceivers some{std::span(points.positions).subspan(at, count),
                                  std::span(points.normals).subspan(at, count),
                                  std::span(points.tangents).subspan(at, count)};
         if (count > 0 && cast.evaluate(some, {}, used) > 0)
-            product_(std::span(points.numbers).subspan(at * kFieldStride, count * kFieldStride), kFieldStride, used);
+            product_(std::span(points.coefficients).subspan(at * kFieldStride, count * kFieldStride), kFieldStride,
+                     used);
         while (end < columns && !isStale(row, end)) end += unit;
     }
 }
@@ -193,7 +195,7 @@ void SceneField::castOnBand(const CastShadow& cast, int first_row, FrameVertices
     const auto columns = std::size_t(field.columns), rows = std::size_t(last_row - first_row + 1);
     const std::size_t at = std::size_t(first_row) * columns;
     thread_local std::vector<float> mirrored;
-    mirrored.resize(rows * columns * kFarNumbers);
+    mirrored.resize(rows * columns * kFarCoefficients);
     const CastGrid grid{
         std::uint32_t(rows),
         std::uint32_t(columns),
@@ -222,8 +224,8 @@ void SceneField::castOnBand(const CastShadow& cast, int first_row, FrameVertices
     }
     for (std::size_t first = 0, end; first < seen.size(); first = end) {
         for (end = first; end < seen.size() && seen[end];) ++end;
-        product_(std::span(points.numbers).subspan((at + first) * kFieldStride, (end - first) * kFieldStride),
-                 kFieldStride, std::span(mirrored).subspan(first * kFarNumbers, (end - first) * kFarNumbers));
+        product_(std::span(points.coefficients).subspan((at + first) * kFieldStride, (end - first) * kFieldStride),
+                 kFieldStride, std::span(mirrored).subspan(first * kFarCoefficients, (end - first) * kFarCoefficients));
         while (end < seen.size() && !seen[end]) ++end;
     }
 }
@@ -232,16 +234,16 @@ void SceneField::visibleFrom(const CastReceivers& receivers, std::span<float> mi
     fieldVisibility(heights_.field(), above_, heights_.corner(), receivers, mirrored);
 }
 
-void SceneField::shadow(const CastReceivers& receivers, const ModelView& model, int threads, std::span<float> numbers,
-                        std::span<float> indirect) const {
+void SceneField::shadow(const CastReceivers& receivers, const ModelView& model, int threads,
+                        std::span<float> coefficients, std::span<float> indirect) const {
     const CastProduct product(model.convention);
     const auto stride = std::size_t(model.stride);
     parallelFor(fieldPieces(receivers.positions.size()), threads, [&](std::size_t piece) {
         const CastReceivers some = fieldPiece(receivers, piece);
-        std::array<float, kFieldPiece * kFarNumbers> mirrored;
-        const std::span<float> used = std::span(mirrored).first(some.positions.size() * kFarNumbers);
+        std::array<float, kFieldPiece * kFarCoefficients> mirrored;
+        const std::span<float> used = std::span(mirrored).first(some.positions.size() * kFarCoefficients);
         visibleFrom(some, used);
-        product(numbers.subspan(piece * kFieldPiece * stride, some.positions.size() * stride), stride, used);
+        product(coefficients.subspan(piece * kFieldPiece * stride, some.positions.size() * stride), stride, used);
         if (!indirect.empty())
             castOnIndirect(
                 used, indirect.subspan(piece * kFieldPiece * kIndirectStride, some.positions.size() * kIndirectStride));
@@ -302,7 +304,7 @@ void FieldLook::shade(const FrameVertices& points, Vec3 eye, int threads, std::v
 
 std::vector<float> fieldAmbient(const Convention& convention, const FrameVertices& points) {
     std::vector<float> e(points.positions.size());
-    ambient(convention, kFieldStride, points.numbers, e);
+    ambient(convention, kFieldStride, points.coefficients, e);
     return e;
 }
 

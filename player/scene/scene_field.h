@@ -58,9 +58,9 @@ public:
     // Multiplies numbers of a model's convention by what the field leaves visible to points on it or above it, which
     // stand in the scene. Light that bounces, `indirect` [V, kIndirectStride] or empty, is multiplied by the share of a
     // white sky that is left.
-    void shadow(const CastReceivers& receivers, const ModelView& model, int threads, std::span<float> numbers,
+    void shadow(const CastReceivers& receivers, const ModelView& model, int threads, std::span<float> coefficients,
                 std::span<float> indirect = {}) const;
-    // What the field leaves visible there, mirrored at each horizon: [receivers, kFarNumbers].
+    // What the field leaves visible there, mirrored at each horizon: [receivers, kFarCoefficients].
     void visibleFrom(const CastReceivers& receivers, std::span<float> mirrored) const;
 
 private:

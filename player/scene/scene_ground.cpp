@@ -43,12 +43,12 @@ private:
 
     bool isFlat(const CastBlock& block) const {
         const auto row = [&](std::uint32_t i, std::uint32_t j) {
-            return grid_.mirrored.data() + vertex(i, j) * kFarNumbers;
+            return grid_.mirrored.data() + vertex(i, j) * kFarCoefficients;
         };
         const float *a = row(block.low[0], block.low[1]), *b = row(block.low[0], block.high[1]),
                     *c = row(block.high[0], block.low[1]), *d = row(block.high[0], block.high[1]);
-        std::array<float, kFarNumbers> ad, bc;
-        for (std::size_t n = 0; n < kFarNumbers; ++n) {
+        std::array<float, kFarCoefficients> ad, bc;
+        for (std::size_t n = 0; n < kFarCoefficients; ++n) {
             ad[n] = a[n] + d[n];
             bc[n] = b[n] + c[n];
         }
@@ -104,7 +104,7 @@ GroundVertices groundMesh(const SceneGround& ground) {
         }
     out.normals.assign(out.positions.size(), {0, 1, 0});
     out.tangents.assign(out.positions.size(), {0, 0, 1});
-    out.mirrored.resize(out.positions.size() * kFarNumbers);
+    out.mirrored.resize(out.positions.size() * kFarCoefficients);
     for (std::uint32_t i = 0; i + 1 < side; ++i)
         for (std::uint32_t j = 0; j + 1 < side; ++j) {
             const std::uint32_t a = i * side + j, b = a + side;
@@ -115,7 +115,7 @@ GroundVertices groundMesh(const SceneGround& ground) {
 
 void castOnGround(const CastShadow& cast, int threads, GroundVertices& ground) {
     std::ranges::fill(ground.mirrored, 0.0f);
-    for (std::size_t v = 0; v < ground.positions.size(); ++v) ground.mirrored[v * kFarNumbers] = kOpenSight;
+    for (std::size_t v = 0; v < ground.positions.size(); ++v) ground.mirrored[v * kFarCoefficients] = kOpenSight;
     const CastGrid grid{ground.side, ground.side, {ground.positions, ground.normals, ground.tangents}, ground.mirrored};
     std::vector<CastBlock> blocks = castBlocks(ground.side, ground.side);
     ground.evaluated = castOnBlocks(cast, grid, blocks, threads);
@@ -134,11 +134,12 @@ GroundVertices groundVertices(const PosedScene& scene, int threads) {
 }
 
 std::vector<float> groundAmbient(const GroundVertices& ground) {
-    std::array<float, kFarNumbers> weights;
+    std::array<float, kFarCoefficients> weights;
     ambientWeights(parseConvention("D" + std::to_string(kFieldOrder)), weights);
     std::vector<float> e(ground.positions.size());
     for (std::size_t v = 0; v < e.size(); ++v)
-        for (std::size_t i = 0; i < kFarNumbers; ++i) e[v] += weights[i] * ground.mirrored[v * kFarNumbers + i];
+        for (std::size_t i = 0; i < kFarCoefficients; ++i)
+            e[v] += weights[i] * ground.mirrored[v * kFarCoefficients + i];
     return e;
 }
 
@@ -147,14 +148,14 @@ GroundWeights groundWeights(const GroundVertices& ground, const LightView& light
     const Mat3d to_light = transposed(rotation);
     const std::vector<int> even = evenIndices(kFieldOrder);
     GroundWeights weights{};
-    std::vector<double> y(kFieldNumbers), of_light(std::size_t(light.order * light.order));
+    std::vector<double> y(kFieldCoefficients), of_light(std::size_t(light.order * light.order));
     for (const WeightedDirection& d : gaussHemisphere(16, 32)) {
         evalBasis(light.order, to_light * (t * d.direction.x + b * d.direction.y + n * d.direction.z), of_light);
         Vec3d radiance;
         for (std::size_t i = 0; i < of_light.size(); ++i)
             for (int c = 0; c < 3; ++c) radiance[c] += of_light[i] * light.sh[3 * i + std::size_t(c)];
         evalBasis(kFieldOrder, d.direction, y);
-        for (std::size_t i = 0; i < kFarNumbers; ++i)
+        for (std::size_t i = 0; i < kFarCoefficients; ++i)
             weights[i] += radiance * (d.weight * d.direction.z * y[std::size_t(even[i])]);
     }
     return weights;
@@ -162,14 +163,15 @@ GroundWeights groundWeights(const GroundVertices& ground, const LightView& light
 
 std::vector<Vec3> groundRadiance(const GroundVertices& ground, const LightView& light, const Mat3d& rotation,
                                  Vec3 albedo, int threads) {
-    std::array<Vec3, kFarNumbers> weights;
+    std::array<Vec3, kFarCoefficients> weights;
     const GroundWeights of_light = groundWeights(ground, light, rotation);
-    for (std::size_t i = 0; i < kFarNumbers; ++i)
+    for (std::size_t i = 0; i < kFarCoefficients; ++i)
         weights[i] = toFloat(toDouble(albedo) * of_light[i] * (1 / std::numbers::pi));
     std::vector<Vec3> out(ground.positions.size());
     parallelFor(ground.side, threads, [&](std::size_t row) {
         for (std::size_t v = row * ground.side; v < (row + 1) * ground.side; ++v) {
-            for (std::size_t i = 0; i < kFarNumbers; ++i) out[v] += weights[i] * ground.mirrored[v * kFarNumbers + i];
+            for (std::size_t i = 0; i < kFarCoefficients; ++i)
+                out[v] += weights[i] * ground.mirrored[v * kFarCoefficients + i];
             for (int c = 0; c < 3; ++c) out[v][c] = std::max(out[v][c], 0.0f);
         }
     });

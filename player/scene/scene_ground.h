@@ -10,7 +10,7 @@ namespace penumbra {
 struct GroundVertices {
     std::uint32_t side = 0;                          // vertices
     std::vector<Vec3> positions, normals, tangents;  // [side^2]; all have one local frame
-    std::vector<float> mirrored;                     // [side^2, kFarNumbers] in it, past all casters
+    std::vector<float> mirrored;                     // [side^2, kFarCoefficients] in it, past all casters
     std::vector<std::uint32_t> triangles;
     // Fewer triangles, which look the same: where the numbers are interpolated, 4 of a block. Empty: there are none.
     std::vector<std::uint32_t> drawn;
@@ -25,7 +25,7 @@ GroundVertices groundVertices(const SceneGround& ground, const CastShadow& cast,
 GroundVertices groundVertices(const PosedScene& scene, int threads);
 // All vertices have one frame, so that irradiance is one weighted sum of a vertex' numbers: w_i = integral over the
 // hemisphere of L cos y_i. The light's SH are turned by `rotation`.
-using GroundWeights = std::array<Vec3d, kFarNumbers>;
+using GroundWeights = std::array<Vec3d, kFarCoefficients>;
 GroundWeights groundWeights(const GroundVertices& ground, const LightView& light, const Mat3d& rotation);
 // E of each vertex, and what a Lambertian ground sends back from a light whose SH are turned by `rotation`.
 std::vector<float> groundAmbient(const GroundVertices& ground);

@@ -12,8 +12,9 @@
 
 namespace penumbra {
 
-bool castOnNumbers(const CastShadow& cast, CasterChoice choice, const Evaluator& character,
-                   const CastReceivers& vertices, int threads, std::span<float> numbers, std::span<float> indirect) {
+bool castOnCoefficients(const CastShadow& cast, CasterChoice choice, const Evaluator& character,
+                        const CastReceivers& vertices, int threads, std::span<float> coefficients,
+                        std::span<float> indirect) {
     thread_local std::vector<float> mirrored;  // a megabyte, which is not to be mapped anew in every frame
     if (castOnCharacter(cast, choice, character, vertices, threads, mirrored) == 0) return false;
     constexpr std::size_t kVertexPiece = 512;  // vertices that a thread takes at once
@@ -23,10 +24,10 @@ bool castOnNumbers(const CastShadow& cast, CasterChoice choice, const Evaluator&
     const std::size_t count = vertices.positions.size(), stride = std::size_t(model.stride);
     parallelFor((count + kVertexPiece - 1) / kVertexPiece, threads, [&](std::size_t piece) {
         const std::size_t first = piece * kVertexPiece, n = std::min(kVertexPiece, count - first);
-        product(numbers.subspan(first * stride, n * stride), stride,
-                others.subspan(first * kFarNumbers, n * kFarNumbers));
+        product(coefficients.subspan(first * stride, n * stride), stride,
+                others.subspan(first * kFarCoefficients, n * kFarCoefficients));
         if (!indirect.empty())
-            castOnIndirect(others.subspan(first * kFarNumbers, n * kFarNumbers),
+            castOnIndirect(others.subspan(first * kFarCoefficients, n * kFarCoefficients),
                            indirect.subspan(first * kIndirectStride, n * kIndirectStride));
     });
     return true;
@@ -42,74 +43,75 @@ void skinMember(const SceneMember& member, int threads, FrameVertices& vertices)
 
 void ownVertices(const SceneMember& member, int threads, FrameVertices& vertices) {
     skinMember(member, threads, vertices);
-    evaluateNumbers(member.evaluator, threads, vertices);
+    evaluateCoefficients(member.evaluator, threads, vertices);
     evaluateIndirect(member.evaluator, threads, vertices.indirect);
 }
 
-void castGround(const ModelView& model, const CastReceivers& vertices, int threads, std::span<float> numbers) {
+void castGround(const ModelView& model, const CastReceivers& vertices, int threads, std::span<float> coefficients) {
     const CastProduct product(model.convention);
     const std::size_t count = vertices.normals.size(), stride = std::size_t(model.stride);
     parallelFor((count + kMaxReceivers - 1) / kMaxReceivers, threads, [&](std::size_t piece) {
-        std::array<float, kMaxReceivers * kFarNumbers> mirrored;
+        std::array<float, kMaxReceivers * kFarCoefficients> mirrored;
         const std::size_t first = piece * kMaxReceivers, n = std::min(kMaxReceivers, count - first);
-        const std::span<float> used = std::span(mirrored).first(n * kFarNumbers);
+        const std::span<float> used = std::span(mirrored).first(n * kFarCoefficients);
         groundVisibility(vertices.normals.subspan(first, n), vertices.tangents.subspan(first, n), used);
-        product(numbers.subspan(first * stride, n * stride), stride, used);
+        product(coefficients.subspan(first * stride, n * stride), stride, used);
     });
 }
 
 namespace {
 
 // Writes E of all vertices.
-void ambientOfAll(const ModelView& model, std::span<const float> numbers, int threads, std::vector<float>& e) {
+void ambientOfAll(const ModelView& model, std::span<const float> coefficients, int threads, std::vector<float>& e) {
     constexpr std::size_t kAmbientPiece = 2048;  // vertices that a thread takes at once
     const auto stride = std::size_t(model.stride);
-    e.resize(numbers.size() / stride);
+    e.resize(coefficients.size() / stride);
     parallelFor((e.size() + kAmbientPiece - 1) / kAmbientPiece, threads, [&](std::size_t piece) {
         const std::size_t first = piece * kAmbientPiece, n = std::min(kAmbientPiece, e.size() - first);
-        ambient(model.convention, model.stride, numbers.subspan(first * stride, n * stride),
+        ambient(model.convention, model.stride, coefficients.subspan(first * stride, n * stride),
                 std::span(e).subspan(first, n));
     });
 }
 
 // Replaces E of before by what E has lost since, and writes what is left.
-void subtractAmbient(const ModelView& model, std::span<const float> numbers, int threads, std::vector<float>& before,
-                     std::vector<float>& after) {
-    ambientOfAll(model, numbers, threads, after);
+void subtractAmbient(const ModelView& model, std::span<const float> coefficients, int threads,
+                     std::vector<float>& before, std::vector<float>& after) {
+    ambientOfAll(model, coefficients, threads, after);
     for (std::size_t v = 0; v < before.size(); ++v) before[v] = std::max(before[v] - after[v], 0.0f);
 }
 
 }  // namespace
 
 void castOthers(const OthersAround& others, const Evaluator& character, const CastReceivers& vertices, int threads,
-                CastNumbers numbers, HiddenSky* hidden) {
+                CastCoefficients coefficients, HiddenSky* hidden) {
     const ModelView& model = character.asset().model;
     thread_local std::vector<float> after;
     if (hidden) {
-        ambientOfAll(model, numbers.numbers, threads, after);
+        ambientOfAll(model, coefficients.coefficients, threads, after);
         hidden->by_others.clear();
         hidden->by_ground.clear();
     }
     const bool casts = others.cast.casterCount() > 0;
     if (hidden && casts) hidden->by_others = after;
-    const bool seen = casts && castOnNumbers(others.cast, others.choice, character, vertices, threads, numbers.numbers,
-                                             numbers.indirect);
+    const bool seen = casts && castOnCoefficients(others.cast, others.choice, character, vertices, threads,
+                                                  coefficients.coefficients, coefficients.indirect);
     if (hidden && seen)
-        subtractAmbient(model, numbers.numbers, threads, hidden->by_others, after);
+        subtractAmbient(model, coefficients.coefficients, threads, hidden->by_others, after);
     else if (hidden)
         hidden->by_others.clear();
-    if (others.heights) others.heights->shadow(vertices, model, threads, numbers.numbers, numbers.indirect);
+    if (others.heights)
+        others.heights->shadow(vertices, model, threads, coefficients.coefficients, coefficients.indirect);
     if (!others.level_ground) return;
     if (hidden) hidden->by_ground = after;
-    castGround(model, vertices, threads, numbers.numbers);
-    if (hidden) subtractAmbient(model, numbers.numbers, threads, hidden->by_ground, after);
+    castGround(model, vertices, threads, coefficients.coefficients);
+    if (hidden) subtractAmbient(model, coefficients.coefficients, threads, hidden->by_ground, after);
 }
 
 void castOthers(const PosedScene& scene, const SceneMember& member, int threads, FrameVertices& vertices,
                 HiddenSky* hidden) {
     castOthers({scene.cast(), {.except = member.caster}, scene.field(), scene.groundCasts()}, member.evaluator,
                {vertices.positions, vertices.normals, vertices.tangents}, threads,
-               {vertices.numbers, vertices.indirect}, hidden);
+               {vertices.coefficients, vertices.indirect}, hidden);
 }
 
 void memberVertices(const PosedScene& scene, std::size_t index, int threads, FrameVertices& vertices,

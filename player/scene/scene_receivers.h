@@ -10,9 +10,9 @@ namespace penumbra {
 // casters leave visible. `vertices` are in the scene. Returns whether any of them sees one; without, the numbers stay
 // the very ones that they were. Light that bounces, `indirect` [V, kIndirectStride] or empty, is multiplied by the
 // share of a white sky that is left (docs/formulas.md, section 15).
-bool castOnNumbers(const CastShadow& cast, CasterChoice choice, const Evaluator& character,
-                   const CastReceivers& vertices, int threads, std::span<float> numbers,
-                   std::span<float> indirect = {});
+bool castOnCoefficients(const CastShadow& cast, CasterChoice choice, const Evaluator& character,
+                        const CastReceivers& vertices, int threads, std::span<float> coefficients,
+                        std::span<float> indirect = {});
 
 // Writes the vertices of a member in the scene. Their numbers stay what they are.
 void skinMember(const SceneMember& member, int threads, FrameVertices& vertices);
@@ -28,19 +28,19 @@ struct OthersAround {
     bool level_ground;          // there is one that casts
 };
 // Numbers of the vertices of a character, in the convention of its model, and light that bounces to them (or empty).
-struct CastNumbers {
-    std::span<float> numbers, indirect;
+struct CastCoefficients {
+    std::span<float> coefficients, indirect;
 };
 // Multiplies numbers of a character whose vertices stand in the scene by what all others and the ground leave visible.
 // Writes what each of them takes from a white sky, unless `hidden` is null.
 void castOthers(const OthersAround& others, const Evaluator& character, const CastReceivers& vertices, int threads,
-                CastNumbers numbers, HiddenSky* hidden = nullptr);
+                CastCoefficients coefficients, HiddenSky* hidden = nullptr);
 // The same for a member of a scene.
 void castOthers(const PosedScene& scene, const SceneMember& member, int threads, FrameVertices& vertices,
                 HiddenSky* hidden = nullptr);
 
 // Multiplies the numbers of vertices [V, stride] that stand on a level ground by what it leaves visible.
-void castGround(const ModelView& model, const CastReceivers& vertices, int threads, std::span<float> numbers);
+void castGround(const ModelView& model, const CastReceivers& vertices, int threads, std::span<float> coefficients);
 
 // Sizes `vertices`, which may hold those of a frame before. Computes the vertices of a member in the scene, with
 // numbers past its own parts and all other casters. Where nobody casts on it, these are the very numbers that it has

@@ -5,7 +5,7 @@ layout(local_size_x = WORK_GROUP) in;  // x: vertices, y: characters
 
 layout(std430, binding = 0) readonly buffer Asset { uint asset[]; };
 layout(std430, binding = 1) readonly buffer Pose { vec4 pose[]; };
-layout(std430, binding = 1) readonly buffer PoseNumbers { float pose_numbers[]; };
+layout(std430, binding = 1) readonly buffer PoseCounts { float pose_numbers[]; };
 layout(std430, binding = 2) writeonly buffer Evaluated { vec4 evaluated[]; };  // as evaluated.vert reads it
 #if CHANNEL == CHANNEL_SHADED
 uniform samplerBuffer materials;
@@ -111,33 +111,33 @@ PenumbraSurface surfaceOf(uint character) {
 #endif
 
 #if CHANNEL != CHANNEL_NORMALS && CHANNEL != CHANNEL_CLUSTERS && CHANNEL != CHANNEL_PARTS
-void modelNumbers(uint row, out vec4 numbers[PENUMBRA_STRIDE4]) {
+void modelCoefficients(uint row, out vec4 coefficients[PENUMBRA_STRIDE4]) {
     table_row = row;
     first_score = 4u * (pose_begin + POSE_SCORES) + clusterWord(3u);
     mean_array = clusterWord(4u);
     basis_array = clusterWord(5u);
-    penumbra_numbers(int(vertex - clusterWord(0u)), int(clusterWord(1u)), int(clusterWord(2u)), numbers);
+    penumbra_coefficients(int(vertex - clusterWord(0u)), int(clusterWord(1u)), int(clusterWord(2u)), coefficients);
 }
 
 // Computes the numbers of a vertex that is of a cluster.
-void clusterNumbers(PenumbraSurface s, uint character, out vec4 numbers[PENUMBRA_STRIDE4]) {
-    modelNumbers(cluster, numbers);
+void clusterCoefficients(PenumbraSurface s, uint character, out vec4 coefficients[PENUMBRA_STRIDE4]) {
+    modelCoefficients(cluster, coefficients);
 #if defined(COMPOSED) && !defined(FAR_ANCHORS)
-    farCompose(s, halfWord(PART_OF_VERTEX, vertex), character * ANCHOR_VALUES, numbers);
+    farCompose(s, halfWord(PART_OF_VERTEX, vertex), character * ANCHOR_VALUES, coefficients);
 #ifdef HAS_RESIDUAL
     vec4 residual[PENUMBRA_STRIDE4];
-    modelNumbers(cluster + CLUSTER_COUNT, residual);
-    for (uint q = 0u; q < PENUMBRA_STRIDE4; ++q) numbers[q] += residual[q];
+    modelCoefficients(cluster + CLUSTER_COUNT, residual);
+    for (uint q = 0u; q < PENUMBRA_STRIDE4; ++q) coefficients[q] += residual[q];
 #endif
 #endif
-    penumbra_clamp_ambient(numbers);
+    penumbra_clamp_ambient(coefficients);
 }
 
 #ifdef FIRST_FOLLOWER
 // Computes the numbers of a vertex that follows three points.
-void followedNumbers(PenumbraSurface s, uint character, out vec4 numbers[PENUMBRA_STRIDE4]) {
+void followedNumbers(PenumbraSurface s, uint character, out vec4 coefficients[PENUMBRA_STRIDE4]) {
     uint own_vertex = vertex, own_cluster = cluster, row = 3u * (vertex - FIRST_FOLLOWER);
-    for (uint q = 0u; q < PENUMBRA_STRIDE4; ++q) numbers[q] = vec4(0.0);
+    for (uint q = 0u; q < PENUMBRA_STRIDE4; ++q) coefficients[q] = vec4(0.0);
     for (uint i = row; i < row + 3u; ++i) {
         float weight = uintBitsToFloat(asset[POINT_WEIGHTS + i]);
         if (weight == 0.0) continue;
@@ -145,27 +145,27 @@ void followedNumbers(PenumbraSurface s, uint character, out vec4 numbers[PENUMBR
         cluster = asset[CLUSTER_OF_VERTEX + vertex];
         PenumbraSurface point = surfaceOf(character);
         vec4 of_point[PENUMBRA_STRIDE4];
-        clusterNumbers(point, character, of_point);
-        penumbra_add_point(of_point, penumbra_turn(point, s), weight, numbers);
+        clusterCoefficients(point, character, of_point);
+        penumbra_add_point(of_point, penumbra_turn(point, s), weight, coefficients);
     }
     vertex = own_vertex;
     cluster = own_cluster;
 }
 #endif
 
-void ownNumbers(PenumbraSurface s, uint character, out vec4 numbers[PENUMBRA_STRIDE4]) {
+void ownCoefficients(PenumbraSurface s, uint character, out vec4 coefficients[PENUMBRA_STRIDE4]) {
     if (hasGivenNumbers()) {
         uint first = (character * vertex_count + vertex) * PENUMBRA_STRIDE4;
-        for (uint q = 0u; q < PENUMBRA_STRIDE4; ++q) numbers[q] = given_numbers[first + q];
+        for (uint q = 0u; q < PENUMBRA_STRIDE4; ++q) coefficients[q] = given_numbers[first + q];
         return;
     }
 #ifdef FIRST_FOLLOWER
     if (vertex >= FIRST_FOLLOWER) {
-        followedNumbers(s, character, numbers);
+        followedNumbers(s, character, coefficients);
         return;
     }
 #endif
-    clusterNumbers(s, character, numbers);
+    clusterCoefficients(s, character, coefficients);
 }
 
 #ifdef BOUNCES
@@ -181,8 +181,8 @@ void indirectNumbers(out vec4 n[3]) {
 }
 #endif
 
-void numbersOf(PenumbraSurface s, uint character, out vec4 numbers[PENUMBRA_STRIDE4]) {
-    ownNumbers(s, character, numbers);
+void coefficientsOf(PenumbraSurface s, uint character, out vec4 coefficients[PENUMBRA_STRIDE4]) {
+    ownCoefficients(s, character, coefficients);
 #ifdef CAST
     cast_share = 1.0;
     for (uint of = 0u; of < CAST_SETS; ++of) {  // what casters leave visible, then what a height field does
@@ -190,7 +190,7 @@ void numbersOf(PenumbraSurface s, uint character, out vec4 numbers[PENUMBRA_STRI
         if (casts[first + 5u].y == 0.0) continue;
         float mirrored[21];
         for (uint i = 0u; i < 21u; ++i) mirrored[i] = casts[first + i / 4u][i % 4u];
-        penumbra_cast_numbers(numbers, mirrored);
+        penumbra_cast_coefficients(coefficients, mirrored);
         cast_share *= penumbra_cast_ambient(mirrored);
     }
 #endif
@@ -211,13 +211,13 @@ float surface_sight = 0.0;  // V at the mirrored direction, of mirrors
 
 #if CHANNEL == CHANNEL_SHADED
 // Shades a side of the surface, the one that `vertex` is on.
-vec3 shadeSide(vec4 numbers[PENUMBRA_STRIDE4], vec3 to_eye, mat3 local_from_model, int material) {
+vec3 shadeSide(vec4 coefficients[PENUMBRA_STRIDE4], vec3 to_eye, mat3 local_from_model, int material) {
 #ifdef BOUNCES
     vec4 n[3];
     indirectNumbers(n);
-    return penumbra_shade_bounced(numbers, n, to_eye, local_from_model, material);
+    return penumbra_shade_bounced(coefficients, n, to_eye, local_from_model, material);
 #else
-    return penumbra_shade(numbers, to_eye, local_from_model, material);
+    return penumbra_shade(coefficients, to_eye, local_from_model, material);
 #endif
 }
 
@@ -228,10 +228,10 @@ vec3 shadeOtherSide(uint character, int material) {
     vertex = asset[OTHER_SIDE + vertex];
     cluster = asset[CLUSTER_OF_VERTEX + vertex];
     PenumbraSurface s = surfaceOf(character);
-    vec4 numbers[PENUMBRA_STRIDE4];
-    numbersOf(s, character, numbers);
-    penumbra_other_side(material, numbers);
-    vec3 radiance = shadeSide(numbers, vec3(0.0, 0.0, 1.0), penumbra_local_from_model(s), material);
+    vec4 coefficients[PENUMBRA_STRIDE4];
+    coefficientsOf(s, character, coefficients);
+    penumbra_other_side(material, coefficients);
+    vec3 radiance = shadeSide(coefficients, vec3(0.0, 0.0, 1.0), penumbra_local_from_model(s), material);
     vertex = own_vertex;
     cluster = own_cluster;
     return radiance;
@@ -246,14 +246,14 @@ vec3 shadeOtherSide(uint character, int material) {
 uint evaluated_row;  // of the vertex
 float shows_pictures = 0.0;
 
-vec3 shadeTerms(PenumbraSurface s, vec4 numbers[PENUMBRA_STRIDE4], vec3 to_eye, mat3 local_from_model, int material) {
+vec3 shadeTerms(PenumbraSurface s, vec4 coefficients[PENUMBRA_STRIDE4], vec3 to_eye, mat3 local_from_model, int material) {
     uint row = 4u * (pose_begin + POSE_TERMS) + (1u + PASSES) * slotOfVertex();
     shows_pictures = pose_numbers[row];
     uint passes = shows_pictures > 0.0 ? PASSES : 0u;
     vec3 value = vec3(0.0), slope_x = vec3(0.0);
     for (uint pass = 0u; pass <= passes; ++pass) {
         int of_pass = pass == 0u ? material : int(pose_numbers[row + pass]);
-        vec3 radiance = of_pass < 0 ? vec3(0.0) : shadeSide(numbers, to_eye, local_from_model, of_pass);
+        vec3 radiance = of_pass < 0 ? vec3(0.0) : shadeSide(coefficients, to_eye, local_from_model, of_pass);
         if (pass == 0u) {
             value = radiance;
             continue;
@@ -286,16 +286,16 @@ vec3 valueOf(PenumbraSurface s, uint character) {
 #elif CHANNEL == CHANNEL_PARTS
     return vec3(float(halfWord(PART_OF_VERTEX, vertex)));
 #else
-    vec4 numbers[PENUMBRA_STRIDE4];
-    numbersOf(s, character, numbers);
+    vec4 coefficients[PENUMBRA_STRIDE4];
+    coefficientsOf(s, character, coefficients);
 #if CHANNEL == CHANNEL_AO
-    return vec3(penumbra_ambient(numbers));
+    return vec3(penumbra_ambient(coefficients));
 #elif CHANNEL == CHANNEL_BOUNCED_AO
     vec4 n[3];
     indirectNumbers(n);
-    return vec3(clamp(penumbra_ambient(numbers) + dot(BOUNCED_AMBIENT, vec3(n[0].x, n[2].yz)), 0.0, 1.0));
+    return vec3(clamp(penumbra_ambient(coefficients) + dot(BOUNCED_AMBIENT, vec3(n[0].x, n[2].yz)), 0.0, 1.0));
 #elif CHANNEL == CHANNEL_ERROR
-    return vec3(abs(penumbra_ambient(numbers) - true_ambient[character * vertex_count + vertex]));
+    return vec3(abs(penumbra_ambient(coefficients) - true_ambient[character * vertex_count + vertex]));
 #else
     mat3 local_from_model = penumbra_local_from_model(s);
     int material = int(pose_numbers[4u * (pose_begin + POSE_MATERIALS) + slotOfVertex()]);
@@ -303,14 +303,14 @@ vec3 valueOf(PenumbraSurface s, uint character) {
 #ifdef SUNLIT
     // Fragments reflect the light's picture in mirrors, which SH blur.
     if (pose[pose_begin + POSE_LOBES + slotOfVertex()].z > 0.0) {
-        surface_sight = clamp(penumbra_sight(numbers, vec3(-to_eye.xy, to_eye.z)), 0.0, 1.0);
+        surface_sight = clamp(penumbra_sight(coefficients, vec3(-to_eye.xy, to_eye.z)), 0.0, 1.0);
         return vec3(0.0);
     }
 #endif
 #ifdef TEXTURED
-    vec3 radiance = shadeTerms(s, numbers, to_eye, local_from_model, material);
+    vec3 radiance = shadeTerms(s, coefficients, to_eye, local_from_model, material);
 #else
-    vec3 radiance = shadeSide(numbers, to_eye, local_from_model, material);
+    vec3 radiance = shadeSide(coefficients, to_eye, local_from_model, material);
 #endif
 #ifdef HAS_MEMBRANES
     if (penumbra_is_membrane(material))

@@ -66,7 +66,7 @@ vec4 farInterpolated(FarOwed owed, uint i) {
 
 // Multiplies the numbers by what the far and near parts leave visible at the vertex. `anchors`: where the values of
 // this character's anchors begin.
-void farCompose(PenumbraSurface s, uint own_part, uint anchors, inout vec4 numbers[PENUMBRA_STRIDE4]) {
+void farCompose(PenumbraSurface s, uint own_part, uint anchors, inout vec4 coefficients[PENUMBRA_STRIDE4]) {
     vec3 bitangent = cross(s.normal, s.tangent);
     float values[64], factor[64], light = 1.0;
     for (int d = 0; d < 64; ++d) values[d] = 1.0;
@@ -139,10 +139,10 @@ void farCompose(PenumbraSurface s, uint own_part, uint anchors, inout vec4 numbe
     for (int i = 0; i < 21; ++i) penumbra_even[i] *= light;
     // 3. The product of that and the numbers, at the same directions.
     penumbra_far_values(values);
-    for (int i = 0; i < 21; ++i) penumbra_even[i] = i < NUMBERS ? numbers[i / 4][i % 4] : 0.0;
+    for (int i = 0; i < 21; ++i) penumbra_even[i] = i < NUMBERS ? coefficients[i / 4][i % 4] : 0.0;
     penumbra_far_values(factor);
     for (int d = 0; d < 64; ++d) values[d] *= factor[d];
     penumbra_far_from_values(values);
-    for (int i = 0; i < NUMBERS; ++i) numbers[i / 4][i % 4] = penumbra_even[i];
+    for (int i = 0; i < NUMBERS; ++i) coefficients[i / 4][i % 4] = penumbra_even[i];
 }
 #endif

@@ -75,14 +75,14 @@ float surface_sight = 0.0;  // V at the mirrored direction, of mirrors
 #endif
 
 vec3 valueOf(uint point, PenumbraSurface s, float own[NUMBERS]) {
-    vec4 numbers[PENUMBRA_STRIDE4];
-    for (int i = 0; i < 4 * PENUMBRA_STRIDE4; ++i) numbers[i / 4][i % 4] = i < NUMBERS ? own[min(i, NUMBERS - 1)] : 0.0;
+    vec4 coefficients[PENUMBRA_STRIDE4];
+    for (int i = 0; i < 4 * PENUMBRA_STRIDE4; ++i) coefficients[i / 4][i % 4] = i < NUMBERS ? own[min(i, NUMBERS - 1)] : 0.0;
 #ifdef CAST
     uint first = CAST_QUADS * point;
     if (casts[first + 5u].y != 0.0) {
         float mirrored[21];
         for (uint i = 0u; i < 21u; ++i) mirrored[i] = casts[first + i / 4u][i % 4u];
-        penumbra_cast_numbers(numbers, mirrored);
+        penumbra_cast_coefficients(coefficients, mirrored);
     }
 #endif
 #if CHANNEL == CHANNEL_SHADED
@@ -91,13 +91,13 @@ vec3 valueOf(uint point, PenumbraSurface s, float own[NUMBERS]) {
 #ifdef SUNLIT
     // Fragments reflect the light's picture in mirrors, which SH blur.
     if (lobes.z > 0.0) {
-        surface_sight = clamp(penumbra_sight(numbers, vec3(-to_eye.xy, to_eye.z)), 0.0, 1.0);
+        surface_sight = clamp(penumbra_sight(coefficients, vec3(-to_eye.xy, to_eye.z)), 0.0, 1.0);
         return vec3(0.0);
     }
 #endif
-    return max(penumbra_shade(numbers, to_eye, local_from_scene, 0), 0.0);
+    return max(penumbra_shade(coefficients, to_eye, local_from_scene, 0), 0.0);
 #else
-    return vec3(penumbra_ambient(numbers), 0.0, 0.0);
+    return vec3(penumbra_ambient(coefficients), 0.0, 0.0);
 #endif
 }
 #endif

@@ -9,17 +9,18 @@ namespace penumbra {
 VertexFigures figuresOf(const Character& character, std::size_t vertex) {
     const ModelView& model = character.asset.model;
     const std::size_t stride = std::size_t(model.stride), first = vertex * stride;
-    const auto read = [&](const std::vector<float>& numbers, std::span<const float>& figures, float& e) {
-        figures = std::span(numbers).subspan(first, std::size_t(model.convention.size()));
-        ambient(character.asset, std::span(numbers).subspan(first, stride), {&e, 1});
+    const auto read = [&](const std::vector<float>& coefficients, std::span<const float>& figures, float& e) {
+        figures = std::span(coefficients).subspan(first, std::size_t(model.convention.size()));
+        ambient(character.asset, std::span(coefficients).subspan(first, stride), {&e, 1});
     };
     VertexFigures figures;
     figures.cluster = clusterAt(character.asset, vertex);
     figures.joint = character.asset.animation.joint_names[std::size_t(model.clusters[figures.cluster].joint)];
     figures.scores = character.posed.evaluator->scores(figures.cluster);
-    if (character.posed.numbers.key()) read(character.posed.vertices.numbers, figures.model, figures.model_ambient);
-    if (*character.posed.truth_frame && character.posed.truth_numbers.key())
-        read(*character.posed.truth_numbers, figures.truth, figures.true_ambient);
+    if (character.posed.coefficients.key())
+        read(character.posed.vertices.coefficients, figures.model, figures.model_ambient);
+    if (*character.posed.truth_frame && character.posed.truth_coefficients.key())
+        read(*character.posed.truth_coefficients, figures.truth, figures.true_ambient);
     return figures;
 }
 

@@ -56,23 +56,23 @@ CastReceivers receiversOf(const FrameVertices& at) { return {at.positions, at.no
 
 }  // namespace
 
-void applyShadows(const Scene& scene, std::size_t index, const NumbersKey& key, int threads, CastNumbers numbers,
-                  HiddenSky* hidden) {
+void applyShadows(const Scene& scene, std::size_t index, const CoefficientsKey& key, int threads,
+                  CastCoefficients coefficients, HiddenSky* hidden) {
     const Shadows shadows = key.shadows;
     const Character& character = *scene.characters[index];
     const ModelView& model = character.asset.model;
-    if (!changesNumbers(scene, index, key)) return;
+    if (!changesCoefficients(scene, index, key)) return;
     if (shadows == Shadows::kCast || shadows == Shadows::kNone) {
         const std::vector<float> open = freeSight(model.convention);
-        for (std::size_t first = 0; first < numbers.numbers.size(); first += std::size_t(model.stride))
-            std::ranges::copy(open, numbers.numbers.begin() + std::ptrdiff_t(first));
+        for (std::size_t first = 0; first < coefficients.coefficients.size(); first += std::size_t(model.stride))
+            std::ranges::copy(open, coefficients.coefficients.begin() + std::ptrdiff_t(first));
     }
     if (shadows == Shadows::kNone) return;
-    NumbersKey others = key;
+    CoefficientsKey others = key;
     others.shadows = Shadows::kBoth;
-    if (!changesNumbers(scene, index, others)) return;
+    if (!changesCoefficients(scene, index, others)) return;
     castOthers({*scene.cast, {.except = character.caster}, scene.field.get(), key.on_ground},
-               *character.posed.evaluator, receiversOf(character.posed.in_scene), threads, numbers, hidden);
+               *character.posed.evaluator, receiversOf(character.posed.in_scene), threads, coefficients, hidden);
 }
 
 void poseField(Scene& scene, const ViewState& state) {
@@ -163,20 +163,21 @@ std::vector<Vec3> joinedValues(Scene& scene, std::size_t index, const ViewState&
     Character& character = *scene.characters[index];
     CharacterLook& shown = character.shown;
     FrameVertices own = character.posed.in_scene;
-    own.numbers = character.posed.vertices.numbers;
+    own.coefficients = character.posed.vertices.coefficients;
     own.indirect = character.posed.vertices.indirect;
-    shown.joined.update(key.numbers, [&](JoinedCast& joined) {
-        joined.see(key.numbers.mode, castersOf(scene, key.numbers.mode), {.except = character.caster}, own, threads);
+    shown.joined.update(key.coefficients, [&](JoinedCast& joined) {
+        joined.see(key.coefficients.mode, castersOf(scene, key.coefficients.mode), {.except = character.caster}, own,
+                   threads);
     });
     const auto ambient = [&] { return shown.joined->ambient(character.asset.model, own); };
     if (key.channel == Channel::kError) {
         std::vector<Vec3> values = ambient();
-        own.numbers = *character.posed.truth_numbers;
+        own.coefficients = *character.posed.truth_coefficients;
         const std::vector<Vec3> baked = ambient();
         for (std::size_t v = 0; v < values.size(); ++v) values[v].x = std::abs(values[v].x - baked[v].x);
         return values;
     }
-    if (truth) own.numbers = *character.posed.truth_numbers;
+    if (truth) own.coefficients = *character.posed.truth_coefficients;
     if (key.channel != Channel::kShaded) return ambient();
     shown.joined_look.update(key.look, [&](auto&) {
         Shot shot;

@@ -15,8 +15,8 @@ void takeOver(Scene& scene, Character& character);
 // Makes of a character's own numbers, of the model or of the truth, those that are shown: with or without the shadow of
 // itself and of the others. Without others in reach they stay the very ones that they were.
 // Writes what others and the ground take from a white sky, unless `hidden` is null.
-void applyShadows(const Scene& scene, std::size_t character, const NumbersKey& key, int threads, CastNumbers numbers,
-                  HiddenSky* hidden = nullptr);
+void applyShadows(const Scene& scene, std::size_t character, const CoefficientsKey& key, int threads,
+                  CastCoefficients coefficients, HiddenSky* hidden = nullptr);
 
 // Takes a ground with heights to the moment that is shown.
 void poseField(Scene& scene, const ViewState& state);

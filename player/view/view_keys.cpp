@@ -73,7 +73,7 @@ bool sendsLight(const Scene& scene, const ViewState& state) {
            (groundCasts(scene, state) || (scene.cast->casterCount() > 0 && scene.characters.size() > 1));
 }
 
-bool changesNumbers(const Scene& scene, std::size_t index, const NumbersKey& key) {
+bool changesCoefficients(const Scene& scene, std::size_t index, const CoefficientsKey& key) {
     const Character& character = *scene.characters[index];
     if (key.shadows == Shadows::kSelf || !hasVisibility(character.asset)) return false;
     const std::size_t itself = character.caster == kNobody ? 0 : 1;
@@ -85,7 +85,7 @@ namespace {
 Stance stanceOf(const Character& character) { return {character.posed.pose(), character.posed.to_scene}; }
 
 // Shadows of others that join in another way than as a product join later.
-Shadows shadowsOfNumbers(Shadows shadows, CastMode mode) {
+Shadows shadowsOfCoefficients(Shadows shadows, CastMode mode) {
     if (mode == CastMode::kProduct) return shadows;
     return shadows == Shadows::kBoth ? Shadows::kSelf : Shadows::kNone;
 }
@@ -132,15 +132,15 @@ ViewKeys keysOf(const Scene& scene, const ViewState& state, bool field_on_cpu) {
     for (std::size_t i = 0; i < scene.characters.size(); ++i) {
         const std::optional<PickedVertex>& picked = state.inspect.picked;
         CharacterKey& key = keys.characters.emplace_back();
-        key.numbers = {
-            keys.suns.everyone[i], shadowsOfNumbers(state.show.shadows, look.mode), look.mode, on_ground, {}, 0};
-        if (look.mode != CastMode::kProduct || changesNumbers(scene, i, key.numbers)) {
-            key.numbers.casters = casters;
-            key.numbers.field = scene.fieldVersion();
+        key.coefficients = {
+            keys.suns.everyone[i], shadowsOfCoefficients(state.show.shadows, look.mode), look.mode, on_ground, {}, 0};
+        if (look.mode != CastMode::kProduct || changesCoefficients(scene, i, key.coefficients)) {
+            key.coefficients.casters = casters;
+            key.coefficients.field = scene.fieldVersion();
         }
         key.look = look;
         key.look.material_of_slot = state.characters[i].material_of_slot;
-        key.look.turn = key.numbers.own.to_scene.linear();
+        key.look.turn = key.coefficients.own.to_scene.linear();
         key.channel = shownChannel(scene, state, i);
         key.compare = shownCompare(state);
         key.component = state.show.component;
@@ -148,7 +148,7 @@ ViewKeys keysOf(const Scene& scene, const ViewState& state, bool field_on_cpu) {
         if (picked && picked->character == i) key.picked = picked->vertex;
         if (key.channel == Channel::kShaded && !key.component) key.eye = toFloat(cameraPosition(state.camera));
         if (!keys.received.wanted) continue;
-        keys.received.numbers.push_back(key.numbers);
+        keys.received.coefficients.push_back(key.coefficients);
         keys.received.looks.push_back(key.look);
         keys.received.eye = key.eye;
     }

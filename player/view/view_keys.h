@@ -25,14 +25,14 @@ struct Stance {
 };
 
 // The numbers of a character's vertices, with the shadows that they have.
-struct NumbersKey {
+struct CoefficientsKey {
     Stance own;
     Shadows shadows = Shadows::kBoth;
     CastMode mode = CastMode::kProduct;
     bool on_ground = false;       // a level ground hides light from it
     std::vector<Stance> casters;  // where they change the numbers, or join them later
     std::uint64_t field = 0;      // SceneField::version(), where that changes the numbers
-    bool operator==(const NumbersKey&) const = default;
+    bool operator==(const CoefficientsKey&) const = default;
 };
 
 // The light of a moment.
@@ -56,7 +56,7 @@ struct LookKey {
 
 // What the vertices of a character show.
 struct CharacterKey {
-    NumbersKey numbers;
+    CoefficientsKey coefficients;
     LookKey look;
     Channel channel = Channel::kShaded;
     Compare compare = Compare::kModel;
@@ -69,7 +69,7 @@ struct CharacterKey {
 
 // What the ground shows at its vertices.
 struct GroundKey {
-    NumbersKey seen;  // without a field, whose changes are few
+    CoefficientsKey seen;  // without a field, whose changes are few
     bool on_cpu = true;
     std::uint64_t field = 0;
     bool lit = false, suns = false;
@@ -83,7 +83,7 @@ struct GroundKey {
 // What characters and a level ground send to one another.
 struct ReceivedKey {
     bool wanted = false;
-    std::vector<NumbersKey> numbers;  // of everyone, where it is wanted
+    std::vector<CoefficientsKey> coefficients;  // of everyone, where it is wanted
     std::vector<LookKey> looks;
     Vec3 eye;  // towards which characters show what they send to others
     bool operator==(const ReceivedKey&) const = default;
@@ -131,6 +131,6 @@ bool groundCasts(const Scene& scene, const ViewState& state);
 // Tells whether characters and a level ground send light to one another (player/scene/received_light.h).
 bool sendsLight(const Scene& scene, const ViewState& state);
 // Tells whether shadows, and a level ground where it casts, change numbers of this character.
-bool changesNumbers(const Scene& scene, std::size_t character, const NumbersKey& key);
+bool changesCoefficients(const Scene& scene, std::size_t character, const CoefficientsKey& key);
 
 }  // namespace penumbra

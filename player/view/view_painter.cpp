@@ -106,17 +106,17 @@ void ScenePainter::evaluate(Group& group, const ViewState& state, Shown shown, V
         group.asset = std::make_shared<GlAsset>(first.asset, first.shown.shading.get(), first.posed.evaluator.get());
     std::optional<ModelPainter>& painter = group.painters[std::size_t(shown)];
     if (!painter) painter.emplace(group.asset, group.characters.size());
-    NumbersKey shown_numbers;
-    shown_numbers.shadows = state.show.shadows;
+    CoefficientsKey shown_coefficients;
+    shown_coefficients.shadows = state.show.shadows;
     posed_.clear();
     for (const std::size_t i : group.characters) {
         const Character& character = *scene_->characters[i];
         PosedCharacter& posed = posed_.emplace_back(
             PosedCharacter{character.posed.evaluator.get(), character.posed.to_scene, character.shown.shading.get()});
         if (shownOf(character, shown) == Shown::kTruth)
-            posed.numbers = *character.posed.truth_numbers;
-        else if (!casts && changesNumbers(*scene_, i, shown_numbers))
-            posed.numbers = character.posed.vertices.numbers;
+            posed.coefficients = *character.posed.truth_coefficients;
+        else if (!casts && changesCoefficients(*scene_, i, shown_coefficients))
+            posed.coefficients = character.posed.vertices.coefficients;
         posed.caster = character.caster;
         if (suns) posed.lobes = suns->slotLobes(i);
     }
@@ -230,8 +230,8 @@ void ScenePainter::drawLobe(const ViewState& state, const Pane& pane, double rad
     if (!hasVisibility(character.asset)) return;
     const VertexFigures figures = figuresOf(character, vertex);
     const bool truth = pane.shown == Shown::kTruth && !figures.truth.empty();
-    const std::span<const float> numbers = truth ? figures.truth : figures.model;
-    VisibilityFactor drawn{{}, character.asset.model.convention, {numbers.begin(), numbers.end()}};
+    const std::span<const float> coefficients = truth ? figures.truth : figures.model;
+    VisibilityFactor drawn{{}, character.asset.model.convention, {coefficients.begin(), coefficients.end()}};
     const VisibilityFactor* factor = shownFactor(*scene_, state);
     if (factor && factor->choice.kind != FactorKind::kWhole) drawn = *factor;
     const FrameVertices& at = character.posed.vertices;

@@ -50,16 +50,16 @@ struct OpenedCharacter {
 
 // What follows from its pose.
 struct CharacterPose {
-    std::unique_ptr<Evaluator> evaluator;                           // has the pose
-    std::unique_ptr<PoseInterpolation> interpolation;               // null of a deforming mesh
-    std::unique_ptr<PositionInterpolation> position_interpolation;  // null for a skinned mesh
-    Cached<PoseKey, std::optional<std::size_t>> truth_frame;        // none between sampled frames, and without truth
-    Affine to_scene;                                                // the placement, with what the user has moved it
-    FrameVertices vertices;                                         // numbers: of the model
-    FrameVertices in_scene;                                         // where they stand: without numbers
-    HiddenSky hidden;                                               // of the model's numbers
-    Cached<NumbersKey> numbers;                                     // those of `vertices`
-    Cached<NumbersKey, std::vector<float>> truth_numbers;           // in the local frames of `vertices`
+    std::unique_ptr<Evaluator> evaluator;                            // has the pose
+    std::unique_ptr<PoseInterpolation> interpolation;                // null of a deforming mesh
+    std::unique_ptr<PositionInterpolation> position_interpolation;   // null for a skinned mesh
+    Cached<PoseKey, std::optional<std::size_t>> truth_frame;         // none between sampled frames, and without truth
+    Affine to_scene;                                                 // the placement, with what the user has moved it
+    FrameVertices vertices;                                          // numbers: of the model
+    FrameVertices in_scene;                                          // where they stand: without numbers
+    HiddenSky hidden;                                                // of the model's numbers
+    Cached<CoefficientsKey> coefficients;                            // those of `vertices`
+    Cached<CoefficientsKey, std::vector<float>> truth_coefficients;  // in the local frames of `vertices`
     // Of the picked vertex of a composed asset.
     Cached<std::pair<PoseKey, std::optional<std::size_t>>, std::vector<VisibilityFactor>> factors;
     const PoseKey& pose() const { return *truth_frame.key(); }
@@ -73,10 +73,10 @@ struct ComponentEffect {
 
 // What is drawn of it.
 struct CharacterLook {
-    std::unique_ptr<ShadingSet> shading;    // null without materials or lights
-    Cached<LookKey> look;                   // that the shading has
-    Cached<NumbersKey, JoinedCast> joined;  // for CastMode beside kProduct
-    Cached<LookKey> joined_look;            // that it has
+    std::unique_ptr<ShadingSet> shading;         // null without materials or lights
+    Cached<LookKey> look;                        // that the shading has
+    Cached<CoefficientsKey, JoinedCast> joined;  // for CastMode beside kProduct
+    Cached<LookKey> joined_look;                 // that it has
     // The channel of the values. Without truth, error is shown as ambient visibility, and so are parts without any.
     Channel channel = Channel::kShaded;
     Cached<CharacterKey, std::array<std::vector<Vec3>, kShownCount>> values;
@@ -122,11 +122,11 @@ constexpr int kPictureLightOrder = 5;
 // What the ground shows at its vertices.
 struct ShownGround {
     Cached<GroundKey, std::vector<Vec3>> values;
-    Cached<std::pair<NumbersKey, bool>> seen;  // what the vertices have, and whether the CPU has computed it
-    Cached<std::uint64_t> heights;             // SceneField::version() that they have
-    std::size_t updated = 0;                   // points of a ground with heights that the last change has reached
-    GroundVertices vertices;                   // of a ground with heights: without numbers of its own
-    FrameVertices points;                      // of a ground with heights
+    Cached<std::pair<CoefficientsKey, bool>> seen;  // what the vertices have, and whether the CPU has computed it
+    Cached<std::uint64_t> heights;                  // SceneField::version() that they have
+    std::size_t updated = 0;                        // points of a ground with heights that the last change has reached
+    GroundVertices vertices;                        // of a ground with heights: without numbers of its own
+    FrameVertices points;                           // of a ground with heights
     bool lit() const { return values.key() && values.key()->lit; }  // the values are radiance; otherwise colours
 };
 

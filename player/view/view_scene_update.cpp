@@ -89,19 +89,20 @@ bool poseInScene(Scene& scene, std::size_t index, const ViewState& state, int th
 }
 
 // Evaluates the numbers that are missing. Returns whether any were.
-bool needNumbers(const Scene& scene, std::size_t index, const NumbersKey& key, bool model, bool truth, int threads) {
+bool needCoefficients(const Scene& scene, std::size_t index, const CoefficientsKey& key, bool model, bool truth,
+                      int threads) {
     Character& character = *scene.characters[index];
     CharacterPose& posed = character.posed;
-    bool made = model && posed.numbers.update(key, [&](auto&) {
-        evaluateNumbers(*posed.evaluator, threads, posed.vertices);
+    bool made = model && posed.coefficients.update(key, [&](auto&) {
+        evaluateCoefficients(*posed.evaluator, threads, posed.vertices);
         evaluateIndirect(*posed.evaluator, threads, posed.vertices.indirect);
         posed.hidden = {};
-        applyShadows(scene, index, key, threads, {posed.vertices.numbers, posed.vertices.indirect}, &posed.hidden);
+        applyShadows(scene, index, key, threads, {posed.vertices.coefficients, posed.vertices.indirect}, &posed.hidden);
     });
     if (truth && *posed.truth_frame)
-        made |= posed.truth_numbers.update(key, [&](std::vector<float>& numbers) {
-            numbers = truthNumbers(shotOf(character), posed.vertices, threads);
-            applyShadows(scene, index, key, threads, {numbers, {}});
+        made |= posed.truth_coefficients.update(key, [&](std::vector<float>& coefficients) {
+            coefficients = truthCoefficients(shotOf(character), posed.vertices, threads);
+            applyShadows(scene, index, key, threads, {coefficients, {}});
         });
     return made;
 }
@@ -130,19 +131,19 @@ bool setShading(const Scene& scene, Character& character, const ViewState& state
 
 std::vector<Vec3> valuesOf(Scene& scene, std::size_t index, const ViewState& state, const CharacterKey& key, bool truth,
                            int threads) {
-    if (key.numbers.mode != CastMode::kProduct) return joinedValues(scene, index, state, key, truth, threads);
+    if (key.coefficients.mode != CastMode::kProduct) return joinedValues(scene, index, state, key, truth, threads);
     Character& character = *scene.characters[index];
-    const Affine& place = key.numbers.own.to_scene;
+    const Affine& place = key.coefficients.own.to_scene;
     const Vec3 eye = transposed(place.linear()) * (key.eye - place.translation());
     FrameVertices& vertices = character.posed.vertices;
-    std::vector<float>& baked = *character.posed.truth_numbers;
+    std::vector<float>& baked = *character.posed.truth_coefficients;
     std::vector<float> true_ambient;
     if (key.channel == Channel::kError) true_ambient = ambientOf(shotOf(character), baked, threads);
     // The truth has the same local frames and other numbers, so the numbers are swapped for a while.
-    if (truth) std::swap(vertices.numbers, baked);
+    if (truth) std::swap(vertices.coefficients, baked);
     std::vector<Vec3> values = channelValues(shotOf(character), key.channel, character.shown.shading.get(), vertices,
                                              true_ambient, eye, threads);
-    if (truth) std::swap(vertices.numbers, baked);
+    if (truth) std::swap(vertices.coefficients, baked);
     return values;
 }
 
@@ -212,11 +213,11 @@ bool updateScene(Scene& scene, const ViewState& state, const UpdateNeeds& needs,
         // Light that bounces or is received is the model's beside the truth, too.
         const bool model = of.compare != Compare::kTruth || !*character.posed.truth_frame ||
                            character.asset.model.indirect || keys.received.wanted;
-        const bool on_cpu = needs.values || (needs.casts && changesNumbers(scene, i, of.numbers));
-        evaluated |= needNumbers(scene, i, of.numbers, (on_cpu && model) || picked, truth, needs.threads);
+        const bool on_cpu = needs.values || (needs.casts && changesCoefficients(scene, i, of.coefficients));
+        evaluated |= needCoefficients(scene, i, of.coefficients, (on_cpu && model) || picked, truth, needs.threads);
         if (character.posed.evaluator->composed())
             shown |= character.posed.factors.update(
-                {of.numbers.own.pose, of.picked}, [&](std::vector<VisibilityFactor>& factors) {
+                {of.coefficients.own.pose, of.picked}, [&](std::vector<VisibilityFactor>& factors) {
                     factors.clear();
                     if (picked) factors = visibilityFactors(*character.posed.evaluator, *of.picked);
                 });

@@ -123,7 +123,8 @@ void requireReceiver(const penumbra_character* character, const penumbra_vertice
 
 void castOn(const penumbra_character& character, const penumbra_vertices& vertices, std::size_t first,
             std::span<const float> mirrored) {
-    const std::size_t count = mirrored.size() / kFarNumbers, stride = std::size_t(character.asset->view.model.stride);
+    const std::size_t count = mirrored.size() / kFarCoefficients,
+                      stride = std::size_t(character.asset->view.model.stride);
     character.product({vertices.coefficients + first * stride, count * stride}, stride, mirrored);
     if (vertices.bounced)
         castOnIndirect(mirrored, {vertices.bounced + first * kIndirectStride, count * kIndirectStride});

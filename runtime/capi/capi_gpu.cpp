@@ -101,7 +101,7 @@ penumbra_status penumbra_cast_get_glsl(const penumbra_asset* asset, char* text, 
     return guarded(error, [&] {
         requirePointer(length, "length");
         if (asset && !asset->data->view.has_model) throw Unsupported(asset->data->view.name + ": has no model");
-        copyGlsl(castGlsl() + (asset ? castNumbersGlsl(asset->data->view.model.convention) : ""), text, capacity,
+        copyGlsl(castGlsl() + (asset ? castCoefficientsGlsl(asset->data->view.model.convention) : ""), text, capacity,
                  length);
     });
 }

@@ -120,7 +120,8 @@ void requireBounces(const AssetView& view);
 void requireCharacter(const penumbra_character* character, const penumbra_vertices* vertices);
 // Does the same, and throws for a range that does not fit and for transfer, which others cannot multiply.
 void requireReceiver(const penumbra_character* character, const penumbra_vertices* vertices);
-// Multiplies what vertices from `first` on see by what others leave visible there, `mirrored` [vertices, kFarNumbers].
+// Multiplies what vertices from `first` on see by what others leave visible there, `mirrored` [vertices,
+// kFarCoefficients].
 void castOn(const penumbra_character& character, const penumbra_vertices& vertices, std::size_t first,
             std::span<const float> mirrored);
 

@@ -39,7 +39,7 @@ void writePoints(const penumbra_heights& field, int row, int first, std::size_t 
     const std::size_t at = std::size_t(row) * std::size_t(grid.columns) + std::size_t(first);
     const std::span<float> out(points.coefficients ? points.coefficients + at * PENUMBRA_HEIGHTS_STRIDE : own.data(),
                                count * PENUMBRA_HEIGHTS_STRIDE);
-    field.visibility.numbers(field.field, row, first, some_n, some_t, PENUMBRA_HEIGHTS_STRIDE, out, &refined);
+    field.visibility.coefficients(field.field, row, first, some_n, some_t, PENUMBRA_HEIGHTS_STRIDE, out, &refined);
     const std::size_t all = grid.size();
     for (std::size_t i = 0; i < count; ++i) {
         const float height = field.field.heights()[at + i];
@@ -150,10 +150,10 @@ penumbra_status penumbra_heights_cast(const penumbra_heights* field, const penum
     return guarded(error, [&] {
         requirePointer(field, "field", scene, "scene");
         const VertexFrames all = pointsOf(*field, points);
-        std::array<float, kMaxReceivers * kFarNumbers> mirrored;
+        std::array<float, kMaxReceivers * kFarCoefficients> mirrored;
         for (std::size_t at = all.begin; at < all.end; at += kMaxReceivers) {
             const std::size_t n = std::min(kMaxReceivers, all.end - at);
-            const std::span<float> used = std::span(mirrored).first(n * kFarNumbers);
+            const std::span<float> used = std::span(mirrored).first(n * kFarCoefficients);
             const CastReceivers some{all.positions.subspan(at, n), all.normals.subspan(at, n),
                                      all.tangents.subspan(at, n)};
             if (scene->cast->evaluate(some, {}, used) == 0) continue;
@@ -173,7 +173,7 @@ penumbra_status penumbra_heights_shadow(const penumbra_heights* field, const pen
         const Affine placed = rigidOf(to_scene);
         const Mat3 turn = placed.linear();
         std::array<Vec3, kMaxReceivers> positions, normals, tangents;
-        std::array<float, kMaxReceivers * kFarNumbers> mirrored;
+        std::array<float, kMaxReceivers * kFarCoefficients> mirrored;
         for (std::size_t at = vertices->first; at < last; at += kMaxReceivers) {
             const std::size_t n = std::min(kMaxReceivers, last - at);
             character->evaluator.skin(at, {positions.data(), n}, {normals.data(), n}, {tangents.data(), n});
@@ -182,7 +182,7 @@ penumbra_status penumbra_heights_shadow(const penumbra_heights* field, const pen
                 normals[i] = turn * normals[i];
                 tangents[i] = turn * tangents[i];
             }
-            const std::span<float> used = std::span(mirrored).first(n * kFarNumbers);
+            const std::span<float> used = std::span(mirrored).first(n * kFarCoefficients);
             fieldVisibility(field->field, field->above, field->corner,
                             {{positions.data(), n}, {normals.data(), n}, {tangents.data(), n}}, used);
             castOn(*character, *vertices, at, used);

@@ -38,14 +38,14 @@ void overPoints(const penumbra_scene* scene, std::size_t except, const penumbra_
     const std::span<const Vec3> positions = vectors(points->positions, count),
                                 normals = vectors(points->normals, count);
     std::array<Vec3, kMaxReceivers> tangents;
-    std::array<float, kMaxReceivers * kFarNumbers> mirrored;
+    std::array<float, kMaxReceivers * kFarCoefficients> mirrored;
     for (std::size_t first = 0; first < count; first += kMaxReceivers) {
         const std::size_t n = std::min(kMaxReceivers, count - first);
         for (std::size_t i = 0; i < n; ++i) tangents[i] = tangentOf(normals[first + i], {1, 0, 0});
         scene->cast->evaluate({positions.subspan(first, n), normals.subspan(first, n), {tangents.data(), n}},
-                              allBut(except), {mirrored.data(), n * kFarNumbers});
+                              allBut(except), {mirrored.data(), n * kFarCoefficients});
         for (std::size_t i = 0; i < n; ++i)
-            body(first + i, std::span<const float>(mirrored).subspan(i * kFarNumbers, kFarNumbers),
+            body(first + i, std::span<const float>(mirrored).subspan(i * kFarCoefficients, kFarCoefficients),
                  toLocalFrame(normals[first + i], tangents[i]));
     }
 }
@@ -168,11 +168,11 @@ penumbra_status penumbra_scene_ambient(const penumbra_scene* scene, size_t excep
                                        float* ambient, penumbra_error* error) {
     return guarded(error, [&] {
         requirePointer(ambient, "ambient");
-        std::array<float, kFarNumbers> weights;
+        std::array<float, kFarCoefficients> weights;
         ambientWeights({BelowHorizon::kMirrored, kFieldOrder}, weights);
         overPoints(scene, except, points, 1, [&](std::size_t i, std::span<const float> mirrored, const Mat3&) {
             float e = 0;
-            for (std::size_t k = 0; k < kFarNumbers; ++k) e += weights[k] * mirrored[k];
+            for (std::size_t k = 0; k < kFarCoefficients; ++k) e += weights[k] * mirrored[k];
             ambient[i] = std::clamp(e, 0.0f, 1.0f);
         });
     });
@@ -216,18 +216,18 @@ penumbra_status penumbra_ground_shadow(const penumbra_character* character, cons
         const Mat3 turn = rigidOf(to_scene).linear();
         const std::size_t last = vertices->first + vertices->count;
         std::array<Vec3, kMaxReceivers> positions, normals, tangents;
-        std::array<float, kMaxReceivers * kFarNumbers> mirrored;
+        std::array<float, kMaxReceivers * kFarCoefficients> mirrored;
         std::array<float, kMaxReceivers> before, after;
         for (std::size_t at = vertices->first; at < last; at += kMaxReceivers) {
             const std::size_t n = std::min(kMaxReceivers, last - at);
             character->evaluator.skin(at, {positions.data(), n}, {normals.data(), n}, {tangents.data(), n});
             for (std::size_t i = 0; i < n; ++i) normals[i] = turn * normals[i], tangents[i] = turn * tangents[i];
-            const std::span<float> numbers{vertices->coefficients + at * stride, n * stride};
-            ambient(model.convention, model.stride, numbers, std::span(before).first(n));
-            const std::span<float> used = std::span(mirrored).first(n * kFarNumbers);
+            const std::span<float> coefficients{vertices->coefficients + at * stride, n * stride};
+            ambient(model.convention, model.stride, coefficients, std::span(before).first(n));
+            const std::span<float> used = std::span(mirrored).first(n * kFarCoefficients);
             groundVisibility({normals.data(), n}, {tangents.data(), n}, used);
-            character->product(numbers, stride, used);
-            ambient(model.convention, model.stride, numbers, std::span(after).first(n));
+            character->product(coefficients, stride, used);
+            ambient(model.convention, model.stride, coefficients, std::span(after).first(n));
             for (std::size_t i = 0; hidden && i < n; ++i) hidden[at + i] = std::max(before[i] - after[i], 0.0f);
         }
     });
@@ -255,13 +255,13 @@ penumbra_status penumbra_scene_cast(const penumbra_scene* scene, size_t except, 
             const std::size_t begin = std::max(first, first_vertex),
                               end = std::min(first + model.clusters[c].vertex_count, last_vertex);
             if (begin >= end) continue;
-            mirrored.resize((end - begin) * kFarNumbers);
+            mirrored.resize((end - begin) * kFarCoefficients);
             if (castOnCluster(*scene->cast, allBut(except), {evaluator, c, begin, end}, at, mirrored) == 0) continue;
             castOn(*character, *vertices, begin, mirrored);
         }
         const std::size_t begin = std::max(evaluator.firstFollower(), first_vertex);
         if (begin >= last_vertex) return;
-        mirrored.resize((last_vertex - begin) * kFarNumbers);
+        mirrored.resize((last_vertex - begin) * kFarCoefficients);
         if (castOnFollowers(*scene->cast, allBut(except), begin, last_vertex, at, mirrored) > 0)
             castOn(*character, *vertices, begin, mirrored);
     });

@@ -95,13 +95,13 @@ void CastShadow::sumAnchors(const CastReceivers& anchors, const CasterSphere& ar
 std::size_t CastShadow::evaluateAt(const CastAnchors& anchors, const CastReceivers& vertices,
                                    const std::uint16_t* anchor, const float* weight, std::span<float> out) const {
     const std::size_t count = vertices.positions.size();
-    assert(out.size() == count * kFarNumbers);
+    assert(out.size() == count * kFarCoefficients);
     if (!anchors.sums) return evaluate(vertices, anchors.choice, out);
-    std::array<float, kMaxReceivers * kFarNumbers> by_spheres;
+    std::array<float, kMaxReceivers * kFarCoefficients> by_spheres;
     for (std::size_t first = 0; first < count; first += kMaxReceivers) {
         const std::size_t n = std::min(kMaxReceivers, count - first), at = first * kAnchorsOfReceiver;
         const CastReceivers block = blockOf(vertices, first, n);
-        const std::span<float> rows = out.subspan(first * kFarNumbers, n * kFarNumbers);
+        const std::span<float> rows = out.subspan(first * kFarCoefficients, n * kFarCoefficients);
         if (anchors.has_fields)
             castFields(block, anchors.near_parts, anchors.fields.view(anchor + at, weight + at), rows);
         if (anchors.has_spheres) {

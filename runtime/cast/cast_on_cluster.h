@@ -14,9 +14,9 @@ struct ClusterPart {
 };
 
 // Writes what the chosen casters leave visible at vertices of a cluster: mirrored[(v - begin) *
-// kFarNumbers + i], as CastShadow::evaluate() does. `at(vertex)` returns a vertex in the scene (Receiver). Returns how
-// many of them see any caster. What a vertex gets does not depend on which range it is asked for with. A thread keeps
-// its room, so that nothing is allocated once it has seen as much.
+// kFarCoefficients + i], as CastShadow::evaluate() does. `at(vertex)` returns a vertex in the scene (Receiver). Returns
+// how many of them see any caster. What a vertex gets does not depend on which range it is asked for with. A thread
+// keeps its room, so that nothing is allocated once it has seen as much.
 template <class At>
 std::size_t castOnCluster(const CastShadow& cast, CasterChoice choice, const ClusterPart& part, const At& at,
                           std::span<float> mirrored) {
@@ -48,12 +48,12 @@ std::size_t castOnCluster(const CastShadow& cast, CasterChoice choice, const Clu
     }
     for (std::uint32_t a = run.first_anchor; a < run.first_anchor + run.anchor_count; ++a)
         anchors.add(at(layout.anchors[a]));
-    rows.resize(indices.size() * kFarNumbers);
+    rows.resize(indices.size() * kFarCoefficients);
     const std::size_t seen =
         cast.evaluateRun({vertices.view(), anchors.view(), anchor.data(), weight.data(), run.spacing}, choice, rows);
     for (std::size_t i = 0; i < indices.size(); ++i)
-        std::copy_n(rows.begin() + std::ptrdiff_t(i * kFarNumbers), kFarNumbers,
-                    mirrored.begin() + std::ptrdiff_t((indices[i] - part.begin) * kFarNumbers));
+        std::copy_n(rows.begin() + std::ptrdiff_t(i * kFarCoefficients), kFarCoefficients,
+                    mirrored.begin() + std::ptrdiff_t((indices[i] - part.begin) * kFarCoefficients));
     return seen;
 }
 
@@ -73,7 +73,7 @@ std::size_t castOnFollowers(const CastShadow& cast, CasterChoice choice, std::si
             tangents[i] = one.tangent;
         }
         seen += cast.evaluate({{positions.data(), n}, {normals.data(), n}, {tangents.data(), n}}, choice,
-                              mirrored.subspan((first - begin) * kFarNumbers, n * kFarNumbers));
+                              mirrored.subspan((first - begin) * kFarCoefficients, n * kFarCoefficients));
     }
     return seen;
 }

@@ -12,10 +12,10 @@ class CastProduct {
 public:
     explicit CastProduct(const Convention& convention);
 
-    // `numbers` [vertices, stride] and `mirrored` [vertices, kFarNumbers, as CastShadow::evaluate() has them] are in
-    // the vertices' local frames; stride >= convention.size(). E of the product is clamped to [0, 1]. Allocates
+    // `numbers` [vertices, stride] and `mirrored` [vertices, kFarCoefficients, as CastShadow::evaluate() has them] are
+    // in the vertices' local frames; stride >= convention.size(). E of the product is clamped to [0, 1]. Allocates
     // nothing.
-    void operator()(std::span<float> numbers, std::size_t stride, std::span<const float> mirrored) const;
+    void operator()(std::span<float> coefficients, std::size_t stride, std::span<const float> mirrored) const;
 
 private:
     Convention convention_;
@@ -26,7 +26,7 @@ private:
     float norm2_ = 0;
     std::vector<int> even_;  // SH index of each mirrored number
 
-    void multiplyAbove(std::span<float> numbers, std::span<const float> mirrored) const;
+    void multiplyAbove(std::span<float> coefficients, std::span<const float> mirrored) const;
 };
 
 }  // namespace penumbra

@@ -44,7 +44,7 @@ bool countsNowhere(float part, float distance, float least) {
 
 void leaveFree(std::span<float> rows) {
     std::ranges::fill(rows, 0.0f);
-    for (std::size_t first = 0; first < rows.size(); first += kFarNumbers)
+    for (std::size_t first = 0; first < rows.size(); first += kFarCoefficients)
         rows[first] = 2 * float(std::sqrt(std::numbers::pi));
 }
 
@@ -198,26 +198,26 @@ void CastShadow::mirrorSpheres(const CastReceivers& receivers, const Found& foun
 
 void CastShadow::castSpheres(const CastReceivers& receivers, const Found& found, std::span<float> rows) const {
     if (found.parts.empty()) return mirrorSpheres(receivers, found, rows);
-    std::array<float, kMaxReceivers * kFarNumbers> by_spheres;
+    std::array<float, kMaxReceivers * kFarCoefficients> by_spheres;
     const std::span<float> factor = std::span(by_spheres).first(rows.size());
     mirrorSpheres(receivers, found, factor);
     multiplyBySpheres(factor, rows);
 }
 
 void CastShadow::multiplyBySpheres(std::span<const float> by_spheres, std::span<float> rows) const {
-    fastestFarPath().compose(productConstants(kFieldOrder), by_spheres.data(), nullptr, rows.size() / kFarNumbers,
-                             kFarNumbers, rows.data());
+    fastestFarPath().compose(productConstants(kFieldOrder), by_spheres.data(), nullptr, rows.size() / kFarCoefficients,
+                             kFarCoefficients, rows.data());
 }
 
 // Bands ring, and a crowd rings most. E stays in [0, 1].
 void CastShadow::finish(std::span<float> rows) const {
-    for (std::size_t first = 0; first < rows.size(); first += kFarNumbers)
-        clampAmbient(ambient_weights_, ambient_norm2_, rows.subspan(first, kFarNumbers));
+    for (std::size_t first = 0; first < rows.size(); first += kFarCoefficients)
+        clampAmbient(ambient_weights_, ambient_norm2_, rows.subspan(first, kFarCoefficients));
 }
 
 std::size_t CastShadow::evaluate(const CastReceivers& receivers, CasterChoice choice, std::span<float> out) const {
     const std::size_t count = receivers.positions.size();
-    assert(out.size() == count * kFarNumbers);
+    assert(out.size() == count * kFarCoefficients);
     thread_local Found found;  // keeps its room
     std::size_t seen = 0;
     for (std::size_t first = 0; first < count; first += kMaxReceivers) {
@@ -225,7 +225,7 @@ std::size_t CastShadow::evaluate(const CastReceivers& receivers, CasterChoice ch
         const CastReceivers block{receivers.positions.subspan(first, n), receivers.normals.subspan(first, n),
                                   receivers.tangents.subspan(first, n)};
         findParts(sphereAround(block.positions), choice, found);
-        const std::span<float> rows = out.subspan(first * kFarNumbers, n * kFarNumbers);
+        const std::span<float> rows = out.subspan(first * kFarCoefficients, n * kFarCoefficients);
         if (found.parts.empty() && found.spheres.empty()) {
             leaveFree(rows);
             continue;

@@ -91,7 +91,7 @@ public:
     std::vector<CasterSphere> spheresOf(CasterChoice choice) const;
 
     // Writes the visibility past the parts of the chosen casters, mirrored at each receiver's horizon:
-    // out[r * kFarNumbers + i] in its local frame (farVisibility(), sh/far/far_visibility.h). Parts that hide too
+    // out[r * kFarCoefficients + i] in its local frame (farVisibility(), sh/far/far_visibility.h). Parts that hide too
     // little from all of 64 neighbouring receivers are skipped, which does not change what the others give. Returns how
     // many receivers see any caster; the rows of the others are those of free sight. E of every row is in [0, 1]. A
     // thread keeps room for the parts and spheres in reach, so that nothing is allocated once it has seen as many.
@@ -129,7 +129,7 @@ private:
     std::vector<CasterSphere> spheres_;  // of all casters, in the scene
     CastExponential exponential_;
     const FarConstants* constants_ = nullptr;
-    std::array<float, kFarNumbers> ambient_weights_{};
+    std::array<float, kFarCoefficients> ambient_weights_{};
     float ambient_norm2_ = 0;
 
     void bound(Caster& caster, std::size_t parts, const auto& sphereOf);

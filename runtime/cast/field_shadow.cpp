@@ -24,7 +24,7 @@ void fieldVisibility(const HeightField& field, const HeightTables& above, Vec3 c
         }
         above.visibility(field, {rows.data(), columns.data(), heights.data(), n}, kRow, v);
         above.mirror(std::span(v).first(n * kRow), kRow, {normals.data(), tangents.data()}, HeightReceiver::kAbove,
-                     kFarNumbers, mirrored.subspan(first * kFarNumbers, n * kFarNumbers));
+                     kFarCoefficients, mirrored.subspan(first * kFarCoefficients, n * kFarCoefficients));
     }
 }
 

@@ -33,17 +33,17 @@ struct WedgeRow {
     int m = 0;
     std::array<float, kHarmonics> terms{};
 };
-using WedgeRows = std::array<WedgeRow, kFarNumbers>;
+using WedgeRows = std::array<WedgeRow, kFarCoefficients>;
 
 // p_lm(w) for every mirrored number, of those with m < 0 that of -m.
-std::array<double, kFarNumbers> wedgeSlice(double w, std::span<const int> even) {
+std::array<double, kFarCoefficients> wedgeSlice(double w, std::span<const int> even) {
     constexpr int kNodes = 32;
-    std::array<double, kFarNumbers> sum{};
+    std::array<double, kFarCoefficients> sum{};
     std::array<double, coefficientCount(kFieldOrder)> y;
     for (const WeightedNumber& node : gaussInterval(kNodes)) {
         const double e = node.x * std::numbers::pi, sine = std::sin(e);
         evalBasis(kFieldOrder, Vec3d{sine * std::cos(w), std::cos(e), sine * std::sin(w)}, y);
-        for (std::size_t i = 0; i < kFarNumbers; ++i) {
+        for (std::size_t i = 0; i < kFarCoefficients; ++i) {
             const int band = int(std::sqrt(double(even[i]))), m = even[i] - band * (band + 1);
             sum[i] += 2 * std::numbers::pi * node.weight * sine * y[std::size_t(shIndex(band, std::abs(m)))];
         }
@@ -55,15 +55,15 @@ WedgeRows makeWedgeRows() {
     constexpr int kSlices = 4 * int(kHarmonics);  // exact for cos k w with k < kHarmonics
     const std::vector<int> even = evenIndices(kFieldOrder);
     WedgeRows rows;
-    for (std::size_t i = 0; i < kFarNumbers; ++i) {
+    for (std::size_t i = 0; i < kFarCoefficients; ++i) {
         const int band = int(std::sqrt(double(even[i])));
         rows[i].m = even[i] - band * (band + 1);
     }
     for (int n = 0; n < kSlices; ++n) {
         // p is even in w, so that half of the circle tells it. The middles of equal pieces are exact.
         const double w = (n + 0.5) * std::numbers::pi / kSlices;
-        const std::array<double, kFarNumbers> p = wedgeSlice(w, even);
-        for (std::size_t i = 0; i < kFarNumbers; ++i)
+        const std::array<double, kFarCoefficients> p = wedgeSlice(w, even);
+        for (std::size_t i = 0; i < kFarCoefficients; ++i)
             for (int k = 0; k < int(kHarmonics); ++k) {
                 const double scale = k == 0 ? 1.0 : 2.0 * (k % 2 == 1 ? 1 : -1) / k;
                 rows[i].terms[std::size_t(k)] += float(scale * p[i] * std::cos(k * w) / kSlices);
@@ -80,7 +80,7 @@ const WedgeRows& wedgeRows() {
 }  // namespace
 
 void groundVisibility(std::span<const Vec3> normals, std::span<const Vec3> tangents, std::span<float> mirrored) {
-    assert(tangents.size() == normals.size() && mirrored.size() == normals.size() * kFarNumbers);
+    assert(tangents.size() == normals.size() && mirrored.size() == normals.size() * kFarCoefficients);
     const WedgeRows& rows = wedgeRows();
     for (std::size_t v = 0; v < normals.size(); ++v) {
         const float c = std::clamp(normals[v].y, -1.0f, 1.0f), s = std::sqrt(1 - c * c);
@@ -94,8 +94,8 @@ void groundVisibility(std::span<const Vec3> normals, std::span<const Vec3> tange
             sines[k] = sines[k - 1] * cosines[1] + cosines[k - 1] * sines[1];
             harmonics[k] = 2 * c * harmonics[k - 1] - (k == 2 ? 0 : harmonics[k - 2]);
         }
-        float* const out = &mirrored[v * kFarNumbers];
-        for (std::size_t i = 0; i < kFarNumbers; ++i) {
+        float* const out = &mirrored[v * kFarCoefficients];
+        for (std::size_t i = 0; i < kFarCoefficients; ++i) {
             float sum = 0;
             for (std::size_t k = 0; k < kHarmonics; ++k) sum += rows[i].terms[k] * harmonics[k];
             const auto m = std::size_t(std::abs(rows[i].m));

@@ -10,7 +10,7 @@
 
 namespace penumbra {
 
-// Writes V of a level ground at vertices in the scene, mirrored at their horizons: [V, kFarNumbers], as
+// Writes V of a level ground at vertices in the scene, mirrored at their horizons: [V, kFarCoefficients], as
 // CastShadow::evaluate() has it. y is up; normals and tangents are unit and [V].
 void groundVisibility(std::span<const Vec3> normals, std::span<const Vec3> tangents, std::span<float> mirrored);
 

@@ -11,8 +11,8 @@ BodyPose::BodyPose(const AssetView& asset) : features(asset), rest(asset) {
     deformed = deformation->atRest();
 }
 
-void BodyPose::set(std::span<const Affine> bones, std::span<const float> numbers) {
-    features.set(bones, numbers);
+void BodyPose::set(std::span<const Affine> bones, std::span<const float> pose) {
+    features.set(bones, pose);
     rest.setPose(bones);
 }
 

@@ -22,7 +22,7 @@ struct BodyPose {
     explicit BodyPose(const AssetView& asset);
 
     // Takes J skinning matrices, and P numbers or none (PoseFeatures). Allocates nothing.
-    void set(std::span<const Affine> bones, std::span<const float> numbers);
+    void set(std::span<const Affine> bones, std::span<const float> pose);
     // Takes the shading points [Vs] and inputs [X] of a deforming mesh, fits the bones, and sets that pose. Allocates
     // nothing.
     void deform(std::span<const Vec3> points, std::span<const float> inputs);

@@ -51,7 +51,7 @@ struct AmbientClamp {
     std::size_t stride = 0;          // a multiple of 4
     float norm2 = 0;                 // sum of squared weights
 };
-using ClampAmbients = void (*)(const AmbientClamp& clamp, float* numbers, std::size_t vertices);
+using ClampAmbients = void (*)(const AmbientClamp& clamp, float* coefficients, std::size_t vertices);
 // Combines and then clamps; count is a multiple of the stride.
 using CombinePairs = void (*)(const PairInput& input, const AmbientClamp& clamp, float* out);
 

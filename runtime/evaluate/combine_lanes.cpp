@@ -36,12 +36,12 @@ inline void load(const Stored* from, Lanes& out) {
 // Combines kVectors times kCount numbers from `at` on.
 template <int kVectors, std::size_t kCount, class Mean, class Basis>
 inline void tile(const CombineInput& in, const Mean* mean, const Basis* basis, std::size_t at, float* out) {
-    Lanes sum[kVectors], numbers;
+    Lanes sum[kVectors], coefficients;
     for (int v = 0; v < kVectors; ++v) load<kCount>(mean + at + 8 * v, sum[v]);
     for (std::size_t k = 0; k < in.components; ++k)
         for (int v = 0; v < kVectors; ++v) {
-            load<kCount>(basis + k * in.count + at + 8 * v, numbers);
-            sum[v] += in.weights[k] * numbers;
+            load<kCount>(basis + k * in.count + at + 8 * v, coefficients);
+            sum[v] += in.weights[k] * coefficients;
         }
     if constexpr (kCount == kLanes)
         for (int v = 0; v < kVectors; ++v) storeFloats(sum[v], out + at + 8 * v);
@@ -78,20 +78,20 @@ inline void addPairs(const std::int8_t* bytes, std::uint32_t weights, Dots& sum)
 // Sums kPairTile numbers, 8 registers at a time. The empty statement keeps these in place: g++ 12 would copy them to
 // other registers and back in every round.
 inline void sumPairs(const PairInput& in, const std::int8_t* bytes, Dots* out) {
-    constexpr std::size_t kNumbers = sizeof(Dots) / 4, kRegisters = kPairTile / kNumbers;
+    constexpr std::size_t kCoefficients = sizeof(Dots) / 4, kRegisters = kPairTile / kCoefficients;
     for (std::size_t first = 0; first < kRegisters; first += 8) {
         Dots a = {}, b = {}, c = {}, d = {}, e = {}, f = {}, g = {}, h = {};
         for (std::size_t p = 0; p < in.pairs; ++p) {  // `bytes` may be null where there are none
-            const std::int8_t* from = bytes + 2 * kPairTile * p + 2 * kNumbers * first;
+            const std::int8_t* from = bytes + 2 * kPairTile * p + 2 * kCoefficients * first;
             const std::uint32_t weights = in.weights[p];
             addPairs(from, weights, a);
-            addPairs(from + 2 * kNumbers, weights, b);
-            addPairs(from + 4 * kNumbers, weights, c);
-            addPairs(from + 6 * kNumbers, weights, d);
-            addPairs(from + 8 * kNumbers, weights, e);
-            addPairs(from + 10 * kNumbers, weights, f);
-            addPairs(from + 12 * kNumbers, weights, g);
-            addPairs(from + 14 * kNumbers, weights, h);
+            addPairs(from + 2 * kCoefficients, weights, b);
+            addPairs(from + 4 * kCoefficients, weights, c);
+            addPairs(from + 6 * kCoefficients, weights, d);
+            addPairs(from + 8 * kCoefficients, weights, e);
+            addPairs(from + 10 * kCoefficients, weights, f);
+            addPairs(from + 12 * kCoefficients, weights, g);
+            addPairs(from + 14 * kCoefficients, weights, h);
 #ifdef __SSE2__
             asm("" : "+x"(a), "+x"(b), "+x"(c), "+x"(d), "+x"(e), "+x"(f), "+x"(g), "+x"(h));
 #endif
@@ -103,13 +103,13 @@ inline void sumPairs(const PairInput& in, const std::int8_t* bytes, Dots* out) {
 
 // Sets e to the sums of weight times number of `count` vertices, at most eight.
 template <std::size_t kStride>
-inline void ambients(const AmbientClamp& clamp, const float* numbers, std::size_t count, Lanes& e) {
+inline void ambients(const AmbientClamp& clamp, const float* coefficients, std::size_t count, Lanes& e) {
     const std::size_t stride = kStride ? kStride : clamp.stride;
 #ifdef __AVX2__
     // Sums of 8 parts (or of 4, where the stride is no whole vectors) add up while they are transposed.
     Lanes sums[8], pairs[4], fours[2], other;
     for (std::size_t v = 0; v < 8; ++v) {
-        const float* of = numbers + (v < count ? v : 0) * stride;
+        const float* of = coefficients + (v < count ? v : 0) * stride;
         if constexpr (kStride == 16) {
             Lanes weights, number;
             loadFloats(clamp.weights, weights);
@@ -138,7 +138,7 @@ inline void ambients(const AmbientClamp& clamp, const float* numbers, std::size_
         __builtin_shufflevector(fours[0], fours[1], 4, 5, 6, 7, 12, 13, 14, 15);
 #else
     for (std::size_t v = 0; v < 8; ++v) {
-        const float* of = numbers + (v < count ? v : 0) * stride;
+        const float* of = coefficients + (v < count ? v : 0) * stride;
         float sum = 0;
         for (std::size_t i = 0; i < stride; ++i) sum += clamp.weights[i] * of[i];
         setLane(e, v, sum);
@@ -149,15 +149,15 @@ inline void ambients(const AmbientClamp& clamp, const float* numbers, std::size_
 // A vertex whose E lies outside of [0, 1] moves the shortest way back: along the weights (docs/formulas.md, section 4).
 // They are few. `kStride` is the stride, or 0 for any.
 template <std::size_t kStride>
-void clampStrides(const AmbientClamp& weights, float* numbers, std::size_t vertices) {
+void clampStrides(const AmbientClamp& weights, float* coefficients, std::size_t vertices) {
     const std::size_t stride = kStride ? kStride : weights.stride;
-    for (std::size_t first = 0; first < vertices; first += 8, numbers += 8 * stride) {
+    for (std::size_t first = 0; first < vertices; first += 8, coefficients += 8 * stride) {
         const std::size_t count = vertices - first < 8 ? vertices - first : 8;
         Lanes e, inside;
         if (count == 8)
-            ambients<kStride>(weights, numbers, 8, e);
+            ambients<kStride>(weights, coefficients, 8, e);
         else
-            ambients<kStride>(weights, numbers, count, e);
+            ambients<kStride>(weights, coefficients, count, e);
         inside = e;
         clamp(inside, kZeros, kZeros + 1);
         const Lanes excess = e - inside;
@@ -165,13 +165,13 @@ void clampStrides(const AmbientClamp& weights, float* numbers, std::size_t verti
         const Lanes share = excess / weights.norm2;
         for (std::size_t v = 0; v < count; ++v) {
             if (share[v] == 0) continue;
-            for (std::size_t i = 0; i < stride; ++i) numbers[v * stride + i] -= weights.weights[i] * share[v];
+            for (std::size_t i = 0; i < stride; ++i) coefficients[v * stride + i] -= weights.weights[i] * share[v];
         }
     }
 }
 
-void clampAmbients(const AmbientClamp& weights, float* numbers, std::size_t vertices) {
-    (weights.stride == 16 ? clampStrides<16> : clampStrides<0>)(weights, numbers, vertices);  // 16: D5, A4, B4
+void clampAmbients(const AmbientClamp& weights, float* coefficients, std::size_t vertices) {
+    (weights.stride == 16 ? clampStrides<16> : clampStrides<0>)(weights, coefficients, vertices);  // 16: D5, A4, B4
 }
 
 template <class Mean>

@@ -99,8 +99,8 @@ void Evaluator::evaluateCluster(std::size_t cluster, std::span<float> coefficien
     if (!composed_)
         return local_.scores.combine(path_, cluster, local_.ambient->clamp(),
                                      coefficients.data() + view.first_vertex * stride);
-    evaluateFar(cluster, composed_->far_numbers);
-    composeCluster(cluster, composed_->far_numbers, coefficients);
+    evaluateFar(cluster, composed_->far_coefficients);
+    composeCluster(cluster, composed_->far_coefficients, coefficients);
 }
 
 void Evaluator::follow(std::size_t begin, std::size_t end, const FollowedFrames& frames,

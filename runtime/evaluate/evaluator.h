@@ -83,13 +83,14 @@ public:
         pose_.mesh(*asset_).skin(begin, positions, normals, tangents);
     }
     // Writes the light that bounces, indirect[v * kIndirectStride + i] for the cluster's vertices
-    // (sh/indirect_numbers.h), in the array of all vertices. Only where the asset has it.
+    // (sh/indirect_coefficients.h), in the array of all vertices. Only where the asset has it.
     bool hasIndirect() const { return bounced_.has_value(); }
     void evaluateIndirect(std::size_t cluster, std::span<float> indirect) const;
 
     // The parts of evaluateCluster() for a composed asset, which otherwise must not be asked for. evaluateFar() writes
-    // what the far and near parts leave visible, far[v * kFarNumbers + i] of all vertices. composeCluster() multiplies
-    // it by the local visibility and adds the residual. evaluateLocal() writes the local visibility alone, not clamped.
+    // what the far and near parts leave visible, far[v * kFarCoefficients + i] of all vertices. composeCluster()
+    // multiplies it by the local visibility and adds the residual. evaluateLocal() writes the local visibility alone,
+    // not clamped.
     bool composed() const { return composed_.has_value(); }
     void evaluateFar(std::size_t cluster, std::span<float> far) const;
     void evaluateLocal(std::size_t cluster, std::span<float> coefficients) const;

@@ -48,7 +48,7 @@ FarEvaluator::FarEvaluator(const AssetView& asset)
 void FarEvaluator::evaluate(const FarPath& path, const PosedMesh& mesh, std::size_t cluster,
                             std::span<float> far) const {
     const FarLayout& of_cluster = layout();
-    assert(far.size() == mesh.asset->mesh.positions.size() * kFarNumbers);
+    assert(far.size() == mesh.asset->mesh.positions.size() * kFarCoefficients);
     for (std::uint32_t r = of_cluster.first_run[cluster]; r < of_cluster.first_run[cluster + 1]; ++r)
         evaluateRun(path, mesh, of_cluster.runs[r], cluster, far);
 }
@@ -72,7 +72,7 @@ void FarEvaluator::evaluateRun(const FarPath& path, const PosedMesh& mesh, const
         path.anchors(constants, scene, batch.view(), anchors_.data() + run.first_value + first * anchors.stride);
     }
     // 2. The vertices.
-    std::array<float, kMaxReceivers * kFarNumbers> out;
+    std::array<float, kMaxReceivers * kFarCoefficients> out;
     for (std::size_t first = run.first; first < run.first + run.count; first += kMaxReceivers) {
         FarBatch batch;
         const std::size_t end = std::min<std::size_t>(run.first + run.count, first + kMaxReceivers);
@@ -86,10 +86,10 @@ void FarEvaluator::evaluateRun(const FarPath& path, const PosedMesh& mesh, const
         if (tables.fields().floor)
             multiplyByFloor(path, std::span(batch.normals).first(batch.count),
                             std::span(batch.tangents).first(batch.count),
-                            std::span(out).first(batch.count * kFarNumbers));
+                            std::span(out).first(batch.count * kFarCoefficients));
         for (std::size_t i = 0; i < batch.count; ++i)
-            std::copy_n(out.begin() + std::ptrdiff_t(i * kFarNumbers), kFarNumbers,
-                        far.begin() + std::ptrdiff_t(in.receivers[first + i] * kFarNumbers));
+            std::copy_n(out.begin() + std::ptrdiff_t(i * kFarCoefficients), kFarCoefficients,
+                        far.begin() + std::ptrdiff_t(in.receivers[first + i] * kFarCoefficients));
     }
 }
 

@@ -27,7 +27,7 @@ public:
     const FarLayout& layout() const { return decoded_->layouts[std::size_t(quality_)]; }
     std::span<const PosedPart> posed() const { return pose_.posed; }
 
-    // Writes far[v * kFarNumbers + i] for the cluster's vertices (farVisibility() and multiplyByNear(),
+    // Writes far[v * kFarCoefficients + i] for the cluster's vertices (farVisibility() and multiplyByNear(),
     // sh/far/far_visibility.h), in an array of all vertices. Calls on different clusters may run at the same time.
     void evaluate(const FarPath& path, const PosedMesh& mesh, std::size_t cluster, std::span<float> far) const;
 

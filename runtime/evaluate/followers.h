@@ -24,6 +24,6 @@ struct FollowedFrames {
 // Writes the numbers of the vertices [begin, end), which follow points, from those of the points. `numbers` is [V,
 // stride] of all vertices. May be called from many threads.
 void followPoints(const MeshView& mesh, const TurnTable& turns, std::size_t begin, std::size_t end,
-                  const FollowedFrames& frames, std::size_t stride, std::span<float> numbers);
+                  const FollowedFrames& frames, std::size_t stride, std::span<float> coefficients);
 
 }  // namespace penumbra

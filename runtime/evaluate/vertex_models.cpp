@@ -3,7 +3,7 @@
 #include <array>
 #include <cassert>
 
-#include "sh/indirect_numbers.h"
+#include "sh/indirect_coefficients.h"
 
 namespace penumbra {
 
@@ -34,17 +34,17 @@ ComposedModel::ComposedModel(const AssetView& of)
       far(of),
       residual(of.model, of.model.composition->residual),
       residual_mean(meansOf(of.model.composition->residual)),
-      far_numbers(of.mesh.positions.size() * kFarNumbers) {}
+      far_coefficients(of.mesh.positions.size() * kFarCoefficients) {}
 
 void ComposedModel::compose(const EvaluatorPath& path, const AmbientClamp& clamp, std::size_t cluster,
-                            std::span<const float> far_factors, std::span<float> numbers) const {
+                            std::span<const float> far_factors, std::span<float> coefficients) const {
     const ClusterView& view = asset->model.clusters[cluster];
     const std::size_t stride = clamp.stride, first = view.first_vertex * stride;
-    assert(far_factors.size() == asset->mesh.positions.size() * kFarNumbers);
-    float* const out = numbers.data() + first;
+    assert(far_factors.size() == asset->mesh.positions.size() * kFarCoefficients);
+    float* const out = coefficients.data() + first;
     // 1. Multiply by what the far parts leave visible, and add the mean of the residual.
     const float* const mean = residual.empty() ? nullptr : residual_mean->data() + first;
-    path.far->compose(far.tables().constants(), far_factors.data() + view.first_vertex * kFarNumbers, mean,
+    path.far->compose(far.tables().constants(), far_factors.data() + view.first_vertex * kFarCoefficients, mean,
                       view.vertex_count, stride, out);
     // 2. Add the components of the residual.
     if (mean)

@@ -34,13 +34,13 @@ struct ComposedModel {
     FarEvaluator far;
     ClusterScores residual;                                   // empty where there is none
     std::shared_ptr<const std::vector<float>> residual_mean;  // [V, stride], or empty
-    mutable std::vector<float> far_numbers;  // [V, kFarNumbers], memory that evaluations use on the way
+    mutable std::vector<float> far_coefficients;  // [V, kFarCoefficients], memory that evaluations use on the way
 
     explicit ComposedModel(const AssetView& of);  // which has a composition
     // Multiplies the local visibility of a cluster, which stands in `numbers` [V, stride], by `far_factors` [V,
-    // kFarNumbers], and adds the residual.
+    // kFarCoefficients], and adds the residual.
     void compose(const EvaluatorPath& path, const AmbientClamp& clamp, std::size_t cluster,
-                 std::span<const float> far_factors, std::span<float> numbers) const;
+                 std::span<const float> far_factors, std::span<float> coefficients) const;
 };
 
 struct BouncedLight {

@@ -28,8 +28,8 @@ namespace penumbra {
 
 namespace {
 
-constexpr int kCastNumbers = coefficientCount(kCastOrder);
-static_assert(kCastNumbers == 25 && kMirroredCast == 21 && kFieldOrder == 6, "the text below has these sizes");
+constexpr int kCastCoefficients = coefficientCount(kCastOrder);
+static_assert(kCastCoefficients == 25 && kMirroredCast == 21 && kFieldOrder == 6, "the text below has these sizes");
 
 std::string castElement(const char* array, int i) { return std::string(array) + "[" + std::to_string(i) + "]"; }
 
@@ -217,7 +217,7 @@ std::string castGlsl() {
 
 // t_i = sum_j a_j s_ij with s_ij = sum_k Gamma_ijk mirrored_k, which serves (j, i) too. `a` are the numbers without
 // what stands below the horizon (docs/formulas.md, section 8).
-std::string castNumbersGlsl(const Convention& convention) {
+std::string castCoefficientsGlsl(const Convention& convention) {
     const bool is_mirrored = convention.below == BelowHorizon::kMirrored;
     std::vector<double> below(std::size_t(convention.size()));
     if (convention.below == BelowHorizon::kOpen) belowHorizonCoefficients(convention.order, below);
@@ -230,7 +230,7 @@ std::string castNumbersGlsl(const Convention& convention) {
     const std::string size = std::to_string(convention.size());
     std::string text =
         "\n// Multiplies the numbers of a vertex by what others leave visible there, in the local frame of both.\n"
-        "void penumbra_cast_numbers(inout vec4 numbers[PENUMBRA_STRIDE4], float mirrored[21]) {\n    float a[" +
+        "void penumbra_cast_coefficients(inout vec4 numbers[PENUMBRA_STRIDE4], float mirrored[21]) {\n    float a[" +
         size + "], t[" + size + "], s;\n    penumbra_cast_clamp(mirrored);\n";
     for (int i = 0; i < convention.size(); ++i) {
         const double open = below[std::size_t(i)];

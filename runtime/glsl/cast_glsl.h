@@ -16,9 +16,9 @@ std::string castGlsl();
 // Writes the first two alone.
 std::string castAmbientGlsl();
 
-// Writes void penumbra_cast_numbers(inout vec4 numbers[PENUMBRA_STRIDE4], float mirrored[21]). It calls what
+// Writes void penumbra_cast_coefficients(inout vec4 numbers[PENUMBRA_STRIDE4], float mirrored[21]). It calls what
 // ambientGlsl() (shading_glsl.h) writes for the same convention.
-std::string castNumbersGlsl(const Convention& convention);
+std::string castCoefficientsGlsl(const Convention& convention);
 
 // The rows of capLogTable() as texels: [kCapLogEntries, 2, 4].
 std::vector<float> capLogTexels();

@@ -19,10 +19,11 @@ namespace {
 constexpr std::size_t kTransferTile = 64;  // vertices of a tile, whose transfer stays in the first cache
 
 // Returns the numbers where they lie if they are f32, else decoded.
-std::span<const float> floatsOf(const NumbersView& numbers, std::vector<float>& decoded) {
-    if (numbers.precision == AssetPrecision::kF32) return {reinterpret_cast<const float*>(numbers.data), numbers.count};
-    decoded.resize(numbers.count);
-    decode(numbers, decoded);
+std::span<const float> floatsOf(const NumbersView& coefficients, std::vector<float>& decoded) {
+    if (coefficients.precision == AssetPrecision::kF32)
+        return {reinterpret_cast<const float*>(coefficients.data), coefficients.count};
+    decoded.resize(coefficients.count);
+    decode(coefficients, decoded);
     return decoded;
 }
 
@@ -123,10 +124,10 @@ void TransferEvaluator::irradiance(std::size_t begin, std::size_t end, std::span
 }
 
 void TransferEvaluator::transfer(std::size_t begin, std::size_t end, std::size_t stride,
-                                 std::span<float> numbers) const {
+                                 std::span<float> coefficients) const {
     const TransferView& view = decoded_->view;
     const std::size_t vertices = decoded_->vertices, n = view.coefficients(), m = view.outputs();
-    assert(begin <= end && end <= vertices && numbers.size() == vertices * stride && stride >= n);
+    assert(begin <= end && end <= vertices && coefficients.size() == vertices * stride && stride >= n);
     std::array<float, coefficientCount(kMaxOrder) * kTransferTile> sums;
     for (std::size_t first = begin; first < end; first += kTransferTile) {
         const std::size_t width = std::min(kTransferTile, end - first);
@@ -144,7 +145,7 @@ void TransferEvaluator::transfer(std::size_t begin, std::size_t end, std::size_t
                            1, width, sums.data() + c * kTransferTile, kTransferTile});
         }
         for (std::size_t v = 0; v < width; ++v) {
-            float* row = numbers.data() + (first + v) * stride;
+            float* row = coefficients.data() + (first + v) * stride;
             for (std::size_t c = 0; c < n; ++c) row[c] = sums[c * kTransferTile + v];
             std::fill(row + n, row + stride, 0.0f);
         }

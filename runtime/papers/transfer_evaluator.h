@@ -28,7 +28,7 @@ public:
     // Writes l . t of vertices [begin, end), out[v - begin]. Albedo / pi times that is the radiance. Needs setLight().
     void irradiance(std::size_t begin, std::size_t end, std::span<Vec3> out) const;
     // Writes the transfer of vertices [begin, end): numbers[v * stride + c] of all vertices, with zeros in the padding.
-    void transfer(std::size_t begin, std::size_t end, std::size_t stride, std::span<float> numbers) const;
+    void transfer(std::size_t begin, std::size_t end, std::size_t stride, std::span<float> coefficients) const;
 
 private:
     struct Decoded {

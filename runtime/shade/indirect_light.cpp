@@ -56,12 +56,12 @@ void addBouncedAmbient(const ColorAxes& axes, std::span<const float> indirect, s
 }
 
 void castOnIndirect(std::span<const float> mirrored, std::span<float> indirect) {
-    std::array<float, kFarNumbers> weights;
+    std::array<float, kFarCoefficients> weights;
     ambientWeights({BelowHorizon::kMirrored, kFieldOrder}, weights);
-    assert(mirrored.size() / kFarNumbers == indirect.size() / kIndirectStride);
-    for (std::size_t v = 0; v < mirrored.size() / kFarNumbers; ++v) {
+    assert(mirrored.size() / kFarCoefficients == indirect.size() / kIndirectStride);
+    for (std::size_t v = 0; v < mirrored.size() / kFarCoefficients; ++v) {
         float share = 0;
-        for (std::size_t i = 0; i < kFarNumbers; ++i) share += weights[i] * mirrored[v * kFarNumbers + i];
+        for (std::size_t i = 0; i < kFarCoefficients; ++i) share += weights[i] * mirrored[v * kFarCoefficients + i];
         share = std::clamp(share, 0.0f, 1.0f);
         for (float& x : indirect.subspan(v * kIndirectStride, kIndirectStride)) x *= share;
     }

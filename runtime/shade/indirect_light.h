@@ -5,7 +5,7 @@
 #include <span>
 
 #include "runtime/shade/shade_kernel.h"
-#include "sh/indirect_numbers.h"
+#include "sh/indirect_coefficients.h"
 #include "sh/visibility_convention.h"
 
 namespace penumbra {
@@ -18,8 +18,8 @@ enum class Bounces { kBoth, kDirect, kIndirect };
 std::array<Vec3, kBouncedLight> makeBouncedLight(const ColorAxes& axes,
                                                  std::span<const Vec3, kIndirectCoefficients> light);
 
-// Returns the weights of the coefficients 0, 9 and 10 of a vertex (sh/indirect_numbers.h) that give the luminance of
-// E_ind / pi under a light of radiance 1 from everywhere.
+// Returns the weights of the coefficients 0, 9 and 10 of a vertex (sh/indirect_coefficients.h) that give the luminance
+// of E_ind / pi under a light of radiance 1 from everywhere.
 Vec3 bouncedAmbientWeights(const ColorAxes& axes);
 
 // Adds to e [V], the ambient visibility, what vertices get by reflection under a light of radiance 1 from everywhere:
@@ -27,7 +27,7 @@ Vec3 bouncedAmbientWeights(const ColorAxes& axes);
 void addBouncedAmbient(const ColorAxes& axes, std::span<const float> indirect, std::span<float> e);
 
 // Multiplies the light that bounces to vertices [n, kIndirectStride] by the share of a white sky that others leave
-// them: E of `mirrored` [n, kFarNumbers], as CastShadow::evaluate() has it.
+// them: E of `mirrored` [n, kFarCoefficients], as CastShadow::evaluate() has it.
 void castOnIndirect(std::span<const float> mirrored, std::span<float> indirect);
 
 }  // namespace penumbra

@@ -39,7 +39,8 @@ JointTables::JointTables(const AssetView& asset, std::span<const int> orders) {
     };
     for (const int index : indices) {
         const int m = azimuthOf(index), middle = index - m;
-        numbers_.push_back({std::uint16_t(index), position(middle + std::abs(m)), position(middle - std::abs(m)), m});
+        coefficients_.push_back(
+            {std::uint16_t(index), position(middle + std::abs(m)), position(middle - std::abs(m)), m});
     }
     int slice_order = convention.order;  // of the slopes
     for (std::size_t s = 0; s < asset.surface->slots.size(); ++s) slots_.push_back(slotOf(asset, s, terms));
@@ -70,7 +71,7 @@ JointTables::Product JointTables::productOf(const Convention& convention, int li
         if (product.rows.empty() || product.rows.back().k != e.k || product.rows.back().i != e.i)
             product.rows.push_back({e.k, e.i, 0});
         ++product.rows.back().terms;
-        product.terms.push_back({numbers_[e.j].index, e.value});
+        product.terms.push_back({coefficients_[e.j].index, e.value});
     }
     for (const TurnTerm& term : quarterTurn(light_order)) {
         product.turn.push_back({term.to, term.from, term.value});
@@ -111,8 +112,8 @@ ShadeTerms JointTables::view(std::size_t slot, std::size_t order, std::size_t ve
     const Slot& of = slots_[slot];
     const Product& product = (of.has_slopes ? sloped_ : plain_)[order];
     ShadeTerms out{};
-    out.joint = {number_order_,        numbers_.data(),     product.rows.data(),      product.rows.size(),
-                 product.terms.data(), product.turn.data(), product.turn_back.data(), product.turn.size()};
+    out.joint = {number_order_,        coefficients_.data(), product.rows.data(),      product.rows.size(),
+                 product.terms.data(), product.turn.data(),  product.turn_back.data(), product.turn.size()};
     const auto termOf = [](const Term& term) -> ShadeTerm {
         return {term.views.data(), term.views.size(), {term.color.x, term.color.y, term.color.z}, term.to};
     };

@@ -38,7 +38,7 @@ private:
         std::size_t count() const { return terms.size() + (has_slopes ? 3 : 0); }
     };
     int number_order_ = 0, view_order_ = 1;
-    std::vector<JointNumber> numbers_;
+    std::vector<JointCoefficient> coefficients_;
     std::vector<Product> plain_, sloped_;  // [orders]; sloped_ has what slopes need besides
     std::vector<Slot> slots_;
     Term slopes_[2];

@@ -88,7 +88,7 @@ std::vector<ProductEntry> sliceProduct(const Convention& convention, int light_o
 std::vector<ProductEntry> operatorProduct(const Convention& convention, int light_order, const MaterialView& material,
                                           int channel, const std::vector<bool>& used) {
     const OperatorsView& operators = material.operators;
-    const std::size_t k = std::size_t(operators.count), numbers = std::size_t(convention.size());
+    const std::size_t k = std::size_t(operators.count), coefficients = std::size_t(convention.size());
     // 1. Expand all operators of all channels to matrices, since an entry stays if any channel has it.
     const std::size_t u_size = std::size_t(coefficientCount(operators.order));
     std::vector<std::vector<float>> m;  // [channel, k][light_order^2, numbers]
@@ -104,7 +104,7 @@ std::vector<ProductEntry> operatorProduct(const Convention& convention, int ligh
             float size = 0;
             for (std::size_t set = b; set < m.size(); set += k) size = std::max(size, std::abs(m[set][at]));
             if (used[b] && size > kRounding * largest)
-                entries.push_back({std::uint16_t(at / numbers), std::uint16_t(at % numbers), std::uint16_t(b),
+                entries.push_back({std::uint16_t(at / coefficients), std::uint16_t(at % coefficients), std::uint16_t(b),
                                    m[std::size_t(channel) * k + b][at]});
         }
     return entries;

@@ -98,14 +98,14 @@ struct JointRow {
 };
 // A number of the visibility: the SH function (l, m) at `index`, and where (l, |m|) and (l, -|m|) are among the
 // numbers.
-struct JointNumber {
+struct JointCoefficient {
     std::uint16_t index, plus, minus;
     int m;
 };
 struct ShadeJoint {
-    int order;                   // of the numbers
-    const JointNumber* numbers;  // [size]
-    const JointRow* rows;        // sorted by k
+    int order;                             // of the numbers
+    const JointCoefficient* coefficients;  // [size]
+    const JointRow* rows;                  // sorted by k
     std::size_t row_count;
     const JointTerm* products;
     const SparseTerm *turn, *turn_back;  // R(X(90)) and its transpose, for the order of the light
@@ -147,7 +147,7 @@ constexpr std::size_t kBouncedLight = 12;
 
 struct ShadeInput {
     const Vec3 *positions = nullptr, *normals = nullptr, *tangents = nullptr;
-    const float* numbers = nullptr;
+    const float* coefficients = nullptr;
     int stride = 0, size = 0;  // of the numbers; the padding is not read
     Vec3 eye;
     Vec3* radiance = nullptr;

@@ -11,7 +11,7 @@
 // read once and used for the lanes of several blocks. The light is not rotated: t is turned into the model frame by
 // three turns about z and two fixed ones, all without trigonometry.
 #include "runtime/shade/shade_kernel.h"
-#include "sh/indirect_numbers.h"
+#include "sh/indirect_coefficients.h"
 #include "sh/lanes.h"
 
 namespace penumbra {
@@ -74,10 +74,10 @@ inline void gather(const ShadeInput& in, std::size_t first, std::size_t end, Lan
     }
 }
 
-inline void gatherNumbers(const ShadeInput& in, std::size_t first, std::size_t end, Lanes* v) {
+inline void gatherCoefficients(const ShadeInput& in, std::size_t first, std::size_t end, Lanes* v) {
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
-        const float* numbers = in.numbers + vertexOf(in, first, end, lane) * std::size_t(in.stride);
-        for (int j = 0; j < in.size; ++j) setLane(v[j], lane, numbers[j]);
+        const float* coefficients = in.coefficients + vertexOf(in, first, end, lane) * std::size_t(in.stride);
+        for (int j = 0; j < in.size; ++j) setLane(v[j], lane, coefficients[j]);
     }
 }
 
@@ -282,10 +282,10 @@ struct BouncedLanes {
 
 inline void gatherIndirect(const ShadeInput& in, std::size_t first, std::size_t end, const LaneFrames& own,
                            Lanes* light) {
-    Lanes n[kIndirectNumbers], turned[kBouncedLight];
+    Lanes n[kIndirectSize], turned[kBouncedLight];
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
-        const float* numbers = in.indirect + vertexOf(in, first, end, lane) * kIndirectStride;
-        for (std::size_t i = 0; i < kIndirectNumbers; ++i) setLane(n[i], lane, numbers[i]);
+        const float* coefficients = in.indirect + vertexOf(in, first, end, lane) * kIndirectStride;
+        for (std::size_t i = 0; i < kIndirectSize; ++i) setLane(n[i], lane, coefficients[i]);
     }
     turnIndirect(own, n, turned);
     for (std::size_t i = 0; i < kBouncedLight; ++i) {
@@ -356,7 +356,7 @@ inline void shadeLanes(const ShadeMaterial& material, const ShadeLight& light, c
     for (std::size_t first = begin; first < end; first += kBlocks * kLanes) {
         for (std::size_t b = 0; b < kBlocks; ++b) {
             gather(in, first + b * kLanes, end, blocks[b].frames);
-            gatherNumbers(in, first + b * kLanes, end, blocks[b].v);
+            gatherCoefficients(in, first + b * kLanes, end, blocks[b].v);
             if (material.is_live) liveTransfer(material.live, light.order, blocks[b]);
             if (material.is_live && in.bounces()) liveHiddenAlbedo(material.live, blocks[b]);
             if (!material.is_live) laneBasis(light, material.view_order, blocks[b].frames.view, blocks[b].view_basis);

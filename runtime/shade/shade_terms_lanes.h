@@ -44,20 +44,20 @@ inline void gatherRows(const ShadeInput& in, std::size_t first, std::size_t end,
     constexpr std::size_t kMax = kMaxOrder * kMaxOrder;
     float rows[kLanes][kMax];
     for (std::size_t lane = 0; lane < kLanes; ++lane)
-        __builtin_memcpy(rows[lane], in.numbers + vertexOf(in, first, end, lane) * std::size_t(in.stride),
+        __builtin_memcpy(rows[lane], in.coefficients + vertexOf(in, first, end, lane) * std::size_t(in.stride),
                          std::size_t(in.size) * sizeof(float));
     for (int j = 0; j < in.size; j += 8) transpose(&rows[0][j], kMax, out + j);
 }
 
 // Turns the frame of a block about the normal until the eye has azimuth 0, and what was gathered with it.
-inline void turnToEye(const ShadeTerms& terms, const Lanes* numbers, const ShadeInput& in, int block,
+inline void turnToEye(const ShadeTerms& terms, const Lanes* coefficients, const ShadeInput& in, int block,
                       JointBlocks& out) {
     const int order = terms.joint.order;
     LaneFrames& q = out.frames[block];
     JointTurn turn;
     turnOf(order, q.view.x, q.view.y, turn);
-    for (const JointNumber* n = terms.joint.numbers; n < terms.joint.numbers + in.size; ++n) {
-        const Lanes &plus = numbers[n->plus], &minus = numbers[n->minus];
+    for (const JointCoefficient* n = terms.joint.coefficients; n < terms.joint.coefficients + in.size; ++n) {
+        const Lanes &plus = coefficients[n->plus], &minus = coefficients[n->minus];
         // (l, m) and (l, -m) are a pair; the functions with m = 0 stay as they are.
         if (n->m == 0)
             out.v[n->index][block] = plus;
@@ -307,13 +307,13 @@ inline void clearLight(int order, JointBlocks& blocks) {
 
 inline void gatherJoint(const ShadeTerms& terms, const ShadeLight& light, const ShadeInput& in, const Piece& piece,
                         JointBlocks& blocks) {
-    Lanes numbers[kMaxOrder * kMaxOrder];
+    Lanes coefficients[kMaxOrder * kMaxOrder];
     for (int b = 0; b < kBlocks; ++b) {
         const std::size_t first = piece.first + std::size_t(b) * kLanes;
         gather(in, first, piece.end, blocks.frames[b]);
-        gatherRows(in, first, piece.end, numbers);
-        if (in.bounces()) gatherBounced(in, first, piece.end, blocks.frames[b], numbers, blocks.bounced[b]);
-        turnToEye(terms, numbers, in, b, blocks);
+        gatherRows(in, first, piece.end, coefficients);
+        if (in.bounces()) gatherBounced(in, first, piece.end, blocks.frames[b], coefficients, blocks.bounced[b]);
+        turnToEye(terms, coefficients, in, b, blocks);
         meridianBasis(light, terms.view_order, b, blocks);
     }
 }

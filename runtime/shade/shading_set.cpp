@@ -279,7 +279,7 @@ void ShadingSet::shadeMembrane(std::size_t slot, const ShadeInput& input, std::s
         other.order = other_order_.data();
         other.packed = through.data();
         other.packed_first = first;
-        if (membrane.open_back) other.numbers = free_sight_.data(), other.stride = 0;
+        if (membrane.open_back) other.coefficients = free_sight_.data(), other.stride = 0;
         path_.shade(white, light, input, first, stop);
         path_.shade(white, light, other, first, stop);
         for (std::size_t n = first; n < stop; ++n) {

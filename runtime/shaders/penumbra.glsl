@@ -8,18 +8,18 @@
 //       void penumbra_clamp_ambient(inout vec4 numbers[PENUMBRA_STRIDE4]);  numbers of the model: before anything else
 //       vec3 penumbra_shade(vec4 numbers[PENUMBRA_STRIDE4], vec3 to_eye, mat3 local_from_model, int material);
 //       and, where light bounces, penumbra_shade_bounced(), which takes vec4 indirect[3] behind the numbers
-//   #define PENUMBRA_MEAN(texel), PENUMBRA_BASIS(texel), PENUMBRA_SCORE(k), where penumbra_numbers() is wanted
+//   #define PENUMBRA_MEAN(texel), PENUMBRA_BASIS(texel), PENUMBRA_SCORE(k), where penumbra_coefficients() is wanted
 //   this file
 // Everything is in the model frame. For each vertex:
 //   PenumbraSurface s = penumbra_surface(...);
 //   vec4 numbers[PENUMBRA_STRIDE4];
-//   penumbra_numbers(vertex - first_vertex, vertex_count, component_count, numbers);
+//   penumbra_coefficients(vertex - first_vertex, vertex_count, component_count, numbers);
 //   penumbra_clamp_ambient(numbers);
 //   mat3 local_from_model = penumbra_local_from_model(s);
 //   vec3 radiance = penumbra_shade(numbers, penumbra_to_eye(s, eye, local_from_model), local_from_model, material);
 // A vertex that follows points (penumbra_asset_get_followers) has no cluster. Compute surface and clamped numbers of
 // each of its three points as above, and add them to zeros:
-//   penumbra_add_point(point_numbers, penumbra_turn(point_surface, s), weight, numbers);
+//   penumbra_add_point(point_coefficients, penumbra_turn(point_surface, s), weight, numbers);
 // Its own surface takes the rotation of the cluster of the point with the greatest weight.
 
 struct PenumbraSurface {
@@ -88,12 +88,12 @@ vec4 penumbra_unpack_f16(uvec2 words) { return vec4(unpackHalf2x16(words.x), unp
 // Computes numbers = mean + sum over components k of score_k basis_k, for vertex `vertex` of a cluster's
 // `vertex_count`. A texel is four numbers of the cluster's array. PENUMBRA_SCORE(k) is the score, times the
 // component's scale for PENUMBRA_I8.
-void penumbra_numbers(int vertex, int vertex_count, int component_count, out vec4 numbers[PENUMBRA_STRIDE4]) {
-    for (int q = 0; q < PENUMBRA_STRIDE4; ++q) numbers[q] = PENUMBRA_MEAN(vertex * PENUMBRA_STRIDE4 + q);
+void penumbra_coefficients(int vertex, int vertex_count, int component_count, out vec4 coefficients[PENUMBRA_STRIDE4]) {
+    for (int q = 0; q < PENUMBRA_STRIDE4; ++q) coefficients[q] = PENUMBRA_MEAN(vertex * PENUMBRA_STRIDE4 + q);
     for (int k = 0; k < component_count; ++k) {
         float score = PENUMBRA_SCORE(k);
         for (int q = 0; q < PENUMBRA_STRIDE4; ++q)
-            numbers[q] += score * PENUMBRA_BASIS((k * vertex_count + vertex) * PENUMBRA_STRIDE4 + q);
+            coefficients[q] += score * PENUMBRA_BASIS((k * vertex_count + vertex) * PENUMBRA_STRIDE4 + q);
     }
 }
 #endif

@@ -12,7 +12,7 @@ from PIL import Image
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
 from ar.exr_reader import read_exr  # noqa: E402
-from flip import flip_map  # noqa: E402
+from figures.flip import flip_map  # noqa: E402
 
 
 def codes(path):

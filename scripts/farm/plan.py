@@ -239,7 +239,7 @@ class Planner:
             prediction = self.add("predict", names, [fit, "predict", model, vis], [model, vis])
             check, read = [*check, "--predictions", prediction], [*read, prediction]
         self.add("check", names, check, read)
-        script = os.path.join(SCRIPTS, "farm_sheet.py")
+        script = os.path.join(SCRIPTS, "farm", "farm_sheet.py")
         self.add("sheet", names, [sys.executable, script, self.program("penumbra-player"), bake, asset, truth,
                                   *looks[2 * len(brdfs):], *options(self.farm.pictures)], [asset, truth, *lights], [script])
 
@@ -268,7 +268,7 @@ def make_plan(farm):
         planner.light(name, light)
     for name, rig in farm.rigs.items():
         planner.rig(name, rig)
-    script = os.path.join(SCRIPTS, "farm_index.py")
+    script = os.path.join(SCRIPTS, "farm", "farm_index.py")
     kept = [output for output, job in planner.jobs.items() if not job.temporary]
     planner.add("index", {}, [sys.executable, script, planner.program("penumbra-fit"), farm.file], kept, [script, farm.file])
     planner.digests.save()
@@ -290,7 +290,7 @@ def line_of(job):
 def stamped(job, *flags):
     """Returns the words that run the job through farm_stamp, which runs it only if it must, and says what made its
     output."""
-    words = [sys.executable, os.path.join(SCRIPTS, "farm_stamp"), job.output, *flags]
+    words = [sys.executable, os.path.join(SCRIPTS, "farm", "farm_stamp"), job.output, *flags]
     for path in [*job.inputs, *job.sources]:
         words += ["-i", path]
     if job.depfile:

@@ -176,7 +176,7 @@ inline void exponentialLanes(const CastTables& tables, Lanes* v) {
     }
 }
 
-constexpr std::size_t kMirroredNumbers = std::size_t(kEven), kMirroredRow = std::size_t(kPaddedEven);
+constexpr std::size_t kMirroredCoefficients = std::size_t(kEven), kMirroredRow = std::size_t(kPaddedEven);
 template <int... I>
 inline void mirrorLanes(const CastTables& tables, const Lanes* v, Lanes* out, Numbers<I...>) {
     (mirrorOrder<I - kOrder + 1>(tables.turns->mirror, v, kZeros + 1, kZeros, out), ...);
@@ -231,7 +231,8 @@ inline void castLanesOf(const CastTables& tables, const CastScene& scene, float*
         }
         Lanes mirrored[kMirroredRow];
         mirrorLanes(tables, v, mirrored, Upto<2 * kOrder - 1>());
-        storeRows(mirrored, kMirroredNumbers, int(kMirroredNumbers), lanes, out + first * kMirroredNumbers);
+        storeRows(mirrored, kMirroredCoefficients, int(kMirroredCoefficients), lanes,
+                  out + first * kMirroredCoefficients);
     }
 }
 

@@ -8,7 +8,7 @@ namespace penumbra {
 
 static_assert(sizeof(CasterSphere) == 4 * sizeof(float) && sizeof(CapLogTable{}.rows[0]) == 8 * sizeof(float),
               "the kernel reads them as floats");
-static_assert(kMirroredCast == kFarNumbers);
+static_assert(kMirroredCast == kFarCoefficients);
 
 namespace {
 

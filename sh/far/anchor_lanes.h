@@ -39,11 +39,11 @@ inline void interpolate(const FarAnchors& anchors, std::size_t count, std::size_
             rows[lane][i] = sum;
         }
     }
-    const float* numbers = (const float*)rows;
-    for (std::size_t i = 0; i < kAnchorSums / 8; ++i) transpose(numbers + 8 * i, 8 * kMaxColumns, sums + 8 * i);
+    const float* coefficients = (const float*)rows;
+    for (std::size_t i = 0; i < kAnchorSums / 8; ++i) transpose(coefficients + 8 * i, 8 * kMaxColumns, sums + 8 * i);
     for (std::size_t i = kAnchorSums / 8; i < columns; ++i) {
         Lanes parts[8];
-        transpose(numbers + 8 * i, 8 * kMaxColumns, parts);
+        transpose(coefficients + 8 * i, 8 * kMaxColumns, parts);
         for (std::size_t p = 0; p < 8; ++p) {
             clamp(parts[p], kZeros, kZeros + 1);
             near[(8 * i - kAnchorSums + p) * step] = parts[p];

@@ -124,7 +124,7 @@ struct FarPath {
                 const FarReceivers& receivers, float* far) = nullptr;
     // Multiplies numbers[v * stride + i] by far[v * 21 + i] and adds mean[v * stride + i], unless mean is null.
     void (*compose)(const FarConstants& constants, const float* far, const float* mean, std::size_t vertices,
-                    std::size_t stride, float* numbers) = nullptr;
+                    std::size_t stride, float* coefficients) = nullptr;
 };
 
 inline const FarPath& fastestFarPath() { return fastestPath<FarPath>(); }

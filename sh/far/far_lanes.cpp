@@ -53,15 +53,15 @@ struct Factor {
     Lanes whole, weight, height;
 };
 
-inline void addToProduct(const FarConstants& constants, const FarPart& posed, const Factor& factor, Lanes* numbers,
+inline void addToProduct(const FarConstants& constants, const FarPart& posed, const Factor& factor, Lanes* coefficients,
                          Seen& seen) {
     Turns turns;
     Lanes local[kEven], values[kDirections], by_height;
     makeTurnsFromPart(posed, seen.frames, turns);
-    toLocal(constants, turns, numbers);
+    toLocal(constants, turns, coefficients);
     const Lanes sure = factor.height * factor.height, by_bands = factor.weight * (1 - sure);
     choose(factor.height > 0, 2 * factor.weight * sure, kZeros, by_height);
-    mirror(constants, numbers, by_bands, by_height, local, Upto<2 * kOrder - 1>());
+    mirror(constants, coefficients, by_bands, by_height, local, Upto<2 * kOrder - 1>());
     local[0] += kRootOfSphere * factor.whole;
     toGrid<kOrder>(constants.grid, local, values);
     for (int d = 0; d < kDirections; ++d) seen.near[d] = seen.has_near ? seen.near[d] * values[d] : values[d];
@@ -79,7 +79,7 @@ inline void addPart(const FarConstants& constants, const FarTable& table, const 
     if (!any(wanted)) return;
     if (!blockedBy(constants, table, posed, seen.frames, wanted, blocked)) return;
     seen.light *= 1 - blocked.inside * owed;
-    addToProduct(constants, posed, {kZeros + 1, owed * blocked.weight, height}, blocked.numbers, seen);
+    addToProduct(constants, posed, {kZeros + 1, owed * blocked.weight, height}, blocked.coefficients, seen);
 }
 
 // Multiplies by a near part. With the gain a, 1 - a (1 - (1 + w g) (1 - inside)) is 1 - a inside + a (1 - inside) w g.
@@ -95,7 +95,7 @@ inline void addNearPart(const FarConstants& constants, const FarTable& table, co
     if (!blockedBy(constants, table, posed, seen.frames, wanted, blocked)) return;
     factor.whole = 1 - gain * blocked.inside;
     factor.weight = gain * (1 - blocked.inside) * blocked.weight;
-    addToProduct(constants, posed, factor, blocked.numbers, seen);
+    addToProduct(constants, posed, factor, blocked.coefficients, seen);
 }
 
 // Reads the gains of a near part for the block that begins with receiver `first`.
@@ -181,7 +181,7 @@ inline void anchorLanes(const FarConstants& constants, const FarScene& scene, co
             }
             const Lanes rest = blocked.weight * (1 - nears[p]);
             if (!any(rest > 0)) continue;
-            toModel(posed.to_model, blocked.numbers, model);
+            toModel(posed.to_model, blocked.coefficients, model);
             addToRest(constants, rest, blocked.share, sine, model, seen);
         }
         for (std::size_t lane = 0; lane < kLanes && first + lane < receivers.count; ++lane) {
@@ -234,12 +234,12 @@ inline void farLanes(const FarConstants& constants, const FarScene& scene, const
 }
 
 inline void composeLanes(const FarConstants& constants, const float* far, const float* mean, std::size_t vertices,
-                         std::size_t stride, float* numbers) {
+                         std::size_t stride, float* coefficients) {
     const int size = constants.compose.size_out;
     for (std::size_t first = 0; first < vertices; first += kLanes) {
         const std::size_t lanes = vertices - first < kLanes ? vertices - first : kLanes;
         Lanes a[kPaddedMaxEven], b[kPaddedMaxEven], out[kPaddedMaxEven];
-        loadRows(numbers + first * stride, stride, size, lanes, a);
+        loadRows(coefficients + first * stride, stride, size, lanes, a);
         loadRows(far + first * kEven, kEven, kEven, lanes, b);
         for (int i = size; i < kMaxEven; ++i) a[i] = kZeros;
         for (int i = kEven; i < kMaxEven; ++i) b[i] = kZeros;
@@ -249,11 +249,11 @@ inline void composeLanes(const FarConstants& constants, const float* far, const 
             multiplyOnGrid<kOrder>(constants, a, b, out);
         else
             product(constants.compose, a, b, out);
-        storeRows(out, stride, size, lanes, numbers + first * stride);
+        storeRows(out, stride, size, lanes, coefficients + first * stride);
         if (!mean) continue;
         for (std::size_t lane = 0; lane < lanes; ++lane)
             for (std::size_t i = (first + lane) * stride; i < (first + lane) * stride + std::size_t(size); ++i)
-                numbers[i] += mean[i];
+                coefficients[i] += mean[i];
     }
 }
 

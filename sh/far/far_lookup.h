@@ -225,17 +225,17 @@ inline void heightOf(const FarConstants& constants, const FarPart& posed, const 
 
 // What a part blocks at the receivers that are wanted.
 struct Blocked {
-    Lanes numbers[kRow];  // V - 1 in its rest frame
-    Lanes share;          // of the sphere
-    Lanes weight;         // by which it counts
-    Lanes inside;         // how dark it is inside of it
+    Lanes coefficients[kRow];  // V - 1 in its rest frame
+    Lanes share;               // of the sphere
+    Lanes weight;              // by which it counts
+    Lanes inside;              // how dark it is inside of it
 };
 
 // Returns whether the part counts anywhere.
 inline bool blockedBy(const FarConstants& constants, const FarTable& table, const FarPart& posed, const Frames& frames,
                       const Ints& wanted, Blocked& out) {
-    sample(constants, table, posed, frames, wanted, out.numbers, out.inside);
-    out.share = out.numbers[0] * (-1 / kRootOfSphere);
+    sample(constants, table, posed, frames, wanted, out.coefficients, out.inside);
+    out.share = out.coefficients[0] * (-1 / kRootOfSphere);
     out.weight = (out.share - constants.blocked[0]) * (1 / (constants.blocked[1] - constants.blocked[0]));
     clamp(out.weight, kZeros, kZeros + 1);
     Lanes solid = out.share * (1 / constants.solid);

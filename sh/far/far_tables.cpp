@@ -15,7 +15,7 @@
 
 namespace penumbra {
 
-static_assert(kFieldOrder == 6 && kFarNumbers == 21 && FieldTable::kStride == 40 && kFieldSpheres == kMaxSpheres &&
+static_assert(kFieldOrder == 6 && kFarCoefficients == 21 && FieldTable::kStride == 40 && kFieldSpheres == kMaxSpheres &&
                   kFieldSphereSide == 13,
               "far_lanes.cpp has these numbers too");
 static_assert(mirroredCount(kMaxOrder) == 36 && rotationEntryCount(kFieldOrder) == 286);
@@ -81,7 +81,7 @@ constexpr double kHeightWeights[4] = {0.36268378337836198, 0.31370664587788729, 
 // y_i is a function of height times cos(m phi) or sin(m phi). It is read where that is 1.
 FarGrid makeGrid() {
     FarGrid grid{};
-    std::vector<double> y(kFieldNumbers);
+    std::vector<double> y(kFieldCoefficients);
     for (std::size_t k = 0; k < 4; ++k) {
         const double z = kHeights[k], flat = std::sqrt(1 - z * z);
         std::size_t i = 0;
@@ -102,8 +102,8 @@ MirrorTable makeMirrorTable() {
     MirrorTable table{};
     for (int l = 0; l < kFieldOrder; ++l)
         for (int m = 1 - l; m < l; m += 2) {  // odd l + m
-            std::array<float, kFieldNumbers> odd{};
-            std::array<float, kFarNumbers> even;
+            std::array<float, kFieldCoefficients> odd{};
+            std::array<float, kFarCoefficients> even;
             odd[std::size_t(shIndex(l, m))] = 1;
             mirrorAtHorizon(kFieldOrder, odd, even);
             for (int to = std::abs(m); to < kFieldOrder; to += 2) {
@@ -165,7 +165,7 @@ FarTables::FarTables(FarFields fields, std::vector<std::vector<std::uint16_t>> f
     FarConstants constants = {{}, {}, makeGrid(), compose, order, {}, {}, kDepth, 1, 1, 0, 1, {}};
     const ShRotation turn = makeShRotation(kFieldOrder, Mat3{{1, 0, 0, 0, 0, -1, 0, 1, 0}});
     std::copy_n(turn.blocks.begin(), rotationEntryCount(kFieldOrder), constants.quarter_turn);
-    for (std::size_t i = 0; i < kFarNumbers; ++i) std::copy_n(mirrorTable()[i], kFieldOrder, constants.mirror[i]);
+    for (std::size_t i = 0; i < kFarCoefficients; ++i) std::copy_n(mirrorTable()[i], kFieldOrder, constants.mirror[i]);
     std::copy(kFieldSphereScales.begin(), kFieldSphereScales.end(), constants.sphere_scales);
     constants_.fill(constants);
     for (std::size_t q = 0; q < kFarQualities; ++q) {

@@ -60,7 +60,7 @@ private:
 const FarConstants& productConstants(int order);
 
 // FarConstants::mirror.
-using MirrorTable = std::array<float[kFieldOrder], kFarNumbers>;
+using MirrorTable = std::array<float[kFieldOrder], kFarCoefficients>;
 const MirrorTable& mirrorTable();
 
 // The part as the kernel reads it; it points into `posed`.

@@ -91,7 +91,7 @@ public:
         // 1. What the part blocks, in its rest frame.
         const float height = heightOf(posed_[p], receiver_);
         if (height == -1) return false;
-        std::array<float, kFieldNumbers> blocked, turned;
+        std::array<float, kFieldCoefficients> blocked, turned;
         const float inside = lookup_(p, posed_[p].to_part.point(receiver_.position), blocked);
         const float weight =
             std::clamp((-blocked[0] / kSqrt4Pi - kMinBlocked) / (kFullBlocked - kMinBlocked), 0.0f, 1.0f);
@@ -119,7 +119,7 @@ private:
 };
 
 void multiplyInto(std::span<float> out, std::span<const float> factor) {
-    std::array<float, kFarNumbers> product;
+    std::array<float, kFarCoefficients> product;
     multiplyMirrored(kFieldOrder, out, kFieldOrder, factor, kFieldOrder, product);
     std::copy(product.begin(), product.end(), out.begin());
 }
@@ -139,11 +139,11 @@ void farVisibility(const FarFields& fields, std::span<const PosedPart> posed, st
 
 void farVisibility(const PartLookup& lookup, std::span<const PosedPart> posed, std::span<const std::uint16_t> parts,
                    const Receiver& receiver, std::span<float> out) {
-    assert(out.size() == kFarNumbers);
+    assert(out.size() == kFarCoefficients);
     std::fill(out.begin(), out.end(), 0.0f);
     out[0] = kSqrt4Pi;
     PartFactors factors(lookup, posed, receiver);
-    std::array<float, kFarNumbers> visible;
+    std::array<float, kFarCoefficients> visible;
     bool first = true;
     for (const std::uint16_t p : parts) {
         if (!factors.factorOf(p, visible)) continue;
@@ -156,10 +156,10 @@ void farVisibility(const PartLookup& lookup, std::span<const PosedPart> posed, s
 
 void multiplyByNear(const FarFields& fields, std::span<const PosedPart> posed, std::span<const NearPart> near_parts,
                     const Receiver& receiver, std::span<float> out) {
-    assert(out.size() == kFarNumbers);
+    assert(out.size() == kFarCoefficients);
     const PartLookup lookup = lookupOf(fields);
     PartFactors factors(lookup, posed, receiver);
-    std::array<float, kFarNumbers> visible;
+    std::array<float, kFarCoefficients> visible;
     for (const auto& [part, gain] : near_parts) {
         if (gain == 0 || !factors.factorOf(part, visible)) continue;
         for (float& x : visible) x *= gain;

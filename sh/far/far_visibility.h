@@ -12,7 +12,7 @@
 
 namespace penumbra {
 
-constexpr std::size_t kFarNumbers = std::size_t(mirroredCount(kFieldOrder));
+constexpr std::size_t kFarCoefficients = std::size_t(mirroredCount(kFieldOrder));
 // A part that blocks less than the first share of the sphere does not count, above the second it counts in full.
 constexpr float kMinBlocked = 0.001f, kFullBlocked = 0.003f;
 

@@ -27,15 +27,15 @@ namespace penumbra {
 namespace {
 
 constexpr std::size_t kTilts = 513;  // from 0 to pi
-using FloorRow = std::array<float, kFarNumbers>;
+using FloorRow = std::array<float, kFarCoefficients>;
 
 std::size_t evenPlaceOf(int l, int m) { return std::size_t(l * (l + 1) / 2 + (m + l) / 2); }
 
 // With s = (sin t cos p, cos t, sin t sin p) the lune between the planes z = 0 and s . up = 0 is p in [0, pi - tilt].
 FloorRow integrateLune(double tilt) {
     static const std::vector<WeightedNumber> nodes = gaussInterval(24);
-    std::array<double, kFarNumbers> sum{};
-    std::vector<double> y(kFieldNumbers);
+    std::array<double, kFarCoefficients> sum{};
+    std::vector<double> y(kFieldCoefficients);
     const std::vector<int> even = evenIndices(kFieldOrder);
     const double lune = std::numbers::pi - tilt;
     for (const WeightedNumber& along : nodes)
@@ -43,7 +43,7 @@ FloorRow integrateLune(double tilt) {
             const double t = std::numbers::pi * along.x, p = lune * across.x;
             evalBasis(kFieldOrder, Vec3d{std::sin(t) * std::cos(p), std::cos(t), std::sin(t) * std::sin(p)}, y);
             const double weight = 2 * std::numbers::pi * lune * along.weight * across.weight * std::sin(t);
-            for (std::size_t e = 0; e < kFarNumbers; ++e) sum[e] += weight * y[std::size_t(even[e])];
+            for (std::size_t e = 0; e < kFarCoefficients; ++e) sum[e] += weight * y[std::size_t(even[e])];
         }
     FloorRow row;
     std::copy(sum.begin(), sum.end(), row.begin());
@@ -63,7 +63,7 @@ const std::vector<FloorRow>& floorTable() {
 }  // namespace
 
 void floorVisibility(std::span<const Vec3> normals, std::span<const Vec3> tangents, std::span<float> out) {
-    assert(out.size() == normals.size() * kFarNumbers && tangents.size() == normals.size());
+    assert(out.size() == normals.size() * kFarCoefficients && tangents.size() == normals.size());
     const std::vector<FloorRow>& table = floorTable();
     for (std::size_t r = 0; r < normals.size(); ++r) {
         const Vec3 up{tangents[r].y, cross(normals[r], tangents[r]).y, normals[r].y};
@@ -78,7 +78,7 @@ void floorVisibility(std::span<const Vec3> normals, std::span<const Vec3> tangen
             cosine[m] = cosine[m - 1] * c - sine[m - 1] * s;
             sine[m] = sine[m - 1] * c + cosine[m - 1] * s;
         }
-        float* const row = out.data() + r * kFarNumbers;
+        float* const row = out.data() + r * kFarCoefficients;
         for (int l = 0; l < kFieldOrder; ++l)
             for (int m = l % 2; m <= l; m += 2) {
                 const std::size_t e = evenPlaceOf(l, m);
@@ -91,12 +91,13 @@ void floorVisibility(std::span<const Vec3> normals, std::span<const Vec3> tangen
 
 void multiplyByFloor(const FarPath& path, std::span<const Vec3> normals, std::span<const Vec3> tangents,
                      std::span<float> far) {
-    std::array<float, kMaxReceivers * kFarNumbers> floor;
+    std::array<float, kMaxReceivers * kFarCoefficients> floor;
     for (std::size_t first = 0; first < normals.size(); first += kMaxReceivers) {
         const std::size_t n = std::min(kMaxReceivers, normals.size() - first);
-        floorVisibility(normals.subspan(first, n), tangents.subspan(first, n), std::span(floor).first(n * kFarNumbers));
-        path.compose(productConstants(kFieldOrder), floor.data(), nullptr, n, kFarNumbers,
-                     far.data() + first * kFarNumbers);
+        floorVisibility(normals.subspan(first, n), tangents.subspan(first, n),
+                        std::span(floor).first(n * kFarCoefficients));
+        path.compose(productConstants(kFieldOrder), floor.data(), nullptr, n, kFarCoefficients,
+                     far.data() + first * kFarCoefficients);
     }
 }
 

@@ -11,7 +11,7 @@ namespace penumbra {
 namespace {
 
 constexpr std::size_t kSpherePoints = kFieldSphereSide * kFieldSphereSide;
-constexpr std::size_t kDistance = kFieldNumbers;  // where a point of a table has its signed distance
+constexpr std::size_t kDistance = kFieldCoefficients;  // where a point of a table has its signed distance
 
 // Eight points of a level and their weights, which sum to 1.
 struct Corners {
@@ -128,23 +128,23 @@ std::vector<Vec3> fieldPoints(const PartField& part) {
 }
 
 FieldTable makeFieldTable(const PartField& part, const FieldBytes& bytes, float fade) {
-    assert(bytes.values.size() == part.pointCount() * kFieldNumbers);
+    assert(bytes.values.size() == part.pointCount() * kFieldCoefficients);
     FieldTable table{part.center, part.radius, part.boxes, {}, fade, {}};
     for (std::size_t level = 0; level < kFieldLevels; ++level)
-        for (std::size_t i = 0; i < kFieldNumbers; ++i)
+        for (std::size_t i = 0; i < kFieldCoefficients; ++i)
             table.scale[level][i] = part.scale[level][std::size_t(bandOfIndex(int(i)))];
     table.scale[0][kDistance] = part.distance_scale;
     table.points.resize(part.pointCount() * FieldTable::kStride);
     for (std::size_t p = 0; p < part.pointCount(); ++p) {
         std::int8_t* point = table.points.data() + p * FieldTable::kStride;
-        std::copy_n(bytes.values.data() + p * kFieldNumbers, kFieldNumbers, point);
+        std::copy_n(bytes.values.data() + p * kFieldCoefficients, kFieldCoefficients, point);
         if (p < bytes.distances.size()) point[kDistance] = bytes.distances[p];
     }
     return table;
 }
 
 float sampleField(const FieldTable& field, Vec3 point, std::span<float> out) {
-    assert(out.size() == kFieldNumbers);
+    assert(out.size() == kFieldCoefficients);
     const Vec3 offset = point - field.center;
     // 1. Levels blend into one another.
     const float fine = depthInBox(field.boxes[0], point, kFieldBlendWidth[0] * field.radius);
@@ -159,7 +159,7 @@ float sampleField(const FieldTable& field, Vec3 point, std::span<float> out) {
                  sum);
     // 2. What is stored varies little with the distance; V - 1 falls with its square.
     const float scale = 1 / (dot(offset, offset) + 0.25f * field.radius * field.radius);
-    for (std::size_t i = 0; i < kFieldNumbers; ++i) out[i] = scale * sum[i];
+    for (std::size_t i = 0; i < kFieldCoefficients; ++i) out[i] = scale * sum[i];
     // 3. The signed distance is that of the fine box, whose share it carries.
     return std::clamp(-sum[kDistance] / field.fade, 0.0f, fine);
 }

@@ -17,10 +17,10 @@
 namespace penumbra {
 
 constexpr int kFieldOrder = 6;
-constexpr std::size_t kFieldNumbers = 36;     // SH coefficients of a point
-constexpr std::size_t kFieldLevels = 3;       // fine box, coarse box, spheres
-constexpr std::size_t kFieldSpheres = 4;      // radii r / u for u of kFieldSphereScales
-constexpr std::size_t kFieldSphereSide = 13;  // points along a side of the octahedral map of a sphere
+constexpr std::size_t kFieldCoefficients = 36;  // SH coefficients of a point
+constexpr std::size_t kFieldLevels = 3;         // fine box, coarse box, spheres
+constexpr std::size_t kFieldSpheres = 4;        // radii r / u for u of kFieldSphereScales
+constexpr std::size_t kFieldSphereSide = 13;    // points along a side of the octahedral map of a sphere
 constexpr std::array<float, kFieldSpheres> kFieldSphereScales = {0.08f, 0.3f, 0.5f, 0.7f};
 // Over these shares of the radius a box fades into the next level, so that no border shows.
 constexpr std::array<float, 2> kFieldBlendWidth = {0.1f, 0.3f};
@@ -51,7 +51,7 @@ struct PartField {
 };
 // The bytes of one part.
 struct FieldBytes {
-    std::span<const std::int8_t> values;     // [points, kFieldNumbers]
+    std::span<const std::int8_t> values;     // [points, kFieldCoefficients]
     std::span<const std::int8_t> distances;  // [points of the fine box] signed distance, < 0 inside, clamped
 };
 
@@ -74,8 +74,8 @@ struct FieldTable {
 FieldTable makeFieldTable(const PartField& part, const FieldBytes& bytes, float fade);
 
 // Writes V - 1 of the part as `point` of its rest frame sees it, or as the surface near a point inside does; out.size()
-// == kFieldNumbers. Returns how dark it is there besides: 0 outside, 1 from the depth `fade` on. Both are continuous in
-// the point everywhere. Works for any point; what it writes for one that is not finite means nothing.
+// == kFieldCoefficients. Returns how dark it is there besides: 0 outside, 1 from the depth `fade` on. Both are
+// continuous in the point everywhere. Works for any point; what it writes for one that is not finite means nothing.
 float sampleField(const FieldTable& field, Vec3 point, std::span<float> out);
 
 }  // namespace penumbra

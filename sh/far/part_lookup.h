@@ -9,8 +9,8 @@
 
 namespace penumbra {
 
-// Writes what a part blocks at a point of its rest frame, [kFieldNumbers], and returns how dark it is there besides, as
-// sampleField() does.
+// Writes what a part blocks at a point of its rest frame, [kFieldCoefficients], and returns how dark it is there
+// besides, as sampleField() does.
 using PartLookup = std::function<float(std::size_t part, Vec3 point, std::span<float> out)>;
 
 // Computes what farVisibility() does of fields.

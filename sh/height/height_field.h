@@ -47,7 +47,7 @@ void include(TexelBox& box, const TexelBox& other);
 // Level l has the largest of 2^l x 2^l heights at a point. Level 0 has the heights.
 struct HeightLevel {
     int rows = 0, columns = 0;
-    std::size_t first = 0;  // of its numbers among those of all levels
+    std::size_t first = 0;  // of its heights among those of all levels
 };
 
 class HeightField {

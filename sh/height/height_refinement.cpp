@@ -241,9 +241,9 @@ std::uint64_t HeightVisibility::finerKey(const HeightRefined& refined, int row, 
             if ((r == step() || c == step()) && (r % 2 || c % 2)) continue;
             const std::int16_t slot = refined.slot[refined.place(row + r, column + c)];
             if (slot < 0) continue;
-            const float* const numbers = &refined.rows[std::size_t(slot) * row_size_];
+            const float* const coefficients = &refined.rows[std::size_t(slot) * row_size_];
             for (std::size_t i = 0; i < row_size_; ++i)
-                key = (key ^ std::bit_cast<std::uint32_t>(numbers[i])) * 1099511628211u;
+                key = (key ^ std::bit_cast<std::uint32_t>(coefficients[i])) * 1099511628211u;
         }
     return key;
 }

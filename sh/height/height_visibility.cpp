@@ -58,11 +58,11 @@ void HeightTables::makeMirror(int mirrored) {
     const ShRotationD there = makeShRotation(order_, quarter), back = makeShRotation(order_, transposed(quarter));
     const std::vector<int> even = evenIndicesOf(mirrored);
     std::vector<double> one(n), turned(n);
-    std::vector<float> full(std::size_t(coefficientCount(mirrored))), numbers(size_);
+    std::vector<float> full(std::size_t(coefficientCount(mirrored))), coefficients(size_);
     const auto mirrorOf = [&](std::span<const double> f) {
         std::ranges::fill(full, 0.0f);
         for (std::size_t i = 0; i < std::min(f.size(), full.size()); ++i) full[i] = float(f[i]);
-        mirrorAtHorizon(mirrored, full, numbers);
+        mirrorAtHorizon(mirrored, full, coefficients);
     };
     for (std::size_t from = 0; from < n; ++from) {
         std::ranges::fill(one, 0.0);
@@ -74,11 +74,12 @@ void HeightTables::makeMirror(int mirrored) {
         apply(back, one, turned);
         mirrorOf(turned);
         for (std::size_t to = 0; to < size_; ++to)
-            if (std::abs(numbers[to]) > 1e-7f) mirror_.push_back({std::uint16_t(to), std::uint16_t(from), numbers[to]});
+            if (std::abs(coefficients[to]) > 1e-7f)
+                mirror_.push_back({std::uint16_t(to), std::uint16_t(from), coefficients[to]});
     }
     belowHorizonCoefficients(order_, one);
     mirrorOf(one);
-    below_ = numbers;
+    below_ = coefficients;
     const auto by_target = [](const HeightTurn& a, const HeightTurn& b) { return a.to < b.to; };
     std::ranges::stable_sort(quarter_, by_target);
     std::ranges::stable_sort(mirror_, by_target);
@@ -166,13 +167,13 @@ namespace {
 constexpr std::size_t kMax = HeightVisibility::kMaxPoints;
 
 // Numbers of the points of a row, which the compiler turns into vectors.
-struct RowNumbers {
+struct RowCoefficients {
     std::array<float, kMax> x, y, z;
 };
 
 // The frames of points of a row; tangents are tangentOf(normal, {1, 0, 0}).
 void framesOf(const HeightField& field, int row, int first, std::span<Vec3> normals, std::span<Vec3> tangents,
-              RowNumbers& n) {
+              RowCoefficients& n) {
     const HeightGrid& grid = field.grid();
     const std::size_t count = normals.size();
     const bool wraps = grid.border == HeightBorder::kPeriodic;
@@ -211,19 +212,19 @@ void framesOf(const HeightField& field, int row, int first, std::span<Vec3> norm
 
 }  // namespace
 
-void HeightVisibility::numbers(const HeightField& field, int row, int first_column, std::span<Vec3> normals,
-                               std::span<Vec3> tangents, std::size_t stride, std::span<float> numbers,
-                               const HeightRefined* refined) const {
+void HeightVisibility::coefficients(const HeightField& field, int row, int first_column, std::span<Vec3> normals,
+                                    std::span<Vec3> tangents, std::size_t stride, std::span<float> coefficients,
+                                    const HeightRefined* refined) const {
     assert(normals.size() <= kMaxPoints && !normals.empty());
     const std::size_t count = normals.size(), columns = receivers_.columns();
-    RowNumbers n;
+    RowCoefficients n;
     framesOf(field, row, first_column, normals, tangents, n);
     std::size_t r[2];
     float down;
     receivers_.around(0, row, r[0], r[1], down);
     std::array<HeightBlend, kMaxPoints> blends;
     std::array<std::array<float, kMaxPoints>, 4> weights;
-    std::array<RowNumbers, 4> corner;
+    std::array<RowCoefficients, 4> corner;
     for (std::size_t p = 0; p < count; ++p) {
         std::size_t c[2];
         float right;
@@ -250,7 +251,7 @@ void HeightVisibility::numbers(const HeightField& field, int row, int first_colu
     if (refined && refined->any)
         mixFiner(field.grid(), *refined, row, first_column, normals, std::span(rows).first(count * row_size_));
     tables_.mirror(std::span(rows).first(count * row_size_), row_size_, {normals.data(), tangents.data()},
-                   HeightReceiver::kOnField, stride, numbers);
+                   HeightReceiver::kOnField, stride, coefficients);
 }
 
 }  // namespace penumbra

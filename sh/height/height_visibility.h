@@ -100,8 +100,9 @@ public:
     // normals.size()) of a row of the field: numbers[p * stride + i]. At most kMaxPoints at once. `refined` is of a
     // tile that has them, or null: then only receivers count. Allocates nothing.
     static constexpr std::size_t kMaxPoints = 128;
-    void numbers(const HeightField& field, int row, int first_column, std::span<Vec3> normals, std::span<Vec3> tangents,
-                 std::size_t stride, std::span<float> numbers, const HeightRefined* refined = nullptr) const;
+    void coefficients(const HeightField& field, int row, int first_column, std::span<Vec3> normals,
+                      std::span<Vec3> tangents, std::size_t stride, std::span<float> coefficients,
+                      const HeightRefined* refined = nullptr) const;
     // V of a receiver, in the frame of the field.
     std::span<const float> receiver(std::size_t row, std::size_t column) const {
         return std::span(rows_).subspan((row * receivers_.columns() + column) * row_size_,

@@ -36,26 +36,26 @@ std::vector<float> lightOfModel(const ShadingScenes& scenes, std::size_t first, 
     return light;
 }
 
-std::vector<float> numbersOf(const ShadingTest& test, std::size_t occluder, const Convention& convention) {
+std::vector<float> coefficientsOf(const ShadingTest& test, std::size_t occluder, const Convention& convention) {
     const double* moments = test.moments.data() + occluder * coefficientCount(kMaxOrder);
-    std::vector<float> numbers(std::size_t(convention.size()));
-    fromMoments(convention, std::vector<float>(moments, moments + coefficientCount(convention.order)), numbers);
-    return numbers;
+    std::vector<float> coefficients(std::size_t(convention.size()));
+    fromMoments(convention, std::vector<float>(moments, moments + coefficientCount(convention.order)), coefficients);
+    return coefficients;
 }
 
 // Radiance of one place towards every view, [views]: a vertex a view, each at the same place of the shadow.
 std::vector<Vec3> shadePlace(const VertexShader& shader, const std::vector<Vec3d>& views,
-                             const std::vector<float>& numbers, const Mat3d& model_from_local) {
+                             const std::vector<float>& coefficients, const Mat3d& model_from_local) {
     const Vec3 eye{1, 2, 3};
     std::vector<Vec3> positions, normals, tangents, radiance(views.size());
-    std::vector<float> all_numbers;
+    std::vector<float> all_coefficients;
     for (const Vec3d& view : views) {
         positions.push_back(eye - 2.0f * toFloat(model_from_local * view));
         normals.push_back(toFloat(model_from_local * Vec3d{0, 0, 1}));
         tangents.push_back(toFloat(model_from_local * Vec3d{1, 0, 0}));
-        all_numbers.insert(all_numbers.end(), numbers.begin(), numbers.end());
+        all_coefficients.insert(all_coefficients.end(), coefficients.begin(), coefficients.end());
     }
-    shader.shade({positions, normals, tangents, all_numbers, 0, views.size()}, eye, radiance);
+    shader.shade({positions, normals, tangents, all_coefficients, 0, views.size()}, eye, radiance);
     return radiance;
 }
 
@@ -71,11 +71,11 @@ double runTimeError(const ShadingTest& test, const BrdfFile& brdf, const std::ve
     double difference = 0, size = 0;
     for (std::size_t k = 0; k < occluders; ++k) {
         const Mat3d model_from_local = randomRotation(random);
-        const std::vector<float> numbers = numbersOf(test, k, convention);
+        const std::vector<float> coefficients = coefficientsOf(test, k, convention);
         for (std::size_t first = 0; first < lights; first += 3) {
             const std::vector<float> light = lightOfModel(test.scenes, first, model_from_local);
             const VertexShader shader(convention, convention.size(), material, {"l", test.scenes.light_order, light});
-            const std::vector<Vec3> radiance = shadePlace(shader, test.scenes.views, numbers, model_from_local);
+            const std::vector<Vec3> radiance = shadePlace(shader, test.scenes.views, coefficients, model_from_local);
             for (std::size_t v = 0; v < views; ++v)
                 for (std::size_t c = 0; c < 3; ++c) {
                     const double exact = truth[(v * lights + first + c) * occluders + k];

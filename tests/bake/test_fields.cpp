@@ -17,7 +17,7 @@
 namespace penumbra::test_fields {
 namespace {
 
-using Numbers = std::array<float, kFieldNumbers>;
+using Coefficients = std::array<float, kFieldCoefficients>;
 
 PartMesh meshOf(const shapes::Shape& shape) { return {shape.positions, shape.triangles}; }
 
@@ -34,13 +34,13 @@ FieldPlan planOf(const std::vector<PartMesh>& meshes, int cells = 12) {
 }
 
 // V - 1 of a sphere: a cap around the way to its center is blocked.
-Numbers blockedCap(Vec3d way, double radius) {
+Coefficients blockedCap(Vec3d way, double radius) {
     std::array<double, kFieldOrder> zonal;
-    std::array<double, kFieldNumbers> lobe;
+    std::array<double, kFieldCoefficients> lobe;
     capVisibilityZonal(std::asin(radius / length(way)), zonal);
     rotateZonal(zonal, normalized(way), lobe);
     lobe[0] -= std::sqrt(4 * std::numbers::pi);
-    Numbers out;
+    Coefficients out;
     for (std::size_t i = 0; i < out.size(); ++i) out[i] = float(lobe[i]);
     return out;
 }
@@ -214,7 +214,7 @@ TEST(QuantizeField, ErrorsAreAtMostHalfAByte) {
     const PartMesh mesh = meshOf(shapes::sphere({1, 1, 1}, 0.5, 12));
     PartField part = placedField(mesh, 6);
     FieldSamples samples;
-    for (std::size_t i = 0; i < part.pointCount() * kFieldNumbers; ++i)
+    for (std::size_t i = 0; i < part.pointCount() * kFieldCoefficients; ++i)
         samples.values.push_back(std::sin(float(i) * 0.7f));
     for (std::size_t i = 0; i < part.boxes[0].pointCount(); ++i) samples.distances.push_back(std::cos(float(i)) * 0.2f);
     std::vector<std::int8_t> values, distances;
@@ -223,8 +223,8 @@ TEST(QuantizeField, ErrorsAreAtMostHalfAByte) {
     const std::size_t fine = part.boxes[0].pointCount(), coarse = part.boxes[1].pointCount();
     std::array<std::array<int, kFieldOrder>, kFieldLevels> largest{};
     for (std::size_t i = 0; i < values.size(); ++i) {
-        const std::size_t p = i / kFieldNumbers, level = p < fine ? 0 : p < fine + coarse ? 1 : 2;
-        const auto band = std::size_t(bandOfIndex(int(i % kFieldNumbers)));
+        const std::size_t p = i / kFieldCoefficients, level = p < fine ? 0 : p < fine + coarse ? 1 : 2;
+        const auto band = std::size_t(bandOfIndex(int(i % kFieldCoefficients)));
         const Vec3 offset = points[p] - part.center;
         const float stored = samples.values[i] * (dot(offset, offset) + 0.25f * part.radius * part.radius);
         EXPECT_LE(std::abs(float(values[i]) * part.scale[level][band] - stored), 0.5001f * part.scale[level][band]);
@@ -248,11 +248,11 @@ TEST(BakeFields, ASphereInterpolatesTheClosedForm) {
     for (const auto& [distance, bound] : {std::pair(1.1, 0.13), {1.5, 0.08}, {3.0, 0.4}, {10.0, 0.6}}) {
         double error = 0, truth = 0;
         for (const Vec3d d : fibonacciSphere(300)) {
-            Numbers out;
+            Coefficients out;
             sampleField(table, toFloat(center + d * (0.5 * distance)), out);
-            const Numbers expected = blockedCap(-d * (0.5 * distance), 0.5);
+            const Coefficients expected = blockedCap(-d * (0.5 * distance), 0.5);
             error += std::pow(double(distanceBetween(out, expected)), 2);
-            truth += std::pow(double(distanceBetween(expected, Numbers{})), 2);
+            truth += std::pow(double(distanceBetween(expected, Coefficients{})), 2);
         }
         EXPECT_LT(std::sqrt(error / truth), bound) << distance;
     }
@@ -273,13 +273,13 @@ TEST(BakeFields, ATurnedPartHasATurnedField) {
     const ShRotation rotation = makeShRotation(kFieldOrder, single);
     double error = 0, size = 0;
     for (const Vec3d d : fibonacciSphere(300)) {
-        Numbers out, of_turned;
+        Coefficients out, of_turned;
         sampleField(table, toFloat(d * 1.6), out);
         sampleField(turned_table, toFloat(turn * d * 1.6), of_turned);
-        Numbers expected;
+        Coefficients expected;
         apply(rotation, out, expected);
         error += std::pow(double(distanceBetween(expected, of_turned)), 2);
-        size += std::pow(double(distanceBetween(expected, Numbers{})), 2);
+        size += std::pow(double(distanceBetween(expected, Coefficients{})), 2);
     }
     EXPECT_LT(std::sqrt(error / size), 0.08);
 }
@@ -288,7 +288,7 @@ TEST(BakeFields, ATurnedPartHasATurnedField) {
 TEST(BakeFields, ASheetDarkensNothing) {
     const FieldFile file = bakeFields(planOf({meshOf(ballWithCape())}), {.rays = 256}, 2, ProgressStyle::kNone);
     const FieldTable table = makeFieldTable(file.fields.parts[0], file.fields.bytesOf(0), file.fields.fade);
-    Numbers out;
+    Coefficients out;
     for (const Vec3 point : kBehindTheCape) EXPECT_EQ(sampleField(table, point, out), 0);
     for (const Vec3 point : {Vec3{0, 0, 0}, {0.2f, 0.1f, 0}, {0, 0, -0.3f}})
         EXPECT_EQ(sampleField(table, point, out), 1);

@@ -143,15 +143,15 @@ TEST(AttachedJoints, AHandUnderTheRootJoinsTheArmToTheTrunk) {
     const std::vector<RigFrame> source = rigFrames(rig, sampleFrames(rig, {}, 5));
     const Matrix at_rest = restGlobals(rig.nodes)[std::size_t(rig.node_of_joint[arm])];
     const std::size_t hand = addJoint(rig, "hand", -1, at_rest, [](Vec3 p) { return p.x > 0.65f; });
-    std::vector<float> numbers;
+    std::vector<float> values;
     for (const RigFrame& frame : source) {
         std::vector<NodePose> poses = nodePoses(rig, frame);
         const std::vector<Matrix> globals = globalTransforms(rig.nodes, poses);
         const Decomposition parts = decompose(globals[std::size_t(rig.node_of_joint[arm])]);
         poses[std::size_t(rig.node_of_joint[hand])] = {parts.translation, parts.rotation, parts.scale};
-        for (const NodePose& pose : poses) appendNumbers(pose, numbers);
+        for (const NodePose& pose : poses) appendValues(pose, values);
     }
-    rig.clips = {clipOfNodes(rig, numbers, "reach")};
+    rig.clips = {clipOfNodes(rig, values, "reach")};
     const std::vector<RigFrame> frames = rigFrames(rig, sampleFrames(rig, {}, 0));
     EXPECT_EQ(attachedJoints(rig, frames, 2), (std::vector<std::pair<int, int>>{{int(hand), int(arm)}}));
     const Limbs limbs = findLimbs(rig, frames, 2);

@@ -163,12 +163,12 @@ TEST(MixPoses, BonesThatAreScaledToNothingAreNotMirrored) {
         const std::vector<NodePose> poses = nodePoses(man.rig, at);
         return largestDifference(poses[nodeOf("thigh.L")].rotation, poses[nodeOf("thigh.R")].rotation);
     };
-    std::vector<float> numbers;
+    std::vector<float> values;
     std::vector<NodePose> poses = nodePoses(man.rig, *std::ranges::max_element(man.frames, {}, stride));
-    for (const NodePose& pose : poses) appendNumbers(pose, numbers);
+    for (const NodePose& pose : poses) appendValues(pose, values);
     poses[nodeOf("spine")].scale = {0, 0, 0};
-    for (const NodePose& pose : poses) appendNumbers(pose, numbers);
-    man.rig.clips.push_back(clipOfNodes(man.rig, numbers, "gone"));
+    for (const NodePose& pose : poses) appendValues(pose, values);
+    man.rig.clips.push_back(clipOfNodes(man.rig, values, "gone"));
     man.frames = {{int(man.rig.clips.size()) - 1, 1}};
     const std::vector<LimbChoice> mirrored(man.limbs.count, {0, true});
     const std::vector<NodePose> frame = nodePoses(man.rig, man.frames[0]), mixed = mixPose(man.source(), mirrored);
@@ -213,11 +213,11 @@ TEST(MixPoses, SameForAnyThreadCountAndAPrefixOfMore) {
 // As a clip the poses have the bones that the transforms say.
 TEST(MixPoses, TheirClipHasTheirBones) {
     Man man;
-    const std::vector<float> numbers = mixPoses(man.source(), 5, 1, 2);
-    man.rig.clips.push_back(clipOfNodes(man.rig, numbers, "mixed"));
-    const std::size_t width = man.rig.nodes.size() * kNodeNumbers;
+    const std::vector<float> values = mixPoses(man.source(), 5, 1, 2);
+    man.rig.clips.push_back(clipOfNodes(man.rig, values, "mixed"));
+    const std::size_t width = man.rig.nodes.size() * kNodeValues;
     for (std::size_t p = 0; p < 5; ++p) {
-        const std::vector<NodePose> poses = nodePosesOf(std::span(numbers).subspan(p * width, width));
+        const std::vector<NodePose> poses = nodePosesOf(std::span(values).subspan(p * width, width));
         const std::vector<Matrix> expected = bonesOf(man.rig, poses);
         const RigPose made = evaluatePose(man.rig, int(man.rig.clips.size()) - 1, double(p));
         for (std::size_t j = 0; j < expected.size(); ++j)
@@ -228,10 +228,10 @@ TEST(MixPoses, TheirClipHasTheirBones) {
 // --- Covering poses -------------------------------------------------------------------------------------------------
 
 std::vector<float> numbersOf(const Man& man) {
-    std::vector<float> numbers;
+    std::vector<float> values;
     for (const RigFrame& frame : man.frames)
-        for (const NodePose& pose : nodePoses(man.rig, frame)) appendNumbers(pose, numbers);
-    return numbers;
+        for (const NodePose& pose : nodePoses(man.rig, frame)) appendValues(pose, values);
+    return values;
 }
 
 // Where limbs follow different frames, only bones near their border see anything new. The head is one limb and the rest
@@ -243,7 +243,7 @@ TEST(CoverPoses, OnlyWhatTheFramesDoNotShowIsOpen) {
     std::vector<LimbChoice> choices(man.limbs.count, {4, false});
     choices[std::size_t(man.limbs.limb_of_joint[jointNamed(man.rig, "head")])].frame = 13;
     std::vector<float> nodding;
-    for (const NodePose& pose : mixPose(man.source(), choices)) appendNumbers(pose, nodding);
+    for (const NodePose& pose : mixPose(man.source(), choices)) appendValues(pose, nodding);
     LocalFeatures one = localFeatures(man.rig, nodding, 2);
     const double open = openShares(one, frames, 2)[0];
     EXPECT_GT(open, 0);
@@ -270,7 +270,7 @@ TEST(CoverPoses, LeaveLessOpenThanAsManyRandomOnes) {
     };
     const auto before = openWith({});
     for (const std::size_t count : {10u, 40u, 150u}) {
-        const auto covering = openWith(coverPoses(man.source(), frames, count, 1, 2).numbers);
+        const auto covering = openWith(coverPoses(man.source(), frames, count, 1, 2).values);
         for (const std::uint64_t seed : {1u, 2u, 3u}) {
             const auto random = openWith(mixPoses(man.source(), count, seed, 2));
             EXPECT_LT(covering.first, 0.95 * random.first) << count << " poses, seed " << seed;
@@ -284,14 +284,14 @@ TEST(CoverPoses, SameForAnyThreadCountAndNoPoseTwice) {
     const Man man;
     const std::vector<float> frames = numbersOf(man);
     const CoveringPoses one = coverPoses(man.source(), frames, 30, 1, 1);
-    for (const int threads : {2, 8}) EXPECT_EQ(coverPoses(man.source(), frames, 30, 1, threads).numbers, one.numbers);
+    for (const int threads : {2, 8}) EXPECT_EQ(coverPoses(man.source(), frames, 30, 1, threads).values, one.values);
     EXPECT_GT(one.open_before, one.open_after);
-    const std::size_t width = man.rig.nodes.size() * kNodeNumbers;
-    ASSERT_EQ(one.numbers.size(), 30 * width);
+    const std::size_t width = man.rig.nodes.size() * kNodeValues;
+    ASSERT_EQ(one.values.size(), 30 * width);
     std::set<std::vector<float>> seen;
     for (std::size_t p = 0; p < 30; ++p)
-        seen.emplace(one.numbers.begin() + std::ptrdiff_t(p * width),
-                     one.numbers.begin() + std::ptrdiff_t((p + 1) * width));
+        seen.emplace(one.values.begin() + std::ptrdiff_t(p * width),
+                     one.values.begin() + std::ptrdiff_t((p + 1) * width));
     EXPECT_EQ(seen.size(), 30u);
 }
 
@@ -300,7 +300,7 @@ TEST(CoverPoses, WithoutNeighboursAllPosesAreAlikeAndTheFirstAreTaken) {
     Man man;
     std::fill(man.rig.skin.joints.begin(), man.rig.skin.joints.end(), std::uint16_t(0));
     const CoveringPoses poses = coverPoses(man.source(), numbersOf(man), 3, 1, 2);
-    EXPECT_EQ(poses.numbers.size(), 3 * man.rig.nodes.size() * kNodeNumbers);
+    EXPECT_EQ(poses.values.size(), 3 * man.rig.nodes.size() * kNodeValues);
     EXPECT_EQ(poses.open_before, 0);
 }
 

@@ -12,16 +12,16 @@ namespace {
 using Trials = std::vector<PoseTrial>;
 
 TEST(PoseKinds, AreClipsAloneThenMoreAndMore) {
-    const PoseNumbers most{200, 300, 250};
-    const std::vector<PoseNumbers> all = {{}, {200, 0, 0}, {0, 300, 0}, {0, 300, 250}, most};
+    const PoseCounts most{200, 300, 250};
+    const std::vector<PoseCounts> all = {{}, {200, 0, 0}, {0, 300, 0}, {0, 300, 250}, most};
     EXPECT_EQ(candidateKinds(most), all);
-    const std::vector<PoseNumbers> sampled = {{}, {200, 0, 0}};
+    const std::vector<PoseCounts> sampled = {{}, {200, 0, 0}};
     EXPECT_EQ(candidateKinds({200, 0, 0}), sampled) << "a kind of which there are none is tried once at most";
 }
 
 TEST(PoseKinds, ShareKeepsEveryKind) {
-    EXPECT_EQ(shareOf({200, 300, 1}, 0.5), (PoseNumbers{100, 150, 1}));
-    EXPECT_EQ(shareOf({0, 3, 0}, 0.125), (PoseNumbers{0, 1, 0}));
+    EXPECT_EQ(shareOf({200, 300, 1}, 0.5), (PoseCounts{100, 150, 1}));
+    EXPECT_EQ(shareOf({0, 3, 0}, 0.125), (PoseCounts{0, 1, 0}));
 }
 
 TEST(PoseKinds, OptionsListTheClipsInAnyCase) {

@@ -108,11 +108,11 @@ protected:
         const Affine bone;
         poseParts(fields_, {&bone, 1}, posed);
         const std::uint16_t part = 0;
-        std::array<float, kFarNumbers> visible, weights;
+        std::array<float, kFarCoefficients> visible, weights;
         farVisibility(fields_, posed, {&part, 1}, {point, {0, 1, 0}, {1, 0, 0}}, visible);
         ambientWeights(parseConvention("D6"), weights);
         double sum = 0;
-        for (std::size_t i = 0; i < kFarNumbers; ++i) sum += double(weights[i] * visible[i]);
+        for (std::size_t i = 0; i < kFarCoefficients; ++i) sum += double(weights[i] * visible[i]);
         return sum;
     }
 

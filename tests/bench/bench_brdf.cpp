@@ -45,14 +45,14 @@ double milliseconds(const std::function<void()>& run, int repeats) {
 
 struct Vertices {
     std::vector<Vec3> positions, normals, tangents, radiance;
-    std::vector<float> numbers;
+    std::vector<float> coefficients;
     int stride = 16;
 };
 
 Vertices someVertices() {
     Vertices v;
     synthetic::Noise noise(5);
-    synthetic::fillNoise(v.numbers, kVertices, std::size_t(v.stride), noise);
+    synthetic::fillNoise(v.coefficients, kVertices, std::size_t(v.stride), noise);
     for (std::size_t i = 0; i < kVertices; ++i) {
         const Vec3 n = normalized(Vec3{float(noise()), float(noise()), float(noise()) + 0.1f});
         v.positions.push_back({float(noise()), float(noise()), float(noise())});
@@ -72,7 +72,7 @@ double timeOf(const BrdfFile& brdf, Reflectance reflectance, const Convention& c
     const VertexShader shader(convention, v.stride, asset.materials[0], asset.lights[0],
                               {reflectance, LightForm::kRotation});
     const auto shade = [&] {
-        shader.shade({v.positions, v.normals, v.tangents, v.numbers, 0, kVertices}, {0, 1, 4}, v.radiance);
+        shader.shade({v.positions, v.normals, v.tangents, v.coefficients, 0, kVertices}, {0, 1, 4}, v.radiance);
     };
     return milliseconds(shade, kRepeats) * 1e6 / double(kVertices);
 }

@@ -56,16 +56,16 @@ void benchAsset(std::span<const std::byte> bytes, int threads) {
     const AssetView asset = openAsset(bytes);
     Evaluator evaluator(asset);
     const std::size_t count = evaluator.vertexCount(), clusters = evaluator.clusterCount();
-    std::vector<float> numbers(count * std::size_t(asset.model.stride));
+    std::vector<float> coefficients(count * std::size_t(asset.model.stride));
     std::vector<Vec3> positions(count), normals(count), tangents(count), radiance(count);
-    double stored = double(numbers.size()) * 4;  // bytes a frame reads and writes
+    double stored = double(coefficients.size()) * 4;  // bytes a frame reads and writes
     for (const ClusterView& c : asset.model.clusters)
         stored += double(c.mean.count) * double(bytesPerNumber(c.mean.precision)) +
                   double(c.basis.count) * double(bytesPerNumber(c.basis.precision));
     const char* precision = nameOf(asset.model.clusters[0].basis.precision);
     const auto pose = [&] { evaluator.setPose(asset.animation.bonesOf(0), asset.animation.poseOf(0)); };
     const auto visibility = [&](int n) {
-        parallelFor(clusters, n, [&](std::size_t c) { evaluator.evaluateCluster(c, numbers); });
+        parallelFor(clusters, n, [&](std::size_t c) { evaluator.evaluateCluster(c, coefficients); });
     };
     pose();
     double evaluate_base = 0, shade_base = 0;
@@ -91,7 +91,7 @@ void benchAsset(std::span<const std::byte> bytes, int threads) {
             for (const ShadePath& path : shadePaths()) {
                 shader.usePath(path);
                 const Timing t = measure([&] {
-                    shader.shade({positions, normals, tangents, numbers, 0, count}, {0, 1, 4}, radiance);
+                    shader.shade({positions, normals, tangents, coefficients, 0, count}, {0, 1, 4}, radiance);
                 });
                 if (shade_base == 0) shade_base = t.minimum;
                 const std::string what = "shade " + std::string(material.name.substr(0, 12)) + nameOf(choice);

@@ -17,7 +17,7 @@
 #include "fit/models/neural_start.h"
 #include "fit/models/variable_projection.h"
 #include "fit/visibility/fit_visibility.h"
-#include "fit/visibility/local_numbers.h"
+#include "fit/visibility/local_coefficients.h"
 #include "tests/fit/neural_bfgs.h"
 
 namespace {
@@ -50,12 +50,12 @@ Cluster readCluster(const VisibilityReader& reader, const PoseTable& poses, cons
     const ClusterModel& cluster = model.clusters[c];
     const FeatureRecipe recipe = recipeOf(model);
     const std::vector<int> joints(model.clusters.size(), cluster.joint);
-    ClusterNumbersRequest request;
+    ClusterCoefficientsRequest request;
     request.convention = model.convention;
     request.frames = {&model.rest_tangents, &model.cluster_of_vertex, joints};
     const std::vector<std::vector<std::uint32_t>> vertices{cluster.vertices};
     request.vertices_of_cluster = vertices;
-    const MatrixF numbers = readClusterNumbers(reader, poses, request)[0];
+    const MatrixF coefficients = readClusterCoefficients(reader, poses, request)[0];
     std::vector<std::size_t> train;
     for (std::size_t f = 0; f < poses.frameCount(); ++f) {
         const std::string& clip = model.frames.clip_names[model.frames.clip[f]];
@@ -73,8 +73,9 @@ Cluster readCluster(const VisibilityReader& reader, const PoseTable& poses, cons
                 out.x(r, i) +=
                     double(cluster.input_basis[i * raw.size() + n]) * (raw[n] - double(cluster.feature_mean[n]));
         for (std::size_t k = 0; k < outputs; ++k)
-            for (std::size_t n = 0; n < numbers.columns; ++n)
-                out.y(r, k) += double(cluster.basis[k * numbers.columns + n]) * double(numbers(f, n) - cluster.mean[n]);
+            for (std::size_t n = 0; n < coefficients.columns; ++n)
+                out.y(r, k) +=
+                    double(cluster.basis[k * coefficients.columns + n]) * double(coefficients(f, n) - cluster.mean[n]);
     }
     scaleToUnit(out.x);
     scaleToUnit(out.y);

@@ -19,7 +19,7 @@ using namespace penumbra;
 
 constexpr std::size_t kVertices = 11534, kJoints = 18, kAngles = 3 * kJoints;
 
-std::vector<float> randomNumbers(std::size_t count) {
+std::vector<float> randomCoefficients(std::size_t count) {
     std::mt19937 random{7};
     std::uniform_real_distribution<float> uniform(-1, 1);
     std::vector<float> values(count);
@@ -30,7 +30,7 @@ std::vector<float> randomNumbers(std::size_t count) {
 // Points of which the first joint moves all.
 TransferModel randomCharacter() {
     TransferModel model;
-    const std::vector<float> places = randomNumbers(3 * kVertices);
+    const std::vector<float> places = randomCoefficients(3 * kVertices);
     for (std::size_t v = 0; v < kVertices; ++v)
         model.mesh.rest_positions.push_back({places[3 * v], places[3 * v + 1], places[3 * v + 2]});
     model.rest_normals.assign(kVertices, {0, 1, 0});
@@ -42,7 +42,7 @@ TransferModel randomCharacter() {
     model.frames = {{"still"}, {0}, {0}};
     model.bones.assign(kJoints, Affine());
     model.pose_size = int(kAngles);
-    model.pose = randomNumbers(kAngles);
+    model.pose = randomCoefficients(kAngles);
     for (std::size_t i = 0; i < kAngles; ++i) model.angles.push_back(std::uint32_t(i));
     return model;
 }
@@ -52,13 +52,13 @@ TransferModel randomModel(std::size_t k, std::size_t m) {
     TransferModel model = randomCharacter();
     if (k == 0) {
         model.kind = TransferModelKind::kLinear;
-        model.weights = randomNumbers(36 * (kAngles + 1) * kVertices);
+        model.weights = randomCoefficients(36 * (kAngles + 1) * kVertices);
         return model;
     }
-    model.pose_basis = randomNumbers(kAngles * k);
-    model.weights = randomNumbers(36 * (k + 1) * m);
-    model.basis = randomNumbers(m * kVertices);
-    model.mean = randomNumbers(kVertices);
+    model.pose_basis = randomCoefficients(kAngles * k);
+    model.weights = randomCoefficients(36 * (k + 1) * m);
+    model.basis = randomCoefficients(m * kVertices);
+    model.mean = randomCoefficients(kVertices);
     return model;
 }
 
@@ -79,10 +79,10 @@ double milliseconds(const Body& body) {
 void measure(const char* name, const TransferModel& model, double paper_hz) {
     const std::vector<std::byte> bytes = packTransfer(model, std::vector{diffuseMaterial({1, 1, 1})}, {}, {}, "{}");
     const AssetView asset = openAsset(bytes, name);
-    const std::vector<float> numbers = randomNumbers(2 * 3 * 36);
+    const std::vector<float> coefficients = randomCoefficients(2 * 3 * 36);
     std::array<std::vector<Vec3>, 2> lights;
     for (std::size_t i = 0; i < 72; ++i)
-        lights[i / 36].push_back({numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]});
+        lights[i / 36].push_back({coefficients[3 * i], coefficients[3 * i + 1], coefficients[3 * i + 2]});
     for (const TransferPath& path : transferPaths()) {
         TransferEvaluator evaluator(asset);
         evaluator.usePath(path);

@@ -90,7 +90,7 @@ TEST(CApiDeforming, SameNumbersAsTheClassesInEitherOrder) {
             for (std::size_t f = 0; f < cloth.info.frame_count; ++f) {
                 const std::vector<float> inputs = synthetic::clothInputs(f / 3.0);
                 evaluator.setPositions(cloth.points(f), inputs);
-                const auto [positions, normals, tangents, numbers, indirect] = PosedArrays(evaluator);
+                const auto [positions, normals, tangents, coefficients, indirect] = PosedArrays(evaluator);
                 std::vector<float> asset_order;
                 for (std::size_t v = 0; v < positions.size(); ++v)
                     for (int i = 0; i < 3; ++i)
@@ -102,7 +102,7 @@ TEST(CApiDeforming, SameNumbersAsTheClassesInEitherOrder) {
                               PENUMBRA_OK)
                         << cloth.error.message;
                     ASSERT_EQ(frame.evaluate(cloth.character.get(), cloth.info, 3), PENUMBRA_OK);
-                    EXPECT_EQ(frame.coefficients, numbers);
+                    EXPECT_EQ(frame.coefficients, coefficients);
                     for (std::size_t v = 0; v < positions.size(); ++v)
                         for (std::size_t i = 0; i < 3; ++i) {
                             ASSERT_EQ(frame.positions[3 * v + i], positions[v][int(i)]);

@@ -71,9 +71,9 @@ TEST(CApiHeights, GiveWhatTheClassesGive) {
     HeightVisibility visibility(plain, 5, 4);
     visibility.evaluate(plain, 0, visibility.receiverRows());
     std::vector<Vec3> normals(50), tangents(50);
-    std::vector<float> numbers(50 * PENUMBRA_HEIGHTS_STRIDE);
+    std::vector<float> coefficients(50 * PENUMBRA_HEIGHTS_STRIDE);
     for (std::size_t r = 0; r < 40; ++r) {
-        visibility.numbers(plain, int(r), 0, normals, tangents, PENUMBRA_HEIGHTS_STRIDE, numbers);
+        visibility.coefficients(plain, int(r), 0, normals, tangents, PENUMBRA_HEIGHTS_STRIDE, coefficients);
         for (std::size_t c = 0; c < 50; ++c) {
             const std::size_t at = r * 50 + c;
             EXPECT_FLOAT_EQ(points.positions[3 * at], 1 + 0.1f * float(c));
@@ -82,7 +82,7 @@ TEST(CApiHeights, GiveWhatTheClassesGive) {
             EXPECT_EQ(points.normals[3 * at + 1], normals[c].z);
             for (std::size_t i = 0; i < 15; ++i)
                 EXPECT_EQ(points.coefficients[at * PENUMBRA_HEIGHTS_STRIDE + i],
-                          numbers[c * PENUMBRA_HEIGHTS_STRIDE + i]);
+                          coefficients[c * PENUMBRA_HEIGHTS_STRIDE + i]);
         }
     }
     // A point, and the middle of a square, where the two triangles meet.

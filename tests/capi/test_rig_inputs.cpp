@@ -20,15 +20,15 @@ constexpr std::size_t kTubeJoints = 3, kJoints = kTubeJoints + 2, kBall = kTubeJ
 void addInputsToFrames(Model& model) {
     std::vector<Affine> bones;
     std::vector<float> pose;
-    const auto numbers = std::size_t(model.pose_size);
+    const auto coefficients = std::size_t(model.pose_size);
     for (std::size_t f = 0; f < model.frames.frameCount(); ++f) {
         const std::vector<float> x = synthetic::clothInputs(double(f) / 3);
         const auto bone = model.bones.begin() + long(f * kTubeJoints);
         bones.insert(bones.end(), bone, bone + kTubeJoints);
         bones.push_back(pointBone({x[1], x[2], x[3]}, model.joint_centers[kBall]));
         bones.push_back(numberBone(x[0], 2.5f, 0.4f));
-        const auto number = model.pose.begin() + long(f * numbers);
-        pose.insert(pose.end(), number, number + long(numbers));
+        const auto number = model.pose.begin() + long(f * coefficients);
+        pose.insert(pose.end(), number, number + long(coefficients));
         pose.insert(pose.end(), x.begin(), x.end());
     }
     model.bones = bones;
@@ -120,14 +120,14 @@ TEST(CApiRigInputs, SameNumbersAsTheClasses) {
             for (std::size_t f = 0; f < rig.info.frame_count; ++f) {
                 evaluator.setFrame(f);
                 Frame by_frame(rig.info);
-                const std::vector<float> numbers = coefficientsOf(evaluator);
+                const std::vector<float> coefficients = coefficientsOf(evaluator);
                 ASSERT_EQ(penumbra_character_set_frame(rig.character.get(), f, nullptr), PENUMBRA_OK);
                 ASSERT_EQ(by_frame.evaluate(rig.character.get(), rig.info), PENUMBRA_OK);
-                EXPECT_EQ(by_frame.coefficients, numbers);
+                EXPECT_EQ(by_frame.coefficients, coefficients);
                 const penumbra_frame stored = rig.frame(f);
                 const Frame by_pose =
                     rig.evaluated({stored.matrices, stored.matrices + 12 * kJoints}, stored.rotations);
-                EXPECT_EQ(by_pose.coefficients, numbers);
+                EXPECT_EQ(by_pose.coefficients, coefficients);
                 EXPECT_EQ(by_pose.positions, by_frame.positions);
             }
         }

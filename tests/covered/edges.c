@@ -1,4 +1,4 @@
-// For scripts/sanitizer_cases: a program that is built with -fsanitize-coverage=trace-pc-guard and linked with this
+// For scripts/dev/sanitizer_cases: a program that is built with -fsanitize-coverage=trace-pc-guard and linked with this
 // appends a line for every edge that it ran, when it ends: the file of its code and the address in it. They go to a new
 // file in the folder $PENUMBRA_EDGES.
 #define _GNU_SOURCE

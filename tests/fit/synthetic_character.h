@@ -11,7 +11,7 @@
 #include "fit/clusters/tangent_frames.h"
 #include "fit/clusters/vertex_clusters.h"
 #include "fit/models/features.h"
-#include "fit/visibility/local_numbers.h"
+#include "fit/visibility/local_coefficients.h"
 #include "formats/stage/visibility_file.h"
 #include "sh/sh_rotation.h"
 
@@ -126,33 +126,34 @@ inline VisibilityHeader makeHeader(const Options& options) {
 // Returns the numbers of a vertex. Each is a fixed random linear function of the positions of the other bones, added to
 // numbers with E = 1/2. They are small enough to stay physical: 0 < E < 1.
 constexpr double kNumberSize = 0.05;
-inline std::vector<float> numbersOf(std::size_t vertex, const Convention& convention, std::span<const double> raw) {
+inline std::vector<float> coefficientsOf(std::size_t vertex, const Convention& convention,
+                                         std::span<const double> raw) {
     std::mt19937 random{std::mt19937::result_type(vertex)};
     std::normal_distribution<double> normal;
-    std::vector<float> numbers(std::size_t(convention.size()));
-    ambientWeights(convention, numbers);
+    std::vector<float> coefficients(std::size_t(convention.size()));
+    ambientWeights(convention, coefficients);
     double norm2 = 0;
-    for (float w : numbers) norm2 += double(w) * w;
-    for (float& number : numbers) {
+    for (float w : coefficients) norm2 += double(w) * w;
+    for (float& number : coefficients) {
         double sum = normal(random);
         for (std::size_t c = 0; c < raw.size(); ++c)
             if (c % 12 < 3) sum += normal(random) * raw[c];
         number = float(number * 0.5 / norm2 + kNumberSize * sum);
     }
-    return numbers;
+    return coefficients;
 }
 
 // Returns local-frame moments that give these numbers. The odd moments of D are free and set to zero.
-inline std::vector<float> momentsFrom(const Convention& convention, std::span<const float> numbers) {
+inline std::vector<float> momentsFrom(const Convention& convention, std::span<const float> coefficients) {
     std::vector<float> moments(std::size_t(coefficientCount(convention.order)));
     std::vector<double> below(moments.size());
     belowHorizonCoefficients(convention.order, below);
     const std::vector<int> indices = convention.indices();
     for (std::size_t i = 0; i < indices.size(); ++i) {
         const auto at = std::size_t(indices[i]);
-        moments[at] = convention.below == BelowHorizon::kMirrored ? numbers[i] / 2
-                      : convention.below == BelowHorizon::kOpen   ? float(numbers[i] - below[at])
-                                                                  : numbers[i];
+        moments[at] = convention.below == BelowHorizon::kMirrored ? coefficients[i] / 2
+                      : convention.below == BelowHorizon::kOpen   ? float(coefficients[i] - below[at])
+                                                                  : coefficients[i];
     }
     return moments;
 }
@@ -179,9 +180,9 @@ inline void writeCharacter(const std::filesystem::path& path, const Options& opt
         for (std::size_t v = 0; v < header.mesh.vertexCount(); ++v) {
             const int joint = clusters.joint[clusters.cluster_of_vertex[v]];
             rawFeatures(recipe, joint, frame.bones, rotations, frame.pose, raw);
-            std::vector<float> numbers = numbersOf(v, options.convention, raw);
-            for (float& x : numbers) x += float(kNumberSize * options.noise * normal(random));
-            const std::vector<float> local = momentsFrom(options.convention, numbers);
+            std::vector<float> coefficients = coefficientsOf(v, options.convention, raw);
+            for (float& x : coefficients) x += float(kNumberSize * options.noise * normal(random));
+            const std::vector<float> local = momentsFrom(options.convention, coefficients);
             const Vec3 t = carriedTangent(frame.normals[v], rotations[std::size_t(joint)], tangents[v]);
             std::vector<float> moments(local.size());
             apply(makeShRotation(options.convention.order, localFrame(frame.normals[v], t)), local, moments);

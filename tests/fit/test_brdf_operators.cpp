@@ -78,12 +78,12 @@ TEST(BrdfOperators, Equation11IsTheProduct) {
                 for (std::size_t s = 0; s < scenes.lights.size() * scenes.occluders.size(); ++s) {
                     const double* moments = test.moments.data() + s % 61 * coefficientCount(kMaxOrder);
                     const std::vector<float> b_i(moments, moments + coefficientCount(convention.order));
-                    std::vector<float> numbers(std::size_t(convention.size()));
-                    fromMoments(convention, b_i, numbers);
+                    std::vector<float> coefficients(std::size_t(convention.size()));
+                    fromMoments(convention, b_i, coefficients);
                     double transported = 0;
                     for (std::size_t i = 0; i < 16; ++i)
-                        for (std::size_t j = 0; j < numbers.size(); ++j)
-                            transported += scenes.lights[s / 61][i] * m[i * numbers.size() + j] * numbers[j];
+                        for (std::size_t j = 0; j < coefficients.size(); ++j)
+                            transported += scenes.lights[s / 61][i] * m[i * coefficients.size() + j] * coefficients[j];
                     for (std::size_t c = 0; c < 3; ++c)
                         truth[(c * scenes.views.size() + v) * 366 + s] += at_view * transported;
                 }

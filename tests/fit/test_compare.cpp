@@ -62,18 +62,18 @@ TEST(CompareGrid, NeverAsksForMomentsThatTheFileLacks) {
 TEST(EigenvalueDecay, OfAllVerticesIsThatOfTheWholeMatrix) {
     const ComparedCharacter c("decay.vis.h5", "A3");
     const std::vector<EigenvalueDecay> decays = outputDecays(c.input, c.character, c.options, {});
-    ClusterNumbersRequest request;
+    ClusterCoefficientsRequest request;
     request.convention = c.options.referenceConvention();
     request.frames = c.character.frames();
     std::vector<std::vector<std::uint32_t>> all(1);
     for (std::uint32_t v = 0; v < c.reader.header().mesh.vertexCount(); ++v) all[0].push_back(v);
     request.vertices_of_cluster = all;
-    const MatrixF numbers = readClusterNumbers(c.reader, c.poses, request)[0];
-    const std::vector<double> mean = meanOfRows(numbers, c.character.train);
-    Matrix centered(c.character.train.size(), numbers.columns);
+    const MatrixF coefficients = readClusterCoefficients(c.reader, c.poses, request)[0];
+    const std::vector<double> mean = meanOfRows(coefficients, c.character.train);
+    Matrix centered(c.character.train.size(), coefficients.columns);
     for (std::size_t r = 0; r < centered.rows; ++r)
         for (std::size_t i = 0; i < centered.columns; ++i)
-            centered(r, i) = double(numbers(c.character.train[r], i)) - mean[i];
+            centered(r, i) = double(coefficients(c.character.train[r], i)) - mean[i];
     const Pca pca = principalComponents(centered);
     ASSERT_GE(decays[0].shares.size(), pca.energies.size());
     for (std::size_t k = 0; k < pca.energies.size(); ++k)
@@ -86,17 +86,18 @@ TEST(EigenvalueDecay, OfAllVerticesIsThatOfTheWholeMatrix) {
 TEST(EigenvalueDecay, OfRowsOfVerticesIsThatOfTheLinearModels) {
     const ComparedCharacter c("stacked.vis.h5", "A3");
     const EigenvalueDecay decay = outputDecays(c.input, c.character, c.options, {})[1];
-    ClusterNumbersRequest request;
+    ClusterCoefficientsRequest request;
     request.convention = c.options.referenceConvention();
     request.frames = c.character.frames();
     std::vector<std::vector<std::uint32_t>> all(1);
     for (std::uint32_t v = 0; v < c.reader.header().mesh.vertexCount(); ++v) all[0].push_back(v);
     request.vertices_of_cluster = all;
-    const MatrixF numbers = readClusterNumbers(c.reader, c.poses, request)[0];
+    const MatrixF coefficients = readClusterCoefficients(c.reader, c.poses, request)[0];
     const std::size_t n = std::size_t(request.convention.size());
     Matrix rows(c.character.train.size() * n, all[0].size());
     for (std::size_t r = 0; r < rows.rows; ++r)
-        for (std::size_t v = 0; v < rows.columns; ++v) rows(r, v) = numbers(c.character.train[r / n], v * n + r % n);
+        for (std::size_t v = 0; v < rows.columns; ++v)
+            rows(r, v) = coefficients(c.character.train[r / n], v * n + r % n);
     std::vector<std::size_t> every(rows.rows);
     for (std::size_t r = 0; r < every.size(); ++r) every[r] = r;
     const Pca pca = principalComponents(centeredRows(rows, every, meanOfRows(rows, every)));

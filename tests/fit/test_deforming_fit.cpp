@@ -92,7 +92,7 @@ void writeLinearSheet(const std::filesystem::path& path, const FitOptions& optio
             std::vector<double> few(12 * ((raw.size() + 11) / 12));  // numbersOf() takes every first 3 of 12
             for (std::size_t i = 0; i < raw.size(); ++i) few[i] = 0.3 * raw[i];
             const std::vector<float> local =
-                synthetic::momentsFrom(model.convention, synthetic::numbersOf(v, model.convention, few));
+                synthetic::momentsFrom(model.convention, synthetic::coefficientsOf(v, model.convention, few));
             const Vec3 t = carriedTangent(frame.normals[v], rotations[std::size_t(joint)], model.rest_tangents[v]);
             std::vector<float> moments(local.size());
             apply(makeShRotation(3, localFrame(frame.normals[v], t)), local, moments);

@@ -48,33 +48,33 @@ struct Scene {
 };
 
 // Multiplies numbers [F, V n] by the near parts.
-void multiplyByNear(const NearProblem& problem, const VertexSet& vertices, MatrixF& numbers) {
-    std::vector<float> factors(vertices.part.size() * kFarNumbers);
+void multiplyByNear(const NearProblem& problem, const VertexSet& vertices, MatrixF& coefficients) {
+    std::vector<float> factors(vertices.part.size() * kFarCoefficients);
     const std::size_t parts = problem.far->partCount();
-    for (std::size_t f = 0; f < numbers.rows; ++f) {
+    for (std::size_t f = 0; f < coefficients.rows; ++f) {
         farFactors(*problem.far, vertices,
                    poseOfSet(vertices, *problem.poses, f, problem.posed.subspan(f * parts, parts)), factors);
-        multiplyByFar(*problem.far, factors, numbers.row(f));
+        multiplyByFar(*problem.far, factors, coefficients.row(f));
     }
 }
 
 // Numbers of an open sky with some noise, the same in all frames.
-MatrixF steadyNumbers(std::size_t frames, std::size_t vertices, std::size_t size) {
-    MatrixF numbers(frames, vertices * size);
+MatrixF steadyCoefficients(std::size_t frames, std::size_t vertices, std::size_t size) {
+    MatrixF coefficients(frames, vertices * size);
     Noise noise(41);
-    for (std::size_t c = 0; c < numbers.columns; ++c) {
+    for (std::size_t c = 0; c < coefficients.columns; ++c) {
         const float x = (c % size == 0 ? 2.5f : 0.0f) + 0.2f * noise();
-        for (std::size_t f = 0; f < frames; ++f) numbers(f, c) = x;
+        for (std::size_t f = 0; f < frames; ++f) coefficients(f, c) = x;
     }
-    return numbers;
+    return coefficients;
 }
 
 // Sum over all frames of squared distances from the mean of the frames.
-double variationOf(const MatrixF& numbers) {
-    const std::vector<double> mean = meanOfRows(numbers, indices(numbers.rows));
+double variationOf(const MatrixF& coefficients) {
+    const std::vector<double> mean = meanOfRows(coefficients, indices(coefficients.rows));
     double sum = 0;
-    for (std::size_t f = 0; f < numbers.rows; ++f)
-        for (std::size_t c = 0; c < numbers.columns; ++c) sum += std::pow(numbers(f, c) - mean[c], 2);
+    for (std::size_t f = 0; f < coefficients.rows; ++f)
+        for (std::size_t c = 0; c < coefficients.columns; ++c) sum += std::pow(coefficients(f, c) - mean[c], 2);
     return sum;
 }
 
@@ -106,18 +106,18 @@ TEST(NearGains, ComeBackFromWhatVerticesSee) {
     const NearProblem problem = scene.problem(far);
     VertexSet vertices = scene.allVertices();
     MatrixF local =
-        steadyNumbers(scene.poses.frameCount(), scene.vertices.size(), std::size_t(scene.model.convention.size()));
+        steadyCoefficients(scene.poses.frameCount(), scene.vertices.size(), std::size_t(scene.model.convention.size()));
     multiplyByNear(problem, vertices, local);
 
-    MatrixF numbers = local;
-    const std::vector<std::uint8_t> found = takeOutNearParts(problem, scene.vertices, numbers);
+    MatrixF coefficients = local;
+    const std::vector<std::uint8_t> found = takeOutNearParts(problem, scene.vertices, coefficients);
     ASSERT_EQ(found.size(), vertices.gains.size());
     const std::vector<std::uint8_t> ones(found.size(), std::uint8_t(1 / kPerGain));
     EXPECT_LT(rmsDistance(found, vertices.gains), 0.5 * rmsDistance(ones, vertices.gains));
-    EXPECT_LT(variationOf(numbers), 0.1 * variationOf(local));
+    EXPECT_LT(variationOf(coefficients), 0.1 * variationOf(local));
     vertices.gains = found;
-    multiplyByNear(problem, vertices, numbers);
-    EXPECT_LT(largestDifference(numbers.values, local.values), 0.1);
+    multiplyByNear(problem, vertices, coefficients);
+    EXPECT_LT(largestDifference(coefficients.values, local.values), 0.1);
 }
 
 // A vertex that no training frame shows because it lies inside of another part has the whole sky, so that it is seen
@@ -144,13 +144,13 @@ TEST(NearGains, VerticesThatPartsAlwaysHideHaveTheWholeSky) {
     hidden.assign(hidden.size(), false);
     hidden[kVertex] = true;
     std::vector<std::uint8_t> gains(2 * hidden.size(), 7);
-    MatrixF numbers = dark;
-    openHidden(hidden, gains, numbers);
+    MatrixF coefficients = dark;
+    openHidden(hidden, gains, coefficients);
     EXPECT_EQ(gains[2 * kVertex], std::uint8_t(1 / kPerGain));
     EXPECT_EQ(gains[2 * kVertex + 1], std::uint8_t(1 / kPerGain));
     EXPECT_EQ(std::count(gains.begin(), gains.end(), 7), std::ptrdiff_t(gains.size() - 2));
-    for (std::size_t f = 0; f < numbers.rows; ++f) {
-        const std::span<const float> row = numbers.row(f);
+    for (std::size_t f = 0; f < coefficients.rows; ++f) {
+        const std::span<const float> row = coefficients.row(f);
         EXPECT_NEAR(std::inner_product(ambient.begin(), ambient.end(), &row[kVertex * n], 0.0f), 1, 0.01);
         EXPECT_EQ(std::count(row.begin(), row.end(), 0.0f), std::ptrdiff_t(row.size() - 1));
     }

@@ -24,8 +24,8 @@ struct Errors {
 struct SunScenes {
     ShadingScenes scenes = referenceScenes();
     std::vector<WeightedDirection> half = gaussHemisphere(48, 192), whole = gaussSphere(12, 24);
-    std::vector<std::vector<double>> open;     // [occluder, half]
-    std::vector<std::vector<double>> numbers;  // [occluder, whole] V of convention D, order 5
+    std::vector<std::vector<double>> open;          // [occluder, half]
+    std::vector<std::vector<double>> coefficients;  // [occluder, whole] V of convention D, order 5
     std::vector<double> sky = std::vector<double>(16, 0.0);
 
     SunScenes() {
@@ -36,7 +36,7 @@ struct SunScenes {
             for (std::size_t i = 0; i < 16; ++i) sky[i] += w * skyRadianceAt(d) * y[i];
         }
         for (std::size_t k = 0; k < kept; ++k) {
-            std::vector<double> moments(25, 0.0), &see = open.emplace_back(), &v = numbers.emplace_back();
+            std::vector<double> moments(25, 0.0), &see = open.emplace_back(), &v = coefficients.emplace_back();
             for (const auto& [d, w] : half) {
                 see.push_back(isBlocked(scenes.occluders[k], d) ? 0 : 1);
                 evalBasis(5, d, y);
@@ -89,7 +89,7 @@ struct SunScenes {
                                   : direct(found.direction, found.irradiance.x);
             for (std::size_t q = 0; q < half.size(); ++q) truth += truth_sky[q] * open[k][q];
             for (std::size_t s = 0; s < whole.size(); ++s)
-                whole_sh += all[s] * numbers[k][s], factored += soft[s] * numbers[k][s];
+                whole_sh += all[s] * coefficients[k][s], factored += soft[s] * coefficients[k][s];
             errors.all += (whole_sh - truth) * (whole_sh - truth);
             errors.factored += (factored - truth) * (factored - truth);
             errors.truth += truth * truth;

@@ -12,9 +12,9 @@
 namespace penumbra::test_visibility_lobes {
 namespace {
 
-std::vector<double> grey(const std::vector<double>& numbers) {
+std::vector<double> grey(const std::vector<double>& values) {
     std::vector<double> sh;
-    for (const double number : numbers) sh.insert(sh.end(), 3, number);
+    for (const double number : values) sh.insert(sh.end(), 3, number);
     return sh;
 }
 
@@ -208,7 +208,7 @@ TEST(VisibilityLobes, OfNothingAreNothing) {
     options.lobes = 3;
     const VisibilityReader reader(file.path);
     const LobeModelFit fit = fitLobeModel(reader, options, {});
-    for (const float number : predictLobeNumbers(fit.model, reader.readFrame(3).pose, 1)) EXPECT_NEAR(number, 0, 1e-9);
+    for (const float number : predictLobeValues(fit.model, reader.readFrame(3).pose, 1)) EXPECT_NEAR(number, 0, 1e-9);
     EXPECT_EQ(fit.report.train_spread.mean, 0);
 }
 

@@ -226,7 +226,7 @@ inline FieldFile fieldFile() {
         part.boxes[1] = {{-1, 0, -2}, {2, 2, 2}, {2, 2, 2}};
         for (auto& bands : part.scale) bands.fill(1.0f / 1024);
         part.distance_scale = 1.0f / 512;
-        std::vector<std::int8_t> values(part.pointCount() * kFieldNumbers), distances(part.boxes[0].pointCount());
+        std::vector<std::int8_t> values(part.pointCount() * kFieldCoefficients), distances(part.boxes[0].pointCount());
         for (std::size_t i = 0; i < values.size(); ++i) values[i] = std::int8_t(int((i * 7 + p) % 255) - 127);
         for (std::size_t i = 0; i < distances.size(); ++i) distances[i] = std::int8_t(int(i * 11) - 60);
         out.fields.parts.push_back(part);
@@ -313,8 +313,8 @@ inline PoseFile mixedPoseFile() {
     out.rank.insert(out.rank.end(), {7, 8});
     out.distance.insert(out.distance.end(), {0, 0});
     out.node_names = {"root", "", "Ellbogen-\xc3\xa4"};
-    out.mixed = numbers(2 * 3 * kMixedNumbers, 1);
-    for (std::size_t row = 0; row < out.mixed.size(); row += kMixedNumbers) {
+    out.mixed = numbers(2 * 3 * kMixedValues, 1);
+    for (std::size_t row = 0; row < out.mixed.size(); row += kMixedValues) {
         double squared = 0;
         for (std::size_t i = 3; i < 7; ++i) squared += double(out.mixed[row + i]) * out.mixed[row + i];
         for (std::size_t i = 3; i < 7; ++i) out.mixed[row + i] /= float(std::sqrt(squared));

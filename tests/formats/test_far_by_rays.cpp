@@ -14,7 +14,7 @@
 namespace penumbra::test_far_by_rays {
 namespace {
 
-using Numbers = std::array<float, kFieldNumbers>;
+using Coefficients = std::array<float, kFieldCoefficients>;
 
 Mesh meshOf(const shapes::Shape& shape) {
     Mesh mesh;
@@ -84,16 +84,16 @@ TEST(PartRays, ABallHasTheClosedFormOfACap) {
     for (const Vec3d d : fibonacciSphere(40))
         for (const double r : {1.2, 1.6, 3.0}) {
             std::array<double, kFieldOrder> zonal;
-            std::array<double, kFieldNumbers> lobe;
+            std::array<double, kFieldCoefficients> lobe;
             capVisibilityZonal(std::asin(1 / r), zonal);
             rotateZonal(zonal, -d, lobe);
             lobe[0] -= std::sqrt(4 * std::numbers::pi);
-            Numbers traced;
+            Coefficients traced;
             rays.sample(0, toFloat(center + d * (0.25 * r)), traced);
             worst.add(distanceBetween(traced, lobe));
         }
     EXPECT_LT(worst, 0.02f);
-    Numbers inside;
+    Coefficients inside;
     rays.sample(0, toFloat(center), inside);
     EXPECT_NEAR(inside[0], -std::sqrt(4 * std::numbers::pi), 1e-5);
 }

@@ -1,6 +1,6 @@
 // Writes the seed corpora of the fuzz targets: small valid inputs, one folder a target, so that a short run starts
-// inside the formats instead of at their magic numbers. `scripts/fuzz --corpus` runs it.
-//   make_corpus SAMPLES OUT      SAMPLES: the rigs and sheets of scripts/make_samples.py
+// inside the formats instead of at their magic numbers. `scripts/dev/fuzz --corpus` runs it.
+//   make_corpus SAMPLES OUT      SAMPLES: the rigs and sheets of scripts/samples/make_samples.py
 #include <cstdio>
 
 #include "formats/image/image_file.h"

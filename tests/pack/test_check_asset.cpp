@@ -75,7 +75,7 @@ struct SyntheticBake {
         Evaluator evaluator(asset);
         const std::size_t count = evaluator.vertexCount(), joints = model.skin.jointCount();
         evaluator.setPose(asset.animation.bonesOf(f), {});
-        const auto [positions, normals, tangents, numbers, indirect] = PosedArrays(evaluator);
+        const auto [positions, normals, tangents, coefficients, indirect] = PosedArrays(evaluator);
         VisibilityFrame out;
         out.positions.resize(count);
         out.normals.resize(count);
@@ -88,7 +88,7 @@ struct SyntheticBake {
             out.positions[point] = positions[v];
             out.normals[point] = normals[v];
             std::vector<float> local(16);
-            for (std::size_t i = 0; i < 16; ++i) local[i] = numbers[v * 16 + i] + noise[(f * count + v) * 16 + i];
+            for (std::size_t i = 0; i < 16; ++i) local[i] = coefficients[v * 16 + i] + noise[(f * count + v) * 16 + i];
             applyTransposed(makeShRotation(4, toLocalFrame(normals[v], tangents[v])), local,
                             std::span(out.coefficients).subspan(point * 16, 16));
         }
@@ -124,9 +124,9 @@ double variationOf(const SyntheticBake& bake, std::size_t clip) {
     std::vector<double> y, mean(count);
     for (std::size_t f = 0; f < 6; ++f) {
         evaluator.setPose(bake.asset.animation.bonesOf(f), {});
-        const std::vector<float> numbers = coefficientsOf(evaluator);
+        const std::vector<float> coefficients = coefficientsOf(evaluator);
         for (std::size_t i = 0; i < count; ++i) {
-            y.push_back(double(numbers[i]) + bake.noise[f * count + i]);
+            y.push_back(double(coefficients[i]) + bake.noise[f * count + i]);
             if (f < 3) mean[i] += y.back() / 3;
         }
     }
@@ -351,9 +351,9 @@ TEST(PackTruth, AsNumbersIsWhatTheModelSaid) {
     Evaluator evaluator(bake.asset);
     evaluator.setPose(bake.asset.animation.bonesOf(2), {});
     const PosedArrays expected(evaluator);
-    std::vector<float> numbers(expected.coefficients.size());
-    coefficientsFromTruth(truth, 2, bake.asset, expected.all(), numbers);
-    for (std::size_t i = 0; i < numbers.size(); ++i) ASSERT_NEAR(numbers[i], expected.coefficients[i], 1e-5);
+    std::vector<float> coefficients(expected.coefficients.size());
+    coefficientsFromTruth(truth, 2, bake.asset, expected.all(), coefficients);
+    for (std::size_t i = 0; i < coefficients.size(); ++i) ASSERT_NEAR(coefficients[i], expected.coefficients[i], 1e-5);
     fs::remove(out);
 }
 

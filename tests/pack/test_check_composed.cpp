@@ -54,11 +54,11 @@ struct ComposedBake {
     VisibilityFrame frame(std::size_t f, bool with_local) const {
         Evaluator evaluator(asset);
         const std::size_t count = evaluator.vertexCount(), joints = model.skin.jointCount();
-        std::vector<float> numbers(count * 16), local(count * 16);
+        std::vector<float> coefficients(count * 16), local(count * 16);
         std::vector<Vec3> positions(count), normals(count), tangents(count);
         evaluator.setFrame(f);
         for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) {
-            evaluator.evaluateCluster(c, numbers);
+            evaluator.evaluateCluster(c, coefficients);
             evaluator.evaluateLocal(c, local);
         }
         evaluator.skin(0, count, positions, normals, tangents);
@@ -81,7 +81,7 @@ struct ComposedBake {
                     moments[std::size_t(model.convention.indices()[i])] = from[v * 16 + i] / 2;
                 applyTransposed(to_local, moments, std::span(to).subspan(point * 25, 25));
             };
-            store(numbers, out.coefficients);
+            store(coefficients, out.coefficients);
             if (with_local) store(local, out.local_coefficients);
         }
         return out;

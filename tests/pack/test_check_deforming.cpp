@@ -67,7 +67,7 @@ struct ClothBake {
         const std::span<const Vec3> places = std::span(model.positions).subspan(f * points, points);
         const std::vector<float> inputs = synthetic::clothInputs(model.frames.time[f]);
         evaluator.setPositions(places, inputs);
-        const auto [positions, normals, tangents, numbers, indirect] = PosedArrays(evaluator);
+        const auto [positions, normals, tangents, coefficients, indirect] = PosedArrays(evaluator);
         VisibilityFrame out;
         out.positions.resize(count);
         out.normals.resize(count);
@@ -80,7 +80,7 @@ struct ClothBake {
             out.positions[point] = positions[v];
             out.normals[point] = normals[v];
             applyTransposed(makeShRotation(header.order, toLocalFrame(normals[v], tangents[v])),
-                            std::span<const float>(numbers).subspan(v * n, n),
+                            std::span<const float>(coefficients).subspan(v * n, n),
                             std::span(out.coefficients).subspan(point * n, n));
         }
         return out;

@@ -85,8 +85,8 @@ TEST(ComposedAsset, CoarseFieldsAreWithinHalfAStep) {
             const std::size_t box = a.boxes[0].pointCount(), boxes = box + a.boxes[1].pointCount();
             const float coarsest = step * a.radius * a.radius;
             for (std::size_t i = 0; i < fine.values[p].size(); ++i) {
-                const std::size_t point = i / kFieldNumbers, level = std::size_t(point >= box) + (point >= boxes);
-                const auto band = std::size_t(bandOfIndex(int(i % kFieldNumbers)));
+                const std::size_t point = i / kFieldCoefficients, level = std::size_t(point >= box) + (point >= boxes);
+                const auto band = std::size_t(bandOfIndex(int(i % kFieldCoefficients)));
                 const float scale = a.scale[level][band], other = b.scale[level][band];
                 EXPECT_EQ(other, scale > 0 ? std::max(scale, coarsest) : 0);
                 moved.add(std::abs(fine.values[p][i] * scale - coarse.values[p][i] * other) / coarsest);

@@ -28,7 +28,7 @@ TEST(SymmetricAxes, RebuildTheMatrixFromOrthonormalVectors) {
     }
 }
 
-constexpr std::size_t kFrames = 40, kUnits = 9, kNumbers = 60;
+constexpr std::size_t kFrames = 40, kUnits = 9, kCoefficients = 60;
 
 // A cluster of `components`, and its units' values h [F, H] over some frames, from which everything follows.
 struct Example {
@@ -40,8 +40,8 @@ struct Example {
         synthetic::fillNoise(units, kFrames * kUnits, 1, noise);
         synthetic::fillNoise(cluster.weights, components * kUnits, 1, noise);
         synthetic::fillNoise(cluster.bias, components, 2, noise);
-        synthetic::fillNoise(cluster.mean, kNumbers, 1, noise);
-        synthetic::fillNoise(cluster.basis, components * kNumbers, 0.2f, noise);
+        synthetic::fillNoise(cluster.mean, kCoefficients, 1, noise);
+        synthetic::fillNoise(cluster.basis, components * kCoefficients, 0.2f, noise);
         for (std::size_t i = 0; i < cluster.weights.size(); ++i)  // components of unequal weight
             cluster.weights[i] /= float(1 + i / kUnits);
     }
@@ -56,14 +56,14 @@ struct Example {
             }
         return y;
     }
-    std::vector<double> numbers(const ClusterModel& of) const {  // [F, numbers]
+    std::vector<double> coefficients(const ClusterModel& of) const {  // [F, numbers]
         const std::vector<float> y = scores(of);
         std::vector<double> out;
         for (std::size_t f = 0; f < kFrames; ++f)
-            for (std::size_t n = 0; n < kNumbers; ++n) {
+            for (std::size_t n = 0; n < kCoefficients; ++n) {
                 double sum = of.mean[n];
                 for (std::size_t k = 0; k < of.components(); ++k)
-                    sum += double(y[f * of.components() + k]) * of.basis[k * kNumbers + n];
+                    sum += double(y[f * of.components() + k]) * of.basis[k * kCoefficients + n];
                 out.push_back(sum);
             }
         return out;
@@ -77,9 +77,9 @@ struct Example {
 // Measured: 1.5e-6 of numbers up to 6.
 TEST(CompressModel, TurningChangesNoNumber) {
     Example example(6);
-    const std::vector<double> before = example.numbers(example.cluster);
+    const std::vector<double> before = example.coefficients(example.cluster);
     const std::vector<double> energies = example.turn();
-    const std::vector<double> after = example.numbers(example.cluster);
+    const std::vector<double> after = example.coefficients(example.cluster);
     for (std::size_t i = 0; i < before.size(); ++i) EXPECT_NEAR(after[i], before[i], 1e-5);
     const std::vector<float> y = example.scores(example.cluster);
     ASSERT_EQ(energies.size(), 6u);
@@ -90,8 +90,9 @@ TEST(CompressModel, TurningChangesNoNumber) {
                 mean += y[f * 6 + k] / double(kFrames);
                 scatter += double(y[f * 6 + k]) * y[f * 6 + j];
             }
-            for (std::size_t n = 0; n < kNumbers; ++n)
-                gram += double(example.cluster.basis[k * kNumbers + n]) * example.cluster.basis[j * kNumbers + n];
+            for (std::size_t n = 0; n < kCoefficients; ++n)
+                gram +=
+                    double(example.cluster.basis[k * kCoefficients + n]) * example.cluster.basis[j * kCoefficients + n];
             EXPECT_NEAR(mean, 0, 1e-6);
             EXPECT_NEAR(scatter, k == j ? energies[k] : 0, 1e-4);
             EXPECT_NEAR(gram, k == j, 1e-6);
@@ -101,12 +102,12 @@ TEST(CompressModel, TurningChangesNoNumber) {
 TEST(CompressModel, ComponentsThatRepeatOthersAreGone) {
     Example example(5);
     ClusterModel& cluster = example.cluster;
-    std::copy_n(cluster.basis.begin(), kNumbers, cluster.basis.begin() + 3 * kNumbers);
-    std::fill_n(cluster.basis.begin() + 4 * kNumbers, kNumbers, 0.0f);
-    const std::vector<double> before = example.numbers(cluster);
+    std::copy_n(cluster.basis.begin(), kCoefficients, cluster.basis.begin() + 3 * kCoefficients);
+    std::fill_n(cluster.basis.begin() + 4 * kCoefficients, kCoefficients, 0.0f);
+    const std::vector<double> before = example.coefficients(cluster);
     EXPECT_EQ(example.turn().size(), 3u);
     EXPECT_EQ(cluster.components(), 3u);
-    const std::vector<double> after = example.numbers(cluster);
+    const std::vector<double> after = example.coefficients(cluster);
     for (std::size_t i = 0; i < before.size(); ++i) EXPECT_NEAR(after[i], before[i], 1e-5);
 }
 
@@ -114,10 +115,10 @@ TEST(CompressModel, ComponentsThatRepeatOthersAreGone) {
 // first axes do, and certainly not the first components as they were.
 TEST(CompressModel, DroppingCostsTheEnergyThatWasPredicted) {
     Example example(6), plain(6);
-    const std::vector<double> before = example.numbers(example.cluster);
+    const std::vector<double> before = example.coefficients(example.cluster);
     const std::vector<double> energies = example.turn();
     const auto lost = [&](const Example& of) {
-        const std::vector<double> now = of.numbers(of.cluster);
+        const std::vector<double> now = of.coefficients(of.cluster);
         double sum = 0;
         for (std::size_t i = 0; i < now.size(); ++i) sum += (now[i] - before[i]) * (now[i] - before[i]);
         return sum;

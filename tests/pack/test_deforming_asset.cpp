@@ -104,13 +104,14 @@ TEST(DeformingAsset, FramesOfSkinnedOnesCanBeLeftOut) {
     Evaluator evaluator(asset), expected(whole);
     evaluator.setPose(whole.animation.bonesOf(1), whole.animation.poseOf(1));
     expected.setFrame(1);
-    std::vector<float> numbers(evaluator.vertexCount() * std::size_t(asset.model.stride)), same(numbers.size());
+    std::vector<float> coefficients(evaluator.vertexCount() * std::size_t(asset.model.stride)),
+        same(coefficients.size());
     for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) {
-        evaluator.evaluateCluster(c, numbers);
+        evaluator.evaluateCluster(c, coefficients);
         expected.evaluateCluster(c, same);
     }
-    EXPECT_EQ(largestDifference(numbers, same), 0);
-    EXPECT_GT(largestMagnitude(numbers), 0.3);
+    EXPECT_EQ(largestDifference(coefficients, same), 0);
+    EXPECT_GT(largestMagnitude(coefficients), 0.3);
 }
 
 TEST(DeformingAsset, SkinnedOnesHaveNoPlayback) {

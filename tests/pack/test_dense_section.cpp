@@ -20,9 +20,9 @@ std::vector<std::byte> packedDense(Model model) {
 }
 
 // Brings numbers of convention B to another frame by way of the model frame.
-std::vector<float> inFrame(std::span<const float> numbers, const Mat3& from_local, const Mat3& to_local) {
-    std::vector<float> model(numbers.size()), out(numbers.size());
-    apply(makeShRotation(5, from_local), numbers, model);
+std::vector<float> inFrame(std::span<const float> coefficients, const Mat3& from_local, const Mat3& to_local) {
+    std::vector<float> model(coefficients.size()), out(coefficients.size());
+    apply(makeShRotation(5, from_local), coefficients, model);
     apply(makeShRotation(5, to_local), model, out);
     return out;
 }

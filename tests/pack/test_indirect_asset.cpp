@@ -45,13 +45,13 @@ TEST(IndirectAsset, HoldsWhatTheModelHas) {
         const std::size_t first = asset.model.clusters[c].first_vertex, rows = cluster.mean.size();
         for (std::size_t v = 0; v < cluster.vertices.size(); ++v) {
             const float* row = found.data() + (first + v) * kIndirectStride;
-            for (std::size_t i = 0; i < kIndirectNumbers; ++i) {
-                double expected = cluster.mean[v * kIndirectNumbers + i];
+            for (std::size_t i = 0; i < kIndirectSize; ++i) {
+                double expected = cluster.mean[v * kIndirectSize + i];
                 for (std::size_t k = 0; k < y.size(); ++k)
-                    expected += double(y[k]) * cluster.basis[k * rows + v * kIndirectNumbers + i];
+                    expected += double(y[k]) * cluster.basis[k * rows + v * kIndirectSize + i];
                 EXPECT_NEAR(row[i], expected, 1e-5);
             }
-            EXPECT_EQ(row[kIndirectNumbers], 0);
+            EXPECT_EQ(row[kIndirectSize], 0);
         }
     }
 }
@@ -102,7 +102,7 @@ TEST(IndirectAsset, RejectsEveryTruncation) {
 }
 
 // E_ind of a vertex by the definition: the light turned into the local frame, times the numbers.
-Vec3 indirectLight(const ColorAxes& axes, std::span<const float> numbers, const Mat3& to_local,
+Vec3 indirectLight(const ColorAxes& axes, std::span<const float> coefficients, const Mat3& to_local,
                    std::span<const float> light) {
     const ShRotation turn = makeShRotation(kIndirectOrder, to_local);
     std::array<float, kIndirectCoefficients> model, local;
@@ -110,7 +110,8 @@ Vec3 indirectLight(const ColorAxes& axes, std::span<const float> numbers, const 
     for (int c = 0; c < 3; ++c) {
         for (std::size_t i = 0; i < model.size(); ++i) model[i] = light[3 * i + std::size_t(c)];
         apply(turn, std::span<const float>(model), std::span<float>(local));
-        for (std::size_t i = 0; i < model.size(); ++i) sum[c] += local[i] * indirectCoefficient(axes, numbers, i)[c];
+        for (std::size_t i = 0; i < model.size(); ++i)
+            sum[c] += local[i] * indirectCoefficient(axes, coefficients, i)[c];
     }
     return sum;
 }

@@ -17,9 +17,9 @@ namespace {
 
 using synthetic::tubeModel;
 
-std::vector<float> decoded(const NumbersView& numbers) {
-    std::vector<float> values(numbers.count);
-    decode(numbers, values);
+std::vector<float> decoded(const NumbersView& coefficients) {
+    std::vector<float> values(coefficients.count);
+    decode(coefficients, values);
     return values;
 }
 

@@ -140,12 +140,12 @@ TEST(SurfaceTerms, OfAnOpenVertexAreTheClosedForm) {
     set.setLight(0, light);
     const std::size_t count = asset.mesh.positions.size(), stride = std::size_t(asset.model.stride);
     const std::vector<float> open = freeSight(asset.model.convention);
-    std::vector<float> numbers(count * stride, 0.0f);
+    std::vector<float> coefficients(count * stride, 0.0f);
     for (std::size_t v = 0; v < count; ++v)
-        std::copy(open.begin(), open.end(), numbers.begin() + std::ptrdiff_t(v * stride));
+        std::copy(open.begin(), open.end(), coefficients.begin() + std::ptrdiff_t(v * stride));
     const std::vector<Vec3> positions(count), normals(count, Vec3{0, 0, 1}), tangents(count, Vec3{0, 1, 0});
     std::vector<Vec3> terms(4 * count);
-    set.shadeTerms({positions, normals, tangents, numbers, 0, count}, {0, 0, 5}, terms);
+    set.shadeTerms({positions, normals, tangents, coefficients, 0, count}, {0, 0, 5}, terms);
     for (std::size_t c = 1; c < 4; ++c)
         for (std::size_t v = 0; v < count; ++v) {
             EXPECT_NEAR(terms[c * count + v].x, 2.0f / 3, 0.02f);

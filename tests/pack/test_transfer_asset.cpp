@@ -90,10 +90,10 @@ TEST(TransferAsset, EveryPathEvaluatesTheFormula) {
                 Evaluator evaluator(asset);
                 evaluator.transfer()->usePath(path);
                 evaluator.setFrame(1);
-                const std::vector<float> numbers = coefficientsOf(evaluator);
+                const std::vector<float> coefficients = coefficientsOf(evaluator);
                 for (std::size_t v = 0; v < model.mesh.vertexCount(); ++v)
                     for (std::size_t c = 0; c < stride; ++c)
-                        ASSERT_NEAR(numbers[v * stride + c], c < n ? expected[v * n + c] : 0, 3e-6)
+                        ASSERT_NEAR(coefficients[v * stride + c], c < n ? expected[v * n + c] : 0, 3e-6)
                             << path.name << " order " << order << " vertex " << v << " number " << c;
             }
         }
@@ -157,9 +157,9 @@ TEST(TransferAsset, AmbientVisibilityIsOneWhereNothingBlocks) {
     const AssetView asset = openAsset(bytes);
     Evaluator evaluator(asset);
     evaluator.setFrame(0);
-    std::vector<float> numbers(vertices * std::size_t(asset.model.stride)), e(vertices);
-    evaluator.evaluateCluster(0, numbers);
-    ambient(asset, numbers, e);
+    std::vector<float> coefficients(vertices * std::size_t(asset.model.stride)), e(vertices);
+    evaluator.evaluateCluster(0, coefficients);
+    ambient(asset, coefficients, e);
     for (const float value : e) EXPECT_NEAR(value, 1, 1e-6);
 }
 

@@ -47,7 +47,7 @@ def replace(path, old, new):
 
 def snakemake(folder, *words, code=0, env=None):
     """Runs Snakemake and returns all that it printed."""
-    command = ["snakemake", *words, "-s", os.path.join(SCRIPTS, "Snakefile"), "--configfile", "farm.yaml"]
+    command = ["snakemake", *words, "-s", os.path.join(SCRIPTS, "farm", "Snakefile"), "--configfile", "farm.yaml"]
     if "--profile" not in words:
         command.append("-c2")
     result, text = run_forked(command, folder, env) if imported_snakemake() else run_program(command, folder, env)

@@ -16,8 +16,8 @@ from farm_folder import SCRIPTS, write
 sys.path.insert(0, SCRIPTS)
 from farm.config import ConfigError, Unreadable, an_occluder
 
-TASK = os.path.join(SCRIPTS, "slurm", "task")
-BAKE_ARRAY = os.path.join(SCRIPTS, "slurm", "bake_array")
+TASK = os.path.join(SCRIPTS, "farm", "slurm", "task")
+BAKE_ARRAY = os.path.join(SCRIPTS, "farm", "slurm", "bake_array")
 STOPS = """import signal, sys, time
 def stop(*_):
     open("stopped", "w").close()

@@ -103,7 +103,7 @@ def photograph(page, number, tilt):
 
 
 def check_camera(folder):
-    subprocess.run([ROOT / "scripts/make_tags", "grid", WORD, "-o", folder / "grid.png", "--dpi", str(DPI)], check=True)
+    subprocess.run([ROOT / "scripts/ar/make_tags", "grid", WORD, "-o", folder / "grid.png", "--dpi", str(DPI)], check=True)
     page = np.asarray(Image.open(folder / "grid.png").convert("L")).astype(float) / 255
     files = []
     for shot in range(10):

@@ -295,7 +295,7 @@ def main():
             folder = top / test.__name__
             folder.mkdir()
             test(folder)
-        subprocess.run([sys.executable, ROOT / "scripts" / "make_samples.py", top / "samples"], check=True,
+        subprocess.run([sys.executable, ROOT / "scripts" / "samples" / "make_samples.py", top / "samples"], check=True,
                        stdout=subprocess.DEVNULL)
         rig = top / "samples" / "bend.glb"
         folder = top / "bake"

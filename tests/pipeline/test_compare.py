@@ -180,11 +180,11 @@ def check_cloth(folder):
 
 
 def check_variance(folder):
-    """scripts/compare_variance: pictures of each variance and of the truth, on a page, and errors that fall."""
+    """scripts/figures/compare_variance: pictures of each variance and of the truth, on a page, and errors that fall."""
     bake, out = folder / "man.vis.h5", folder / "variance"
     subprocess.run([BIN / "penumbra-bake", "visibility", BIN / ".." / "samples" / "capsule_man.glb", "--fps", "3", "--rays",
                     "32", "-q", "-o", bake], check=True)
-    script = pathlib.Path(__file__).resolve().parents[2] / "scripts" / "compare_variance"
+    script = pathlib.Path(__file__).resolve().parents[2] / "scripts" / "figures" / "compare_variance"
     subprocess.run([script, bake, "--holdout", "squat", "-o", out, "--variances", "0.4,0.99", "--model", "linear", "--size",
                     "64", "--bin", BIN], check=True, stdout=subprocess.DEVNULL)
     with open(out / "variance.csv", newline="") as file:

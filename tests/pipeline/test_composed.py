@@ -222,9 +222,9 @@ def check_table(vis, folder):
 
 
 def check_seams(vis, folder):
-    """scripts/compare_seams: a row for every kind of edges, of all edges and of the smooth ones. Its mean
+    """scripts/figures/compare_seams: a row for every kind of edges, of all edges and of the smooth ones. Its mean
     error of E is the fit's, up to the 0.3% of the cosine that D5 does not hold."""
-    script = os.path.join(os.path.dirname(__file__), "..", "..", "scripts", "compare_seams")
+    script = os.path.join(os.path.dirname(__file__), "..", "..", "scripts", "figures", "compare_seams")
     for model, kinds in (("composed", ["inside", "across clusters", "across parts", "across both"]),
                          ("additive", ["inside clusters", "across clusters"])):
         path = os.path.join(folder, model + ".model.h5")

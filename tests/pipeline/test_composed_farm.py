@@ -50,7 +50,7 @@ def ran_by(*command):
 
 def check_ninja():
     """Makes everything, then nothing, and after a change only what it changes."""
-    run(os.path.join(SCRIPTS, "farm_ninja"), "farm.yaml")
+    run(os.path.join(SCRIPTS, "farm", "farm_ninja"), "farm.yaml")
     made = ran_by("ninja", "-C", "out")
     assert {FIELDS, VIS, MODEL, "man.man.pnb", "man.sheet.png", "index.html"} <= made, made
     with h5py.File("out/man/man.vis.h5") as bake, h5py.File("out/man/man.model.h5") as model:
@@ -74,9 +74,9 @@ def check_ninja():
 
 def check_others():
     """What ninja made is current for make, job arrays and Snakemake; other options of the fields are not."""
-    run(os.path.join(SCRIPTS, "farm_ninja"), "farm.yaml", "--make")
+    run(os.path.join(SCRIPTS, "farm", "farm_ninja"), "farm.yaml", "--make")
     assert ran_by("make", "-C", "out", "-j2") == set()
-    array = os.path.join(SCRIPTS, "slurm", "farm_array")
+    array = os.path.join(SCRIPTS, "farm", "slurm", "farm_array")
     assert "nothing to do" in run(array, "farm.yaml")
     replace("farm.yaml", "bake: {rays: 16}", "bake: {local: true, rays: 16}")  # which composed implies
     assert outputs_made(snakemake(".", "-n")) == {"index.html"}, "the page follows the file"
@@ -89,14 +89,14 @@ def check_others():
     assert ran == {FIELDS, MODEL}, ran
     replace("farm.yaml", "cells: 6", "cells: 7")
     check_array(array)
-    run(os.path.join(SCRIPTS, "farm_ninja"), "farm.yaml", "--lists")
+    run(os.path.join(SCRIPTS, "farm", "farm_ninja"), "farm.yaml", "--lists")
     with open("out/lists/03-fields.txt") as lines:
         assert len(lines.readlines()) == 1
 
 
 def check_belonging():
     """farm_check knows files of fields."""
-    check = os.path.join(SCRIPTS, "farm_check")
+    check = os.path.join(SCRIPTS, "farm", "farm_check")
     text = run(check, "out/man/man.fields.h5", "out/man/man.model.h5", "capsule_man.glb")
     assert text == "2 inputs compared, 0 disagree\n", text
     with open("capsule_man.glb", "ab") as rig:

@@ -1,10 +1,10 @@
-# scripts/flip.py: what must hold of FLIP by its definition.
+# scripts/figures/flip.py: what must hold of FLIP by its definition.
 import sys
 from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts" / "figures"))
 import flip  # noqa: E402
 
 

@@ -88,7 +88,7 @@ def copy_as_h5py_does(source, target):
 def main():
     with tempfile.TemporaryDirectory(prefix="penumbra_h5py_") as name:
         folder = Path(name)
-        run(sys.executable, ROOT / "scripts" / "make_samples.py", folder / "samples")
+        run(sys.executable, ROOT / "scripts" / "samples" / "make_samples.py", folder / "samples")
         options = ["--fps", "3", "--order", "3", "--rays", "32", "--seed", "5"]
         for precision in ("f32", "f16"):
             run(BIN / "penumbra-bake", "visibility", folder / "samples" / "bend.glb", "-o", folder / f"{precision}.vis.h5",

@@ -11,7 +11,7 @@ import tempfile
 import h5py
 import numpy as np
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "scripts"))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "scripts" / "figures"))
 from spherical_harmonics import basis  # noqa: E402
 
 BIN = pathlib.Path(sys.argv[1]).resolve()

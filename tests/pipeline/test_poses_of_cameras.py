@@ -1,4 +1,4 @@
-"""Tags as scripts/make_tags prints them, photographed by this script, and penumbra-fit poses.
+"""Tags as scripts/ar/make_tags prints them, photographed by this script, and penumbra-fit poses.
 
 usage: test_poses_of_cameras.py BIN
 """
@@ -19,7 +19,7 @@ CAMERA = {"f": 420.0, "cx": 159.5, "cy": 119.5, "size": [320, 240], "k1": -0.15,
 
 def printed(folder, word, *more):
     """A page as light, and metres a pixel of it."""
-    done = subprocess.run([ROOT / "scripts/make_tags", *more, word, "-o", folder / "page.png", "--dpi", str(DPI)],
+    done = subprocess.run([ROOT / "scripts/ar/make_tags", *more, word, "-o", folder / "page.png", "--dpi", str(DPI)],
                           capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     return np.asarray(Image.open(folder / "page.png")).astype(float) / 255, 0.0254 / DPI

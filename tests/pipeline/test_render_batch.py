@@ -19,7 +19,7 @@ import processor_time
 
 BIN = os.path.abspath(sys.argv[1])
 RIG = os.path.join(BIN, "..", "samples", "capsule_man.glb")
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts"))
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts", "figures"))
 import flip
 
 from programs import good, run_tool as run
@@ -186,7 +186,7 @@ def check_selection():
 
 
 def check_image_errors():
-    """Compares RMSE and FLIP of the CSV with those of the two PNGs, and FLIP with scripts/flip.py."""
+    """Compares RMSE and FLIP of the CSV with those of the two PNGs, and FLIP with scripts/figures/flip.py."""
     for look in (["--channel", "shaded", "--exposure", 0.3], ["--channel", "ao"]):
         chosen = ["--clip", "squat", "--frames", "2:6:3", *SMALL, *look]
         measure(*TRUTH, *chosen, "--framing", "clips", "--flip", "--csv", "i.csv")
@@ -200,7 +200,7 @@ def check_image_errors():
             mean = values[np.maximum(a[..., 3], b[..., 3]) > 0].mean()
             assert 0.3 < rmse and abs(float(row["image_rmse"]) / rmse - 1) < 1e-8, (row, rmse)
             assert 0.005 < mean and abs(float(row["flip"]) - mean) < 1e-6, (row["flip"], mean)  # measured: 1e-8
-            print("%s: RMSE %.3f / 255, FLIP %.5f, by scripts/flip.py %+.1e" % (look[1], rmse, mean, float(row["flip"]) - mean))
+            print("%s: RMSE %.3f / 255, FLIP %.5f, by scripts/figures/flip.py %+.1e" % (look[1], rmse, mean, float(row["flip"]) - mean))
         # The pictures are those that a run without the truth draws.
         data = read("m.2.png")
         render("-o", "m.%d.png", *chosen)

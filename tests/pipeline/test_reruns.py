@@ -50,7 +50,7 @@ def check_first_run(folder):
     for name in (made - {"index.html"}) | {"reports/man.man.pnb.json"}:
         assert f'href="{name}"' in page, name
     assert 'src="man/sheet.png"' in page and "http:" not in page and "https:" not in page and "<script" not in page
-    command = ["snakemake", "-s", os.path.join(SCRIPTS, "Snakefile"), "--configfile", "farm.yaml", "-c2"]
+    command = ["snakemake", "-s", os.path.join(SCRIPTS, "farm", "Snakefile"), "--configfile", "farm.yaml", "-c2"]
     seconds, text = processor_seconds(command, folder)
     least, _ = processor_seconds(["snakemake", "--version"], folder)
     assert "Nothing to be done" in text, text
@@ -93,7 +93,7 @@ def check_elsewhere(folder):
     environment = {**os.environ, "PENUMBRA_BIN": os.path.join(links, "bin")}
     text = snakemake(folder, env=environment)
     assert "Nothing to be done" in text, text
-    words = ["snakemake", "-s", os.path.join(links, "scripts", "Snakefile"), "--configfile", "farm.yaml", "-c2"]
+    words = ["snakemake", "-s", os.path.join(links, "scripts", "farm", "Snakefile"), "--configfile", "farm.yaml", "-c2"]
     text = subprocess.run(words, cwd=folder, env=environment, capture_output=True, text=True, check=True).stderr
     assert "Nothing to be done" in text, text
     os.rename(folder, folder + " elsewhere")
@@ -135,7 +135,7 @@ def check_cluster_status(folder):
         write(os.path.join(fake, "scontrol"), f"#!/bin/sh\necho '{answer}'\n")
         for name in ("scontrol", "sacct"):
             os.chmod(os.path.join(fake, name), 0o755)
-        found = subprocess.run([os.path.join(SCRIPTS, "slurm", "status"), "7"], capture_output=True, text=True,
+        found = subprocess.run([os.path.join(SCRIPTS, "farm", "slurm", "status"), "7"], capture_output=True, text=True,
                                env={**os.environ, "PATH": fake + ":" + os.environ["PATH"]}).stdout
         assert found == state + "\n", (answer, found)
 
@@ -148,7 +148,7 @@ def check_array_files(folder):
     os.chmod(os.path.join(fake, "sbatch"), 0o755)
     environment = {**os.environ, "PATH": fake + ":" + os.environ["PATH"]}
     yaml, arrays = os.path.join(folder, "farm.yaml"), os.path.join(folder, "out", ".farm", "arrays")
-    submit = lambda: subprocess.run([os.path.join(SCRIPTS, "slurm", "farm_array"), "farm.yaml"], cwd=folder, env=environment, check=True)
+    submit = lambda: subprocess.run([os.path.join(SCRIPTS, "farm", "slurm", "farm_array"), "farm.yaml"], cwd=folder, env=environment, check=True)
     content = lambda: {name: open(os.path.join(arrays, name)).read() for name in os.listdir(arrays)}
     submit()
     before = content()
@@ -159,11 +159,11 @@ def check_array_files(folder):
     # What waits or runs is not submitted again; with other options it is named.
     write(os.path.join(fake, "squeue"), "#!/bin/sh\nfor i in 0 1 2 3 4 5 6 7; do echo 7_$i; done\n")
     os.chmod(os.path.join(fake, "squeue"), 0o755)
-    result = subprocess.run([os.path.join(SCRIPTS, "slurm", "farm_array"), "farm.yaml"], cwd=folder, env=environment, capture_output=True,
+    result = subprocess.run([os.path.join(SCRIPTS, "farm", "slurm", "farm_array"), "farm.yaml"], cwd=folder, env=environment, capture_output=True,
                             text=True, check=True)
     assert "jobs are under way: arrays 7" in result.stdout and "tasks" not in result.stdout and content() == after, result
     replace(yaml, "alpha=0.7", "alpha=0.8")
-    result = subprocess.run([os.path.join(SCRIPTS, "slurm", "farm_array"), "farm.yaml"], cwd=folder, env=environment, capture_output=True,
+    result = subprocess.run([os.path.join(SCRIPTS, "farm", "slurm", "farm_array"), "farm.yaml"], cwd=folder, env=environment, capture_output=True,
                             text=True)
     assert result.returncode == 3 and "materials/gold.brdf.h5: task 7_1 still makes it with other options" in result.stderr, result
     replace(yaml, "alpha=0.8", "alpha=0.4")

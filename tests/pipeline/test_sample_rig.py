@@ -1,4 +1,4 @@
-"""The whole pipeline, coarsely, on the synthetic character of scripts/make_samples.py, which is the same on every machine:
+"""The whole pipeline, coarsely, on the synthetic character of scripts/samples/make_samples.py, which is the same on every machine:
 bake, both feature sets, predict, pack, check, and the picture of the packed truth beside brute force.
 
 usage: test_sample_rig.py BIN

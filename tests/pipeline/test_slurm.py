@@ -21,7 +21,7 @@ BIN = os.path.abspath(sys.argv[1])
 SHARDS = 5
 MAX_TASKS = 3  # an array has no more, so that the shards need two arrays
 RAYS = 1024  # a shard takes about a second, so that it can be killed in the middle
-SLURM = os.path.join(SCRIPTS, "slurm")
+SLURM = os.path.join(SCRIPTS, "farm", "slurm")
 
 
 def make_slow_farm(folder):
@@ -91,7 +91,7 @@ def check_snakemake(folder, wanted):
     """A job of Snakemake's is killed and submitted again."""
     make_slow_farm(folder)
     log = open(os.path.join(folder, "log"), "w+")
-    process = subprocess.Popen(["snakemake", "-s", os.path.join(SCRIPTS, "Snakefile"), "--configfile", "farm.yaml", "--profile",
+    process = subprocess.Popen(["snakemake", "-s", os.path.join(SCRIPTS, "farm", "Snakefile"), "--configfile", "farm.yaml", "--profile",
                                 SLURM, "--latency-wait", "10"], cwd=folder, stdout=log, stderr=log, env={**os.environ, "CI": "true"})
     kill_one_bake(folder)
     code = process.wait(timeout=600)

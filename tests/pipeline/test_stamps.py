@@ -13,7 +13,7 @@ import tempfile
 from farm_folder import SCRIPTS, make_farm, replace, write
 
 BIN = os.path.abspath(sys.argv[1])
-STAMP = os.path.join(SCRIPTS, "farm_stamp")
+STAMP = os.path.join(SCRIPTS, "farm", "farm_stamp")
 
 
 def run(*words, cwd=".", code=0):
@@ -151,7 +151,7 @@ def check_build(folder, flags, build, idle):
     """Makes the whole farm, then nothing, nothing after touching everything, and only what a changed material
     changes."""
     make_farm(folder, BIN, shards=2)
-    generate = [os.path.join(SCRIPTS, "farm_ninja"), "farm.yaml", *flags]
+    generate = [os.path.join(SCRIPTS, "farm", "farm_ninja"), "farm.yaml", *flags]
     run(*generate, cwd=folder)
     ran, _ = ran_by(folder, *build)
     assert len(ran) == 19 and "index.html" in ran and "man.shards.000000-000015.vis.h5" in ran, ran
@@ -187,7 +187,7 @@ def check_needs(folder, program):
 def check_lists(folder):
     """Runs every line of every list in order, each in a shell of its own: first the whole farm, and then nothing."""
     make_farm(folder, BIN, shards=2)
-    run(os.path.join(SCRIPTS, "farm_ninja"), "farm.yaml", "--lists", cwd=folder)
+    run(os.path.join(SCRIPTS, "farm", "farm_ninja"), "farm.yaml", "--lists", cwd=folder)
     lists = os.path.join(folder, "out", "lists")
     lines = [line for name in sorted(os.listdir(lists)) for line in open(os.path.join(lists, name))]
     assert len(lines) == 21, lines
@@ -196,7 +196,7 @@ def check_lists(folder):
     shards = os.listdir(os.path.join(folder, "out", "man", "shards"))
     assert os.path.exists(os.path.join(folder, "out", "index.html")) and shards, shards
     assert not [name for name in shards if name.endswith(".vis.h5")], shards
-    assert "nothing to do" in run(os.path.join(SCRIPTS, "slurm", "farm_array"), "farm.yaml", cwd=folder)
+    assert "nothing to do" in run(os.path.join(SCRIPTS, "farm", "slurm", "farm_array"), "farm.yaml", cwd=folder)
     # All lines run again do nothing. Without the merged file its shards are wanted again.
     ran, _ = ran_by(folder, "sh", "-c", "set -e\n" + "".join(f"({line.strip()})\n" for line in lines))
     assert ran == set() and not any(name.endswith(".vis.h5") for name in os.listdir(os.path.join(folder, "out", "man", "shards"))), ran
@@ -208,7 +208,7 @@ def check_lists(folder):
 
 def check_belonging(folder):
     """farm_check names the asset whose model was replaced, and a file that is cut short."""
-    check = os.path.join(SCRIPTS, "farm_check")
+    check = os.path.join(SCRIPTS, "farm", "farm_check")
     out = os.path.join(folder, "out")
     assert "0 disagree" in run(check, out, os.path.join(folder, "bend.glb"))
     model, asset = (os.path.join(out, "man", name) for name in ("man.model.h5", "man.pnb"))

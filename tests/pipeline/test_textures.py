@@ -176,7 +176,7 @@ def check_parts(folder, material):
     The sheet has two triangles; split_triangles makes more of them.
     """
     save_sheet(folder / "two.glb", [COLORS], {**material, "emissiveFactor": [0.1, 0.2, 0.05]}, n=1, beside=True)
-    split = subprocess.run(["/usr/bin/python3", SCRIPTS / "split_triangles.py", folder / "two.glb", folder / "parts.glb",
+    split = subprocess.run(["/usr/bin/python3", SCRIPTS / "rigs" / "split_triangles.py", folder / "two.glb", folder / "parts.glb",
                             "--share", "0.12"], check=True, capture_output=True, text=True).stdout
     assert split.startswith("2 triangles became ") and int(split.split()[3].rstrip(",")) >= 128, split
     make_model(folder, "parts", "--nodes", "set")

@@ -261,7 +261,7 @@ def make_demo_data(cases, data):
          "--channel", "ao", "-o", path("city.exr"))
     shutil.copy(path("city.exr"), path("apartment.exr"))
     # The clip files hold the character's clips, of which the page plays the first.
-    must("/usr/bin/python3", os.path.join(ROOT, "scripts/web_truth.py"), os.path.join(cases, "man.vis.h5"),
+    must("/usr/bin/python3", os.path.join(ROOT, "scripts/figures/web_truth.py"), os.path.join(cases, "man.vis.h5"),
          "--clip", "wave", "--every", 1, "-o", path("walk.truth.gz"))
 
 

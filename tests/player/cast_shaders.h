@@ -39,7 +39,7 @@ std::span<const std::byte> bytesOf(const std::vector<T>& values) {
 
 struct CastInputs {
     std::vector<Vec3> positions, normals, tangents;
-    std::vector<float> numbers = {0, 0, 0, 0};
+    std::vector<float> coefficients = {0, 0, 0, 0};
     std::size_t stride = 0;  // of the numbers
     int left_out[2] = {0, 0};
     std::string texts;  // of the library
@@ -61,7 +61,7 @@ struct CastInputs {
             normals.push_back(placed.linear() * at(frame.normals));
             tangents.push_back(placed.linear() * at(frame.tangents));
         }
-        numbers = frame.coefficients;
+        coefficients = frame.coefficients;
         stride = info.stride;
         left_out[0] = begin;
         left_out[1] = end;
@@ -115,7 +115,7 @@ layout(location = 0) out vec4 color;
 #define RECEIVER(i) texelFetch(receivers, i)
 #define GIVEN(i) texelFetch(given, i)
 )";
-constexpr char kNumbers[] = R"(
+constexpr char kCoefficients[] = R"(
 #ifndef PENUMBRA_STRIDE4
 #define NUMBERS 0
 #else
@@ -131,7 +131,7 @@ void castOn(int r, out float result[RESULTS + NUMBERS]) {
 #ifdef PENUMBRA_STRIDE4
     vec4 numbers[PENUMBRA_STRIDE4];
     for (int q = 0; q < PENUMBRA_STRIDE4; ++q) numbers[q] = GIVEN(r * PENUMBRA_STRIDE4 + q);
-    penumbra_cast_numbers(numbers, mirrored);
+    penumbra_cast_coefficients(numbers, mirrored);
     for (int i = 0; i < NUMBERS; ++i) result[RESULTS + i] = numbers[i / 4][i % 4];
 #endif
 }
@@ -179,14 +179,14 @@ public:
     }
     // Expects that receivers that no caster reaches, whose column `seen` is 0, see everything in their first `numbers`.
     // Returns how many there are.
-    std::size_t expectOpen(std::span<const float> results, std::size_t seen, std::size_t numbers) const {
+    std::size_t expectOpen(std::span<const float> results, std::size_t seen, std::size_t coefficients) const {
         std::size_t open = 0;
         for (std::size_t r = 0; r < inputs_.count(); ++r) {
             const std::span<const float> row = results.subspan(r * rowSize(), rowSize());
             if (row[seen] != 0) continue;
             ++open;
             EXPECT_EQ(row[0], 2 * float(std::sqrt(M_PI)));
-            for (std::size_t i = 1; i < numbers; ++i) EXPECT_EQ(row[i], 0.0f);
+            for (std::size_t i = 1; i < coefficients; ++i) EXPECT_EQ(row[i], 0.0f);
         }
         return open;
     }
@@ -198,7 +198,7 @@ private:
     int count_;
 
     std::string source(const char* buffers, const char* casters, const char* main) const {
-        return std::string(buffers) + casters + inputs_.texts + kNumbers + "#define RESULTS " +
+        return std::string(buffers) + casters + inputs_.texts + kCoefficients + "#define RESULTS " +
                std::to_string(shaders_.results) + "\nuniform int " + shaders_.count + ";\n" + shaders_.cast + kCastOn +
                main;
     }
@@ -220,7 +220,7 @@ inline std::vector<float> CastProgram::computed() const {
     const std::vector<float> receivers = inputs_.receivers();
     std::vector<GlObject> buffers;
     for (const std::span<const std::byte> bytes :
-         {casters_[0].bytes, casters_[1].bytes, bytesOf(receivers), bytesOf(inputs_.numbers), bytesOf(results)}) {
+         {casters_[0].bytes, casters_[1].bytes, bytesOf(receivers), bytesOf(inputs_.coefficients), bytesOf(results)}) {
         buffers.push_back(makeBuffer(GL_SHADER_STORAGE_BUFFER, bytes));
         gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, GLuint(buffers.size() - 1), buffers.back().id());
     }
@@ -241,7 +241,7 @@ inline std::vector<float> CastProgram::drawn() const {
     std::vector<TextureBuffer> buffers;
     for (const CasterBuffer& buffer :
          {casters_[0], casters_[1], CasterBuffer{"receivers", GL_RGBA32F, bytesOf(receivers)},
-          CasterBuffer{"given", GL_RGBA32F, bytesOf(inputs_.numbers)}}) {
+          CasterBuffer{"given", GL_RGBA32F, bytesOf(inputs_.coefficients)}}) {
         const auto unit = GLint(buffers.size());
         gl::ActiveTexture(GLenum(GL_TEXTURE0 + unit));
         buffers.push_back(makeTextureBuffer(buffer.format, buffer.bytes));

@@ -50,10 +50,10 @@ struct LitSheet {
         shot.frame = 2;
         evaluateFrame(shot, VisibilitySource::kModel, *evaluator, 1, at);
     }
-    std::vector<Vec3> shade(ShadingSet& set, Bounces bounces, std::span<const float> numbers) const {
+    std::vector<Vec3> shade(ShadingSet& set, Bounces bounces, std::span<const float> coefficients) const {
         set.setBounces(bounces);
         std::vector<Vec3> out(at.positions.size());
-        set.shade({at.positions, at.normals, at.tangents, numbers, 0, out.size(), at.indirect}, {0.5f, 3, 1}, out);
+        set.shade({at.positions, at.normals, at.tangents, coefficients, 0, out.size(), at.indirect}, {0.5f, 3, 1}, out);
         return out;
     }
 };
@@ -65,7 +65,7 @@ TEST(BouncedLooks, LiveLobesReflectWhatComesFromWhereTheSkyIsHidden) {
     ShadingSet set(sheet.asset);
     const std::size_t count = sheet.at.positions.size();
     std::vector<float> e(count), open;
-    ambient(sheet.asset, sheet.at.numbers, e);
+    ambient(sheet.asset, sheet.at.coefficients, e);
     for (std::size_t v = 0; v < count; ++v) {
         std::vector<float> free = freeSight(sheet.asset.model.convention);
         free.resize(std::size_t(sheet.asset.model.stride));
@@ -76,12 +76,12 @@ TEST(BouncedLooks, LiveLobesReflectWhatComesFromWhereTheSkyIsHidden) {
             set.usePath(path);
             set.setLight(LitSheet::kNoise);
             set.setMaterial(LitSheet::kWhite);
-            const std::vector<Vec3> white = sheet.shade(set, Bounces::kIndirect, sheet.at.numbers);
+            const std::vector<Vec3> white = sheet.shade(set, Bounces::kIndirect, sheet.at.coefficients);
             set.setMaterial(material);
-            const std::vector<Vec3> bounced = sheet.shade(set, Bounces::kIndirect, sheet.at.numbers);
+            const std::vector<Vec3> bounced = sheet.shade(set, Bounces::kIndirect, sheet.at.coefficients);
             set.setLight(LitSheet::kSky);
             const std::vector<Vec3> albedo = sheet.shade(set, Bounces::kDirect, open);
-            const std::vector<Vec3> seen = sheet.shade(set, Bounces::kDirect, sheet.at.numbers);
+            const std::vector<Vec3> seen = sheet.shade(set, Bounces::kDirect, sheet.at.coefficients);
             Largest most;
             for (std::size_t v = 0; v < count; ++v) {
                 if (e[v] > 0.95f) continue;
@@ -99,15 +99,15 @@ TEST(BouncedLooks, MembranesMixTheLightThatBouncesToEitherSide) {
     set.setLight(LitSheet::kNoise);
     for (const Bounces bounces : {Bounces::kBoth, Bounces::kIndirect}) {
         set.setMaterial(LitSheet::kWhite);
-        const std::vector<Vec3> white = sheet.shade(set, bounces, sheet.at.numbers);
+        const std::vector<Vec3> white = sheet.shade(set, bounces, sheet.at.coefficients);
         set.setMaterial(LitSheet::kMembrane);
-        const std::vector<Vec3> mixed = sheet.shade(set, bounces, sheet.at.numbers);
+        const std::vector<Vec3> mixed = sheet.shade(set, bounces, sheet.at.coefficients);
         for (std::size_t v = 0; v < white.size(); ++v)
             for (int c = 0; c < 3; ++c)
                 EXPECT_NEAR(mixed[v][c], kRho[c] * white[v][c] + kTau[c] * white[set.otherSides()[v]][c], 2e-6f);
         if (bounces != Bounces::kIndirect) continue;
         set.setMaterial(LitSheet::kOpenMembrane);
-        const std::vector<Vec3> open = sheet.shade(set, bounces, sheet.at.numbers);
+        const std::vector<Vec3> open = sheet.shade(set, bounces, sheet.at.coefficients);
         for (std::size_t v = 0; v < white.size(); ++v)
             for (int c = 0; c < 3; ++c) EXPECT_NEAR(open[v][c], kRho[c] * white[v][c], 1e-5f);
     }

@@ -163,7 +163,7 @@ TEST(CastFieldsGlsl, CastsOnCharactersAsTheSceneDoes) {
         const auto worst = [&](const std::vector<float>& expected) {
             return program.difference(results, kFieldShaders.results, info.coefficient_count, expected, info.stride);
         };
-        EXPECT_GT(worst(pair.inputs.numbers), 0.1) << "nothing is cast";
+        EXPECT_GT(worst(pair.inputs.coefficients), 0.1) << "nothing is cast";
         EXPECT_LT(worst(frame.coefficients), 5e-5) << convention;
         std::printf("%s: numbers within %.1e\n", convention, worst(frame.coefficients));
     }

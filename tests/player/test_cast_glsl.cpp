@@ -105,11 +105,11 @@ TEST(CastGlsl, GivesWhatTheCpuGivesAtAnyPoint) {
     for (const bool compute : {true, false}) {
         const CastProgram program = inputs.program();
         const std::vector<float> results = compute ? program.computed() : program.drawn();
-        const double numbers = program.difference(results, 25, kMirroredCast, mirrored, kMirroredCast);
+        const double coefficients = program.difference(results, 25, kMirroredCast, mirrored, kMirroredCast);
         const double ambient = program.difference(results, 46, 1, e, 1);
-        std::printf("%s shader: numbers within %.1e, E within %.1e\n", compute ? "compute" : "fragment", numbers,
+        std::printf("%s shader: numbers within %.1e, E within %.1e\n", compute ? "compute" : "fragment", coefficients,
                     ambient);
-        EXPECT_LT(numbers, 5e-5);
+        EXPECT_LT(coefficients, 5e-5);
         EXPECT_LT(ambient, 2e-5);
         const std::size_t open = program.expectOpen(results, 47, 25);
         EXPECT_GT(open, 10u);
@@ -203,7 +203,7 @@ TEST(CastGlsl, CastsOnCharactersAsTheSceneDoes) {
                 return program.difference(results, kSphereShaders.results, info.coefficient_count, expected,
                                           info.stride);
             };
-            EXPECT_GT(worst(inputs.numbers), 0.1) << "nothing is cast";
+            EXPECT_GT(worst(inputs.coefficients), 0.1) << "nothing is cast";
             EXPECT_LT(worst(frame.coefficients), 1e-5) << convention;
             std::printf("%s, %s shader: numbers within %.1e\n", convention, compute ? "compute" : "fragment",
                         worst(frame.coefficients));

@@ -34,8 +34,8 @@ struct GoldenReceiver {
         vertices.positions = {toFloat(vec3(test.at("position")))};
         vertices.normals = {toFloat(vec3(test.at("normal")))};
         vertices.tangents = {toFloat(vec3(test.at("tangent")))};
-        for (const auto& number : test.at("d5")) vertices.numbers.push_back(number.get<float>());
-        vertices.numbers.push_back(0);
+        for (const auto& number : test.at("d5")) vertices.coefficients.push_back(number.get<float>());
+        vertices.coefficients.push_back(0);
         eye = toFloat(vec3(test.at("eye")));
         spheres = inFloats(goldenSpheres(test.at("centres"), test.at("radii")));
         asset.has_mesh = asset.has_model = true;
@@ -116,14 +116,14 @@ TEST(CastShader, PapersErrMoreThanFolding) {
 TEST(CastShader, FreeSightStaysFree) {
     for (const char* name : {"D5", "A4", "A6", "B5", "D3"}) {
         const Convention convention = parseConvention(name);
-        std::vector<float> numbers = freeSight(convention);
-        const std::vector<float> a4 = ownInA4(convention, int(numbers.size()), numbers);
+        std::vector<float> coefficients = freeSight(convention);
+        const std::vector<float> a4 = ownInA4(convention, int(coefficients.size()), coefficients);
         ASSERT_EQ(a4.size(), 16u);
         for (std::size_t i = 0; i < 16; ++i)
             EXPECT_NEAR(a4[i], i == 0 ? std::sqrt(4 * std::acos(-1.0)) : 0.0, 2e-5) << name << " " << i;
-        const std::vector<float> before = numbers;
-        keepHemisphereShare(convention, int(numbers.size()), numbers);
-        for (std::size_t i = 0; i < numbers.size(); ++i) EXPECT_NEAR(numbers[i], before[i], 1e-5) << name;
+        const std::vector<float> before = coefficients;
+        keepHemisphereShare(convention, int(coefficients.size()), coefficients);
+        for (std::size_t i = 0; i < coefficients.size(); ++i) EXPECT_NEAR(coefficients[i], before[i], 1e-5) << name;
     }
 }
 
@@ -133,11 +133,11 @@ TEST(CastShader, HemisphereShareScalesOpenRadianceByTheShare) {
     const auto& test = golden.at("cases").at(2);
     GoldenReceiver receiver(golden, test, "ggx_.3");
     const std::vector<float> cast = receiver.castBySpheres(CastMode::kHemisphereShare);
-    const float share = receiver.vertices.numbers[0] / float(std::sqrt(4 * std::acos(-1.0)));
+    const float share = receiver.vertices.coefficients[0] / float(std::sqrt(4 * std::acos(-1.0)));
     EXPECT_LT(share, 0.99f);
     const Vec3 scaled = receiver.radiance(CastMode::kHemisphereShare, cast);
     const std::vector<float> open = freeSight(receiver.asset.model.convention);
-    std::copy(open.begin(), open.end(), receiver.vertices.numbers.begin());
+    std::copy(open.begin(), open.end(), receiver.vertices.coefficients.begin());
     const Vec3 whole = receiver.radiance(CastMode::kFolded, cast);
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(scaled[c], share * whole[c], 2e-5);
 }
@@ -149,7 +149,7 @@ TEST(CastShader, AmbientPastNobodyIsOnesOwn) {
         GoldenReceiver receiver(golden, test, "lambert");
         const FrameVertices& own = receiver.vertices;
         std::vector<float> expected(1);
-        ambient(receiver.asset.model.convention, 16, own.numbers, expected);
+        ambient(receiver.asset.model.convention, 16, own.coefficients, expected);
         const auto e = [&](CastMode mode) { return castAmbient(mode, receiver.asset.model, own, openCast(mode))[0]; };
         EXPECT_NEAR(e(CastMode::kFolded), expected[0], 1e-5);
         EXPECT_NEAR(e(CastMode::kSphereProduct), expected[0],

@@ -70,7 +70,7 @@ public:
         std::vector<PosedCharacter> posed;
         for (std::size_t i = 0; i < evaluators.size(); ++i) {
             posed.push_back({&evaluators[i], placedAt(offset(i))});
-            if (i >= given) posed.back().numbers = vertices_[i].numbers;
+            if (i >= given) posed.back().coefficients = vertices_[i].coefficients;
         }
         return posed;
     }
@@ -79,7 +79,7 @@ public:
         for (std::size_t i = 0; i < evaluators.size(); ++i) {
             evaluators[i].setFrame((frame + i) % frames);
             skinFrame(evaluators[i], 1, vertices_[i]);
-            evaluateNumbers(evaluators[i], 1, vertices_[i]);
+            evaluateCoefficients(evaluators[i], 1, vertices_[i]);
         }
         RenderOptions options;
         options.width = options.height = kSize;
@@ -123,7 +123,7 @@ TEST(ComposedGpu, FarPartsAreThoseOfTheCpu) {
         const Tube tube(synthetic::composedTube(kTube, {.residual = residual}), precision);
         Pictures pictures(tube, 1);
         EXPECT_GT(pictures.gl_asset->anchorCount(), 0u);
-        EXPECT_FALSE(pictures.gl_asset->needsNumbers());
+        EXPECT_FALSE(pictures.gl_asset->needsCoefficients());
         for (std::size_t frame = 0; frame < tube.asset.animation.frameCount(); ++frame) {
             const auto [rmse, largest] = pictures.difference(frame, 1);
             std::printf("frame %zu: RMSE %.1e, largest %.1e of a step\n", frame, rmse, largest);
@@ -171,10 +171,10 @@ TEST(ComposedGpu, NumbersAreGivenWhereTheModelHasMoreBandsThanTheFields) {
     many.convention.order = kFieldOrder + 1;
     const Tube tube(synthetic::composedTube(many));
     Pictures pictures(tube, 1);
-    EXPECT_TRUE(pictures.gl_asset->needsNumbers());
+    EXPECT_TRUE(pictures.gl_asset->needsCoefficients());
     EXPECT_LT(pictures.difference(2, 0)[1], 0.5);
     const GlAsset without(tube.asset, nullptr);
-    EXPECT_TRUE(without.needsNumbers()) << "nobody made the tables";
+    EXPECT_TRUE(without.needsCoefficients()) << "nobody made the tables";
 }
 
 TEST(ComposedGpu, NothingIsAllocatedInFrames) {

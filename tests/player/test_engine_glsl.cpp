@@ -72,7 +72,7 @@ PenumbraSurface surfaceOf(int v, out vec4 numbers[PENUMBRA_STRIDE4]) {
             row[r] += texelFetch(weights, v * influences + k).x *
                       texelFetch(bones, 3 * int(texelFetch(joints, v * influences + k).x) + r);
     int c = int(texelFetch(clusters, 3 * v + 2).x);
-    penumbra_numbers(v - range.x, range.y, range.z, numbers);
+    penumbra_coefficients(v - range.x, range.y, range.z, numbers);
     penumbra_clamp_ambient(numbers);
     return penumbra_surface(row[0], row[1], row[2], vectorOf(positions, v), vectorOf(normals, v), vectorOf(tangents, v),
                             vectorOf(rotations, 3 * c), vectorOf(rotations, 3 * c + 1), vectorOf(rotations, 3 * c + 2));

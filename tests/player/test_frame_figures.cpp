@@ -48,7 +48,7 @@ TEST(FrameErrors, AModelDarkenedByAKnownFactor) {
 TEST(FrameErrors, RelativeErrorIsAgainstTheGivenMean) {
     const SyntheticAsset data({.basis_size = 0});
     TruthMean mean;
-    mean.numbers.resize(data.asset.mesh.positions.size() * std::size_t(data.asset.model.stride));
+    mean.coefficients.resize(data.asset.mesh.positions.size() * std::size_t(data.asset.model.stride));
     const ErrorSums sums = errorsAt(data, 1, &mean);
     EXPECT_NEAR(sums.variation, 4 * std::numbers::pi * double(sums.vertices), 0.01);
     EXPECT_NEAR(sums.relativeError(), sums.rmsV(), 1e-6);
@@ -69,8 +69,8 @@ TEST(FrameErrors, TheMeanIsOfTrainingFramesOfTheTruth) {
     const TruthMean stored = truthMean(posed);
     EXPECT_FALSE(stored.from_truth);
     posed.pose(0, 0);
-    const std::span<const float> model = posed.numbers(VisibilitySource::kModel);
-    for (std::size_t i = 0; i < model.size(); ++i) EXPECT_NEAR(stored.numbers[i], double(model[i]), 2e-6) << i;
+    const std::span<const float> model = posed.coefficients(VisibilitySource::kModel);
+    for (std::size_t i = 0; i < model.size(); ++i) EXPECT_NEAR(stored.coefficients[i], double(model[i]), 2e-6) << i;
 }
 
 TEST(FrameErrors, SumsOverFramesAreTakenBeforeTheyAreDivided) {
@@ -214,10 +214,10 @@ TEST(ErrorGate, WhatWasNotMeasuredNeverPasses) {
 TEST(ErrorGate, NaNNeverPasses) {
     SyntheticAsset data({.basis_size = 0});
     NumbersView& mean = data.asset.model.clusters[0].mean;
-    std::vector<float> numbers(mean.count);
-    decode(mean, numbers);
-    numbers[0] = NAN;
-    mean.data = reinterpret_cast<const std::byte*>(numbers.data());
+    std::vector<float> coefficients(mean.count);
+    decode(mean, coefficients);
+    coefficients[0] = NAN;
+    mean.data = reinterpret_cast<const std::byte*>(coefficients.data());
     Image model = flat(24, 0, 1);
     const Image truth = model;
     model.pixels[5].y = NAN;

@@ -35,12 +35,12 @@ std::vector<float> floats(const std::vector<double>& values) { return {values.be
 
 // One vertex at the origin, seen along `view`.
 Vec3 shadeOne(const Convention& convention, const BrdfLobe& lobe, const LightView& light, LightForm form,
-              const Mat3& frame, Vec3 view, std::span<const float> numbers, const ShadePath& path) {
+              const Mat3& frame, Vec3 view, std::span<const float> coefficients, const ShadePath& path) {
     VertexShader shader(convention, convention.size(), liveMaterial(lobe), light, {Reflectance::kSlices, form});
     shader.usePath(path);
     std::vector<Vec3> radiance(1);
     const Vec3 origin, tangent{frame.m[0], frame.m[1], frame.m[2]}, normal{frame.m[6], frame.m[7], frame.m[8]};
-    shader.shade({{&origin, 1}, {&normal, 1}, {&tangent, 1}, numbers, 0, 1}, view * 5.0f, radiance);
+    shader.shade({{&origin, 1}, {&normal, 1}, {&tangent, 1}, coefficients, 0, 1}, view * 5.0f, radiance);
     return radiance[0];
 }
 
@@ -66,7 +66,7 @@ TEST(LiveShading, IsTheGoldenRadiance) {
 
 // Moments over the hemisphere of what numbers stand for. One band more than D has pays; A and B have theirs as they
 // are.
-std::vector<double> momentsOf(const Convention& convention, int order, std::span<const float> numbers) {
+std::vector<double> momentsOf(const Convention& convention, int order, std::span<const float> coefficients) {
     std::vector<double> ones, b(std::size_t(coefficientCount(order))), below(b.size());
     for (int k = 0; k < order + convention.order - 1; ++k) ones.push_back(1 / double(k + 1));
     const std::vector<double> gram = mirrorLobeMatrix(order, convention.order, ones);
@@ -75,24 +75,25 @@ std::vector<double> momentsOf(const Convention& convention, int order, std::span
     belowHorizonCoefficients(order, below);
     for (std::size_t i = 0; i < b.size(); ++i) {
         if (convention.below != BelowHorizon::kMirrored) {
-            b[i] = double(numbers[i]) - (convention.below == BelowHorizon::kOpen ? below[i] : 0);
+            b[i] = double(coefficients[i]) - (convention.below == BelowHorizon::kOpen ? below[i] : 0);
             continue;
         }
-        for (std::size_t j = 0; j < index.size(); ++j) b[i] += gram[i * d + std::size_t(index[j])] * double(numbers[j]);
+        for (std::size_t j = 0; j < index.size(); ++j)
+            b[i] += gram[i * d + std::size_t(index[j])] * double(coefficients[j]);
     }
     return b;
 }
 
 // The plain way, in doubles: turn moments and light into a frame about the mirror direction, and multiply by M.
 Vec3d referenceRadiance(const Convention& convention, const BrdfLobe& lobe, int order, std::span<const float> sh,
-                        const Mat3d& local, Vec3d view, std::span<const float> numbers) {
+                        const Mat3d& local, Vec3d view, std::span<const float> coefficients) {
     const bool mirrored = convention.below == BelowHorizon::kMirrored;
     const int moment_order = mirrored ? std::min(convention.order + 1, kMaxOrder) : convention.order;
     std::vector<double> of_lobe(std::size_t(order + moment_order - 1));
     mirrorLobeMoments(lobe.model, double(lobe.parameters[0]), of_lobe);
     const std::vector<double> m = mirrorLobeMatrix(order, moment_order, of_lobe);
     const auto width = std::size_t(coefficientCount(moment_order));
-    const std::vector<double> b = momentsOf(convention, moment_order, numbers);
+    const std::vector<double> b = momentsOf(convention, moment_order, coefficients);
     std::vector<double> turned(width);
     const Vec3d o = local * view, r{-o.x, -o.y, std::abs(o.z)};
     const Vec3d x = normalized(cross(std::abs(r.y) < 0.9 ? Vec3d{0, 1, 0} : Vec3d{1, 0, 0}, r));
@@ -124,8 +125,8 @@ TEST(LiveShading, EveryPathIsTheReferenceInDoubles) {
             for (const int order : {1, 2, 4, 8}) {
                 const Convention convention = parseConvention(name);
                 const BrdfLobe live = lobe(text);
-                std::vector<float> numbers(std::size_t(convention.size())), sh(3 * std::size_t(order * order));
-                for (float& x : numbers) x = normal(random);
+                std::vector<float> coefficients(std::size_t(convention.size())), sh(3 * std::size_t(order * order));
+                for (float& x : coefficients) x = normal(random);
                 for (float& x : sh) x = 0.5f * normal(random);
                 const Vec3 n = direction(), t = normalized(cross(n, direction()));
                 const Mat3 frame = toLocalFrame(n, t);
@@ -133,10 +134,10 @@ TEST(LiveShading, EveryPathIsTheReferenceInDoubles) {
                     Mat3d exact;
                     for (std::size_t i = 0; i < 9; ++i) exact.m[i] = double(frame.m[i]);
                     const Vec3d expected =
-                        referenceRadiance(convention, live, order, sh, exact, toDouble(view), numbers);
+                        referenceRadiance(convention, live, order, sh, exact, toDouble(view), coefficients);
                     for (const ShadePath& path : shadePaths()) {
                         const Vec3 radiance = shadeOne(convention, live, {"light", order, sh}, LightForm::kRotation,
-                                                       frame, view, numbers, path);
+                                                       frame, view, coefficients, path);
                         for (int c = 0; c < 3; ++c) worst.add(std::abs(double(radiance[c]) - expected[c]));
                     }
                 }

@@ -38,7 +38,7 @@ std::vector<float> whiteSlices() {
 
 // One point of a sheet: the front looks along z, the back along -z. Each side has the tangent x.
 struct OnePoint {
-    std::vector<float> slices = whiteSlices(), numbers = std::vector<float>(32, 0.0f), light;
+    std::vector<float> slices = whiteSlices(), coefficients = std::vector<float>(32, 0.0f), light;
     std::vector<Vec3> positions{2}, normals{{0, 0, 1}, {0, 0, -1}}, tangents{{1, 0, 0}, {1, 0, 0}};
     std::vector<std::uint32_t> points{0, 1};
     AssetView asset;
@@ -56,7 +56,7 @@ struct OnePoint {
         ShadingSet set(asset);
         set.usePath(path);
         std::vector<Vec3> radiance(2);
-        set.shade({positions, normals, tangents, numbers, 0, 2}, {0, 0, 5}, radiance);
+        set.shade({positions, normals, tangents, coefficients, 0, 2}, {0, 0, 5}, radiance);
         return radiance;
     }
 };
@@ -78,7 +78,7 @@ TEST(MembraneShading, IsTheGoldenRadiance) {
                 for (const double value : doubles(row)) point.light.push_back(float(value));
             const std::vector<double> front = doubles(test.at("d5_front")), back = doubles(test.at("d5_back"));
             for (std::size_t i = 0; i < 15; ++i)
-                point.numbers[i] = float(front[i]), point.numbers[16 + i] = float(back[i]);
+                point.coefficients[i] = float(front[i]), point.coefficients[16 + i] = float(back[i]);
             const Vec3d expected = vec3(test.at(open ? "radiance_paper" : "radiance_front"));
             const Vec3d truth = vec3(test.at("brute_force"));
             for (const ShadePath& path : shadePaths()) {
@@ -101,14 +101,14 @@ TEST(MembraneShading, OpenSheetIsRhoPlusTau) {
     const float full = float(std::sqrt(4 * std::numbers::pi));
     point.light.assign(48, 0);
     for (std::size_t c = 0; c < 3; ++c) point.light[c] = full;
-    point.numbers[0] = point.numbers[16] = full;
+    point.coefficients[0] = point.coefficients[16] = full;
     for (const Vec3 radiance : point.shade(shadePaths().back())) {
         EXPECT_NEAR(radiance.x, 0.8f, 1e-5f);
         EXPECT_NEAR(radiance.y, 0.8f, 1e-5f);
         EXPECT_NEAR(radiance.z, 1.0f, 1e-5f);
     }
     // Light that reaches the back alone comes through to the front alone as tau, and is reflected by the back as rho.
-    point.numbers[0] = 0;
+    point.coefficients[0] = 0;
     const std::vector<Vec3> sides = point.shade(shadePaths().back());
     EXPECT_NEAR(sides[0].x, 0.3f, 1e-5f);
     EXPECT_NEAR(sides[1].x, 0.5f, 1e-5f);

@@ -37,7 +37,7 @@ struct Crowd {
     OffscreenTarget target{kSize, kSize, 1};
     std::deque<Evaluator> evaluators;
     std::deque<ShadingSet> sets;
-    std::deque<std::vector<float>> numbers, ambients;
+    std::deque<std::vector<float>> coefficients, ambients;
     std::deque<FrameVertices> vertices;
     std::vector<PosedCharacter> characters;
     std::shared_ptr<GlAsset> asset;
@@ -61,8 +61,8 @@ struct Crowd {
             const Vec3 offset{0.9f * float(i % 3) - 0.9f, 0.7f * float(i / 3) - 0.5f, -0.6f * float(i % 2)};
             characters.push_back({&evaluator, placedAt(offset), &set, {}, ambients.back()});
             if (i % 3 != 2) continue;
-            for (float& n : at.numbers) n *= 0.5f;
-            characters.back().numbers = at.numbers;
+            for (float& n : at.coefficients) n *= 0.5f;
+            characters.back().coefficients = at.coefficients;
         }
         asset = std::make_shared<GlAsset>(data.asset, &sets.front());
         RenderOptions options;

@@ -17,10 +17,11 @@ constexpr float kPi = std::numbers::pi_v<float>;
 
 // Weights under which irradiance is pi E.
 GroundWeights whiteWeights() {
-    std::array<float, kFarNumbers> ambient;
+    std::array<float, kFarCoefficients> ambient;
     ambientWeights(parseConvention("D" + std::to_string(kFieldOrder)), ambient);
     GroundWeights weights;
-    for (std::size_t i = 0; i < kFarNumbers; ++i) weights[i] = Vec3d{1, 1, 1} * (std::numbers::pi * double(ambient[i]));
+    for (std::size_t i = 0; i < kFarCoefficients; ++i)
+        weights[i] = Vec3d{1, 1, 1} * (std::numbers::pi * double(ambient[i]));
     return weights;
 }
 

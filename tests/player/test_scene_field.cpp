@@ -148,11 +148,11 @@ TEST_F(SceneFieldTest, ShadowsCharactersByItsHorizonAtTheirVertices) {
     const PosedScene walled = scene(R"("file": "wall.raw", "cell": 0.05, "scale": 0.01)");
     const std::vector<Vec3> at(4, Vec3{0, 1, 0}), normals = {{0, 1, 0}, {0, -1, 0}, {1, 0, 0}, {-1, 0, 0}},
                                                   tangents = {{0, 0, 1}, {0, 0, 1}, {0, 0, 1}, {0, 0, 1}};
-    std::vector<float> mirrored(4 * kFarNumbers), e(4), weights(kFarNumbers);
+    std::vector<float> mirrored(4 * kFarCoefficients), e(4), weights(kFarCoefficients);
     walled.field()->visibleFrom({at, normals, tangents}, mirrored);
     ambientWeights({BelowHorizon::kMirrored, kFieldOrder}, weights);
     for (std::size_t v = 0; v < 4; ++v)
-        for (std::size_t i = 0; i < kFarNumbers; ++i) e[v] += weights[i] * mirrored[v * kFarNumbers + i];
+        for (std::size_t i = 0; i < kFarCoefficients; ++i) e[v] += weights[i] * mirrored[v * kFarCoefficients + i];
     EXPECT_LT(e[1], 0.03);         // down
     EXPECT_NEAR(e[3], 0.5, 0.05);  // away from the wall: the upper half
     EXPECT_LT(e[2], 0.12);         // towards it
@@ -164,12 +164,12 @@ TEST_F(SceneFieldTest, ShadowsCharactersByItsHorizonAtTheirVertices) {
     const FrameVertices shadowed = memberVertices(walled, 0, 1);
     const ModelView& model = walled.members()[0]->asset->view.model;
     std::vector<float> before(own.positions.size()), after(before.size());
-    ambient(model.convention, model.stride, own.numbers, before);
-    ambient(model.convention, model.stride, shadowed.numbers, after);
+    ambient(model.convention, model.stride, own.coefficients, before);
+    ambient(model.convention, model.stride, shadowed.coefficients, after);
     for (std::size_t v = 0; v < before.size(); ++v) EXPECT_LT(after[v], before[v] + 0.03f) << v;
     // Light that bounces fades by the share of a white sky that is left.
-    std::vector<float> numbers(4 * std::size_t(model.stride)), bounced(4 * kIndirectStride, 2.0f);
-    walled.field()->shadow({at, normals, tangents}, model, 1, numbers, bounced);
+    std::vector<float> coefficients(4 * std::size_t(model.stride)), bounced(4 * kIndirectStride, 2.0f);
+    walled.field()->shadow({at, normals, tangents}, model, 1, coefficients, bounced);
     for (std::size_t i = 0; i < bounced.size(); ++i)
         EXPECT_NEAR(bounced[i], 2 * std::clamp(e[i / kIndirectStride], 0.0f, 1.0f), 1e-5f) << i;
 }
@@ -222,7 +222,7 @@ TEST_F(SceneFieldTest, AfterAnEditIsThatOfTheWhole) {
     edited.field()->evaluate(1, points);
     whole.field()->lookAgain();
     whole.field()->evaluate(2, expected);
-    EXPECT_EQ(points.numbers, expected.numbers);
+    EXPECT_EQ(points.coefficients, expected.coefficients);
     EXPECT_EQ(points.normals, expected.normals);
 }
 
@@ -253,7 +253,7 @@ TEST_F(SceneFieldTest, AfterAStrokeOnlyWhatSeesItIsComputed) {
             EXPECT_GT(receivers, 4u);
             EXPECT_LT(updated, 65536u / 7);
             EXPECT_GT(updated, 81u);
-            EXPECT_LT(largestDifference(points.numbers, expected.numbers), 1e-5);
+            EXPECT_LT(largestDifference(points.coefficients, expected.coefficients), 1e-5);
             EXPECT_EQ(points.normals, expected.normals);
             EXPECT_EQ(points.positions, expected.positions);
         }
@@ -286,14 +286,14 @@ TEST_F(SceneFieldTest, CastsByBlocksAreThoseOfEachPoint) {
         const PosedScene one = scene(heights, R"(, "position": [0.1, 0, 0], "on_ground": true)");
         FrameVertices points;
         one.field()->evaluate(2, points);
-        std::vector<float> each = points.numbers, mirrored;
+        std::vector<float> each = points.coefficients, mirrored;
         const CastReceivers all{points.positions, points.normals, points.tangents};
         castOn(one.cast(), {}, all, 2, mirrored);
         CastProduct(one.field()->convention())(each, kFieldStride, mirrored);
         one.field()->castOn(one.cast(), 2, points);
         const std::vector<float> e = fieldAmbient(one.field()->convention(), points);
         FrameVertices expected = points;
-        expected.numbers = each;
+        expected.coefficients = each;
         const std::vector<float> e_each = fieldAmbient(one.field()->convention(), expected);
         Largest most, hidden;
         one.field()->evaluate(2, points);
@@ -318,7 +318,7 @@ TEST_F(SceneFieldTest, CastsOnCoarseFieldsMissNobody) {
     const std::vector<float> e = fieldE(coarse, points);
     coarse.field()->evaluate(1, points);
     castOn(coarse.cast(), {}, {points.positions, points.normals, points.tangents}, 1, mirrored);
-    CastProduct(coarse.field()->convention())(points.numbers, kFieldStride, mirrored);
+    CastProduct(coarse.field()->convention())(points.coefficients, kFieldStride, mirrored);
     EXPECT_EQ(e, fieldAmbient(coarse.field()->convention(), points));
     EXPECT_LT(*std::ranges::min_element(e), 0.9f);
 }
@@ -391,7 +391,7 @@ TEST_F(SceneFieldTest, StrokesAtTheBorderAreThoseOfTheWhole) {
                 edited.field()->update(edited.cast(), FieldPoints::kKept, 1, points);
                 whole.field()->lookAgain();
                 whole.field()->update(whole.cast(), FieldPoints::kNew, 1, expected);
-                EXPECT_LT(largestDifference(points.numbers, expected.numbers), 1e-5)
+                EXPECT_LT(largestDifference(points.coefficients, expected.coefficients), 1e-5)
                     << border << " " << step << " " << row;
                 EXPECT_EQ(points.normals, expected.normals) << border << " " << step << " " << row;
             }
@@ -408,13 +408,13 @@ TEST_F(SceneFieldTest, OfATimeIsThatOfTheTimeHoweverOneGotThere) {
     }
     there.pose(1.25);
     there.field()->evaluate(1, expected);
-    EXPECT_EQ(largestDifference(points.numbers, expected.numbers), 0);
+    EXPECT_EQ(largestDifference(points.coefficients, expected.coefficients), 0);
 }
 
 TEST(HeightFrames, AllocateNothing) {
     const HeightGrid grid{40, 200, 0.1f, 0.1f};
     const std::vector<AnalyticHeights> waves = parseAnalyticHeights("waves");
-    std::vector<float> heights(grid.size()), numbers(128 * kFieldStride);
+    std::vector<float> heights(grid.size()), coefficients(128 * kFieldStride);
     std::vector<Vec3> normals(128), tangents(128);
     analyticHeights(waves, grid, 0, 0, 40, heights);
     HeightField field(grid, heights);
@@ -425,7 +425,7 @@ TEST(HeightFrames, AllocateNothing) {
         visibility.evaluate(field, 0, visibility.receiverRows());
         for (int row = 0; row < 40; ++row)
             for (const int first : {0, 72})
-                visibility.numbers(field, row, first, normals, tangents, kFieldStride, numbers);
+                visibility.coefficients(field, row, first, normals, tangents, kFieldStride, coefficients);
     };
     frame(0);
     const std::size_t before = allocationCount();

@@ -57,27 +57,27 @@ FrameVertices alone(const PosedScene& scene, std::size_t member) {
     const Evaluator& evaluator = scene.members()[member]->evaluator;
     FrameVertices vertices;
     skinFrame(evaluator, 1, vertices);
-    evaluateNumbers(evaluator, 1, vertices);
+    evaluateCoefficients(evaluator, 1, vertices);
     return vertices;
 }
 
 std::vector<float> ambientOf(const PosedScene& scene, std::size_t member, const FrameVertices& vertices) {
     const ModelView& model = scene.members()[member]->asset->view.model;
     std::vector<float> e(vertices.positions.size());
-    ambient(model.convention, model.stride, vertices.numbers, e);
+    ambient(model.convention, model.stride, vertices.coefficients, e);
     return e;
 }
 
 // Own parts are in the numbers already.
 TEST_F(SceneReceivers, HasTheVeryNumbersWhereNobodyElseCasts) {
     const PosedScene one = scene(R"({"asset": "tube.pnb"})");
-    EXPECT_EQ(memberVertices(one, 0, 2).numbers, alone(one, 0).numbers);
+    EXPECT_EQ(memberVertices(one, 0, 2).coefficients, alone(one, 0).coefficients);
     const PosedScene apart = scene(R"({"asset": "tube.pnb"}, {"asset": "tube.pnb", "position": [9000, 0, 0]})");
-    EXPECT_EQ(memberVertices(apart, 0, 2).numbers, alone(apart, 0).numbers);
+    EXPECT_EQ(memberVertices(apart, 0, 2).coefficients, alone(apart, 0).coefficients);
     EXPECT_EQ(memberVertices(apart, 1, 2).positions[0].x - alone(apart, 1).positions[0].x, 9000);
     const PosedScene receiver = scene(R"({"asset": "additive.pnb"}, {"asset": "additive.pnb", "position": [1, 0, 0]})");
     EXPECT_EQ(receiver.cast().casterCount(), 0u);
-    EXPECT_EQ(memberVertices(receiver, 0, 1).numbers, alone(receiver, 0).numbers);
+    EXPECT_EQ(memberVertices(receiver, 0, 1).coefficients, alone(receiver, 0).coefficients);
 }
 
 // A level ground takes (1 - n.y) / 2 of a white sky from a point of probe. Measured: 1e-3, of the far numbers' order.
@@ -104,10 +104,11 @@ TEST_F(SceneReceivers, ProbeReceivesWhatIsSent) {
     GroundGlow glow;
     const BoundingBox box = boundsOf(member.positions);
     glow.cast(CastShadow({}), -40, std::array{box.low, box.high}, 1);
-    std::array<float, kFarNumbers> ambient;
+    std::array<float, kFarCoefficients> ambient;
     ambientWeights(parseConvention("D" + std::to_string(kFieldOrder)), ambient);
     GroundWeights white;
-    for (std::size_t i = 0; i < kFarNumbers; ++i) white[i] = Vec3d{0, 1, 0} * (std::numbers::pi * double(ambient[i]));
+    for (std::size_t i = 0; i < kFarCoefficients; ++i)
+        white[i] = Vec3d{0, 1, 0} * (std::numbers::pi * double(ambient[i]));
     glow.light(white, {0.5f, 0.5f, 0.5f});
     const std::array<ProbePoint, 2> points = {
         {{{box.high.x + 0.3f, (box.low.y + box.high.y) / 2, 0}, {-1, 0, 0}}, {{20, 5, 0}, {0, -1, 0}}}};
@@ -333,12 +334,13 @@ TEST_F(SceneReceivers, HalvesOfFieldsMakeASphere) {
     castOn(one.cast(), {}, {places, normals, tangents}, 1, mirrored);
     castOverSphere(one.cast(), {}, 5, {places, normals, tangents}, 1, cast);
     const std::vector<Vec3> weights = groundWeights(CastMode::kFolded, {}, 1);
-    std::vector<float> of_mirrored(kFarNumbers);
+    std::vector<float> of_mirrored(kFarCoefficients);
     ambientWeights(parseConvention("D6"), of_mirrored);
     for (std::size_t r = 0; r < 2; ++r) {
         float e = 0, expected = 0;
         for (std::size_t k = 0; k < weights.size(); ++k) e += weights[k].x * cast[r * weights.size() + k];
-        for (std::size_t k = 0; k < kFarNumbers; ++k) expected += of_mirrored[k] * mirrored[r * kFarNumbers + k];
+        for (std::size_t k = 0; k < kFarCoefficients; ++k)
+            expected += of_mirrored[k] * mirrored[r * kFarCoefficients + k];
         EXPECT_LT(expected, 0.98f);
         EXPECT_NEAR(e, expected, 0.01);
     }

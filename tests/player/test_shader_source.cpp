@@ -64,13 +64,13 @@ TEST(ShadingLayout, HoldsEveryMaterialAndLight) {
         EXPECT_EQ(layout.channels, 3);
         EXPECT_EQ(layout.light_order, 6);
         EXPECT_EQ(layout.lobe_count, 11);
-        const std::vector<float> numbers = materialData(layout, set);
-        EXPECT_EQ(numbers.size(), 3 * 4 * layout.materialTexels());
+        const std::vector<float> coefficients = materialData(layout, set);
+        EXPECT_EQ(coefficients.size(), 3 * 4 * layout.materialTexels());
         for (std::size_t m = 0; m < 3; ++m) {
             std::size_t expected = 0, found = 0;
             for (const ViewTerm& term : viewTerms(data.asset.materials[m], reflectance, 0)) expected += term.value != 0;
             for (std::size_t i = 0; i < layout.views.size(); ++i)
-                found += numbers[4 * (m * layout.materialTexels() + 1 + i)] != 0;
+                found += coefficients[4 * (m * layout.materialTexels() + 1 + i)] != 0;
             EXPECT_EQ(found, expected) << "material " << m;
         }
     }

@@ -21,14 +21,14 @@ TEST(TransferEvaluator, AFrameAllocatesNothing) {
         ShadingSet set(asset);
         Evaluator evaluator(asset);
         std::vector<Vec3> radiance(evaluator.vertexCount());
-        std::vector<float> numbers(radiance.size() * std::size_t(asset.model.stride));
+        std::vector<float> coefficients(radiance.size() * std::size_t(asset.model.stride));
         evaluator.transfer()->setLight(set.lightTables().sh());
         const std::size_t before = allocationCount();
         evaluator.setFrame(1);
         set.setLightRotation({{0, 0, 1, 0, 1, 0, -1, 0, 0}});
         evaluator.transfer()->setLight(set.lightTables().sh());
         evaluator.transfer()->irradiance(0, radiance.size(), radiance);
-        evaluator.evaluateCluster(0, numbers);
+        evaluator.evaluateCluster(0, coefficients);
         EXPECT_EQ(allocationCount() - before, 0u);
     }
 }

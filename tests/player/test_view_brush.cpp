@@ -126,7 +126,7 @@ TEST_F(ViewBrush, BothPathsDrawTheSameGround) {
     const double edited = exposure(of_cpu, cpu);
     EXPECT_GT(std::abs(edited - first), 0.01 * first);
     EXPECT_NEAR(exposure(of_gpu, gpu), edited, 1e-4 * edited);
-    EXPECT_TRUE(of_gpu.ground.points.numbers.empty()) << "the CPU has computed them";
+    EXPECT_TRUE(of_gpu.ground.points.coefficients.empty()) << "the CPU has computed them";
     // Only some of the shadows: the CPU computes, and so it does beside the truth.
     state.show.shadows = Shadows::kCast;
     EXPECT_TRUE(gpu.needs(state, 1).field);

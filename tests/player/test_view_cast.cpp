@@ -70,7 +70,7 @@ TEST_F(ViewCast, ShowsTheNumbersOfTheScene) {
         const Character& character = *scene.characters[i];
         EXPECT_EQ(character.posed.pose().frame, posed.members()[i]->frame);
         EXPECT_EQ(character.posed.to_scene, posed.members()[i]->to_scene);
-        EXPECT_LT(largestDifference(character.posed.vertices.numbers, expected.numbers), 1e-5);
+        EXPECT_LT(largestDifference(character.posed.vertices.coefficients, expected.coefficients), 1e-5);
     }
 }
 
@@ -99,23 +99,23 @@ TEST_F(ViewCast, ShadowsGoOnAndOff) {
     ViewState state = stateOf(scene), one = stateOf(single);
     update(scene, state);
     update(single, one);
-    const std::vector<float>& numbers = scene.characters[0]->posed.vertices.numbers;
-    const std::vector<float> both = numbers, alone = single.characters[0]->posed.vertices.numbers;
+    const std::vector<float>& coefficients = scene.characters[0]->posed.vertices.coefficients;
+    const std::vector<float> both = coefficients, alone = single.characters[0]->posed.vertices.coefficients;
     EXPECT_GT(largestDifference(both, alone), 0.3);
     state.show.shadows = Shadows::kSelf;
     update(scene, state);
-    EXPECT_EQ(numbers, alone);
+    EXPECT_EQ(coefficients, alone);
     state.show.shadows = Shadows::kNone;
     update(scene, state);
     const auto stride = std::size_t(scene.characters[0]->asset.model.stride);
-    for (std::size_t i = 0; i < numbers.size(); ++i)
-        EXPECT_NEAR(numbers[i], i % stride == 0 ? 2 * std::sqrt(std::numbers::pi) : 0, 1e-5);
+    for (std::size_t i = 0; i < coefficients.size(); ++i)
+        EXPECT_NEAR(coefficients[i], i % stride == 0 ? 2 * std::sqrt(std::numbers::pi) : 0, 1e-5);
     state.show.shadows = Shadows::kCast;
     update(scene, state);
-    EXPECT_GT(largestDifference(numbers, both), 0.3) << "without its own";
+    EXPECT_GT(largestDifference(coefficients, both), 0.3) << "without its own";
     state.show.shadows = Shadows::kBoth;
     update(scene, state);
-    EXPECT_EQ(numbers, both);
+    EXPECT_EQ(coefficients, both);
 }
 
 // How far the colours of everyone and of the ground in the window are from those of render, and how far render's are
@@ -239,11 +239,11 @@ TEST_F(ViewCast, ReceiversThatCastNothingMoveToo) {
     Scene scene = open(R"({"asset": "tube.pnb", "casts": "nothing"}, {"asset": "tube.pnb", "position": [0.6, 0, 0]})");
     ViewState state = stateOf(scene);
     update(scene, state);
-    const std::vector<float>& numbers = scene.characters[0]->posed.vertices.numbers;
-    const std::vector<float> near = numbers;
+    const std::vector<float>& coefficients = scene.characters[0]->posed.vertices.coefficients;
+    const std::vector<float> near = coefficients;
     state.characters[0].moved = {-900, 0, 0};
     update(scene, state);
-    EXPECT_GT(largestDifference(near, numbers), 0.3);
+    EXPECT_GT(largestDifference(near, coefficients), 0.3);
 }
 
 // Two files that both have a material of one name show their own.
@@ -267,15 +267,15 @@ TEST_F(ViewCast, MovesWithThePointer) {
     Scene scene = open(kPair, R"(, "ground": {"size": 6, "resolution": 33})");
     ViewState state = stateOf(scene);
     update(scene, state);
-    const std::vector<float>& numbers = scene.characters[0]->posed.vertices.numbers;
-    const std::vector<float> near = numbers;
+    const std::vector<float>& coefficients = scene.characters[0]->posed.vertices.coefficients;
+    const std::vector<float> near = coefficients;
     const std::vector<Vec3> shadow = *scene.ground.values;
     state.characters[1].moved = {900, 0, 0};
     update(scene, state);
-    EXPECT_GT(largestDifference(near, numbers), 0.3);
+    EXPECT_GT(largestDifference(near, coefficients), 0.3);
     state.characters[1].moved = {};
     update(scene, state);
-    EXPECT_EQ(numbers, near);
+    EXPECT_EQ(coefficients, near);
     EXPECT_EQ(*scene.ground.values, shadow);
 }
 
@@ -292,12 +292,13 @@ TEST_F(ViewCast, AGroundWithHeightsMovesAndShadowsAsInPictures) {
     update(scene, state);
     PosedScene posed(readScene(files[0]));
     EXPECT_EQ(scene.characters[0]->posed.to_scene, posed.members()[0]->to_scene);
-    EXPECT_LT(largestDifference(scene.characters[0]->posed.vertices.numbers, memberVertices(posed, 0, 1).numbers),
-              1e-5);
+    EXPECT_LT(
+        largestDifference(scene.characters[0]->posed.vertices.coefficients, memberVertices(posed, 0, 1).coefficients),
+        1e-5);
     FrameVertices points;
     posed.field()->evaluate(1, points);
     posed.field()->castOn(posed.cast(), 1, points);
-    EXPECT_LT(largestDifference(scene.ground.points.numbers, points.numbers), 1e-5);
+    EXPECT_LT(largestDifference(scene.ground.points.coefficients, points.coefficients), 1e-5);
     EXPECT_EQ(scene.ground.values->size(), 40u * 33u);
     const std::vector<Vec3> before = *scene.ground.values;
     state.playhead.time = 0.7;

@@ -149,7 +149,7 @@ TEST_F(ViewFiles, ChangedScoresChangeTheirClusterOnly) {
     UpdateCost cost;
     updateScene(scene, state, {.values = true, .threads = 1}, cost);
     Character& character = *scene.characters[0];
-    const std::vector<float> numbers = character.posed.vertices.numbers;
+    const std::vector<float> coefficients = character.posed.vertices.coefficients;
     const std::size_t cluster = character.asset.model.clusters.size() - 1;
     const ClusterView& view = character.asset.model.clusters[cluster];
     const float score = character.posed.evaluator->scores(cluster)[0];
@@ -158,18 +158,18 @@ TEST_F(ViewFiles, ChangedScoresChangeTheirClusterOnly) {
     EXPECT_FLOAT_EQ(character.posed.evaluator->scores(cluster)[0], score + 0.5f);
     const std::size_t stride = std::size_t(character.asset.model.stride);
     std::size_t changed = 0;
-    for (std::size_t i = 0; i < numbers.size(); ++i) {
+    for (std::size_t i = 0; i < coefficients.size(); ++i) {
         const std::size_t v = i / stride;
         const bool inside = v >= view.first_vertex && v < view.first_vertex + view.vertex_count;
         if (!inside) {
-            EXPECT_EQ(character.posed.vertices.numbers[i], numbers[i]);
+            EXPECT_EQ(character.posed.vertices.coefficients[i], coefficients[i]);
         }
-        changed += character.posed.vertices.numbers[i] != numbers[i];
+        changed += character.posed.vertices.coefficients[i] != coefficients[i];
     }
     EXPECT_GT(changed, view.vertex_count / 2);
     state.inspect.score_edit.reset();
     updateScene(scene, state, {.values = true, .threads = 1}, cost);
-    EXPECT_EQ(character.posed.vertices.numbers, numbers);
+    EXPECT_EQ(character.posed.vertices.coefficients, coefficients);
 }
 
 // The range holds the least and the largest score over training frames. Shares sum to 1, and are larger for

@@ -36,10 +36,10 @@ TEST(PickVertex, NearestCornerOfTheNearestTriangle) {
 // V is 1 everywhere above the horizon, mirrored: number (0,0) is sqrt(4 pi), and every other one is 0.
 TEST(VisibilityLobe, UnoccludedIsAHalfSphere) {
     const Convention convention = parseConvention("D5");
-    std::vector<float> numbers(std::size_t(convention.size()));
-    numbers[0] = std::sqrt(4 * std::numbers::pi_v<float>);
+    std::vector<float> coefficients(std::size_t(convention.size()));
+    coefficients[0] = std::sqrt(4 * std::numbers::pi_v<float>);
     const Vec3 normal{0, 0, 1}, tangent{1, 0, 0}, center{1, 2, 3};
-    const Shape lobe = visibilityLobe(convention, numbers, toLocalFrame(normal, tangent), center, 0.5f);
+    const Shape lobe = visibilityLobe(convention, coefficients, toLocalFrame(normal, tangent), center, 0.5f);
     Largest highest;
     for (std::size_t i = 0; i < lobe.positions.size(); ++i) {
         const Vec3 from_center = lobe.positions[i] - center;
@@ -57,8 +57,8 @@ TEST(VisibilityLobe, UnoccludedIsAHalfSphere) {
 
 TEST(VisibilityLobe, ColoursAreFiniteAndWithinTheDisplay) {
     const Convention convention = parseConvention("D5");
-    std::vector<float> numbers(std::size_t(convention.size()), 0.7f);
-    Shape lobe = visibilityLobe(convention, numbers, toLocalFrame({0, 1, 0}, {0, 0, 1}), {}, 1);
+    std::vector<float> coefficients(std::size_t(convention.size()), 0.7f);
+    Shape lobe = visibilityLobe(convention, coefficients, toLocalFrame({0, 1, 0}, {0, 0, 1}), {}, 1);
     shadeLobe(lobe, {0, 5, 0});
     for (const Vec3& c : lobe.values)
         for (int i = 0; i < 3; ++i) EXPECT_TRUE(c[i] >= 0 && c[i] <= 1) << c[i];
@@ -68,9 +68,9 @@ TEST(VisibilityLobe, ColoursAreFiniteAndWithinTheDisplay) {
 TEST(VisibilityLobe, TurnsWithTheLocalFrame) {
     const Convention convention = parseConvention("D3");
     const std::vector<int> indices = convention.indices();
-    std::vector<float> numbers(indices.size());
-    for (std::size_t i = 0; i < indices.size(); ++i) numbers[i] = indices[i] == shIndex(2, -2) ? 1 : 0;
-    const Shape lobe = visibilityLobe(convention, numbers, toLocalFrame({1, 0, 0}, {0, 1, 0}), {}, 1);
+    std::vector<float> coefficients(indices.size());
+    for (std::size_t i = 0; i < indices.size(); ++i) coefficients[i] = indices[i] == shIndex(2, -2) ? 1 : 0;
+    const Shape lobe = visibilityLobe(convention, coefficients, toLocalFrame({1, 0, 0}, {0, 1, 0}), {}, 1);
     for (const Vec3& p : lobe.positions) EXPECT_GE(p.y * p.z, -1e-5f);  // tangent y, bitangent z
 }
 
@@ -82,12 +82,12 @@ TEST(VertexFigures, AreTheDrawnNumbersOfTheVertex) {
     character.posed.evaluator = std::make_unique<Evaluator>(character.asset);
     character.posed.evaluator->setPose(synthetic.asset.animation.bonesOf(1), synthetic.asset.animation.poseOf(1));
     skinFrame(*character.posed.evaluator, 1, character.posed.vertices);
-    evaluateNumbers(*character.posed.evaluator, 1, character.posed.vertices);
+    evaluateCoefficients(*character.posed.evaluator, 1, character.posed.vertices);
     character.posed.truth_frame.update({});
-    character.posed.numbers.update({});
+    character.posed.coefficients.update({});
     Shot shot;
     shot.asset = &character.asset;
-    const std::vector<float> e = ambientOf(shot, character.posed.vertices.numbers, 1);
+    const std::vector<float> e = ambientOf(shot, character.posed.vertices.coefficients, 1);
     const std::vector<std::uint32_t> cluster = clusterOfVertex(character.asset);
     for (std::size_t v = 0; v < e.size(); v += 17) {
         const VertexFigures figures = figuresOf(character, v);
@@ -107,15 +107,15 @@ TEST(ComponentAmbient, AddsUpToThePosesAmbient) {
     FrameVertices vertices;
     evaluator.setPose(asset.animation.bonesOf(1), asset.animation.poseOf(1));
     skinFrame(evaluator, 1, vertices);
-    evaluateNumbers(evaluator, 1, vertices);
+    evaluateCoefficients(evaluator, 1, vertices);
     Shot shot;
     shot.asset = &asset;
-    const std::vector<float> e = ambientOf(shot, vertices.numbers, 1);
+    const std::vector<float> e = ambientOf(shot, vertices.coefficients, 1);
     std::vector<float> mean;
     for (const ClusterView& cluster : asset.model.clusters) {
-        std::vector<float> numbers(cluster.mean.count);
-        decode(cluster.mean, numbers);
-        mean.insert(mean.end(), numbers.begin(), numbers.end());
+        std::vector<float> coefficients(cluster.mean.count);
+        decode(cluster.mean, coefficients);
+        mean.insert(mean.end(), coefficients.begin(), coefficients.end());
     }
     std::vector<float> sum = ambientOf(shot, mean, 1);
     const std::vector<std::uint32_t> cluster = clusterOfVertex(asset);

@@ -80,8 +80,8 @@ TEST(ErrorStrip, IsTheErrorOfEveryFrame) {
         Evaluator other(asset);
         FrameVertices vertices;
         evaluateFrame(shot, VisibilitySource::kModel, other, 1, vertices);
-        const std::vector<float> e = ambientOf(shot, vertices.numbers, 1),
-                                 truth = ambientOf(shot, truthNumbers(shot, vertices, 1), 1);
+        const std::vector<float> e = ambientOf(shot, vertices.coefficients, 1),
+                                 truth = ambientOf(shot, truthCoefficients(shot, vertices, 1), 1);
         double sum = 0;
         Largest most;
         for (std::size_t v = 0; v < e.size(); ++v) {

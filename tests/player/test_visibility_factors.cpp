@@ -52,11 +52,11 @@ TEST(VisibilityFactors, LocalTimesFarAndTheResidualAreTheWhole) {
                                    &residual = factorOf(factors, FactorKind::kResidual);
             if (whole.ambient < 1e-3f || whole.ambient > 0.999f) continue;
             ++unclamped;
-            std::vector<float> product(whole.numbers.size());
-            multiplyMirrored(whole.convention.order, local.numbers, local.convention.order, far.numbers, kFieldOrder,
-                             product);
+            std::vector<float> product(whole.coefficients.size());
+            multiplyMirrored(whole.convention.order, local.coefficients, local.convention.order, far.coefficients,
+                             kFieldOrder, product);
             for (std::size_t i = 0; i < product.size(); ++i)
-                EXPECT_NEAR(product[i] + residual.numbers[i], whole.numbers[i], bound) << v << " " << i;
+                EXPECT_NEAR(product[i] + residual.coefficients[i], whole.coefficients[i], bound) << v << " " << i;
         }
         EXPECT_GT(unclamped, 10u);
     }
@@ -69,7 +69,7 @@ TEST(VisibilityFactors, PartsMultiplyToTheFarOneAndDarkOnesComeFirst) {
     std::size_t with_parts = 0;
     for (std::size_t v = 0; v < bent.evaluator.vertexCount(); v += 7) {
         const std::vector<VisibilityFactor> factors = visibilityFactors(bent.evaluator, v);
-        std::vector<float> product(kFarNumbers), next(kFarNumbers);
+        std::vector<float> product(kFarCoefficients), next(kFarCoefficients);
         product[0] = float(std::sqrt(4 * std::numbers::pi));
         float before = -1;
         for (const VisibilityFactor& factor : factors) {
@@ -77,11 +77,11 @@ TEST(VisibilityFactors, PartsMultiplyToTheFarOneAndDarkOnesComeFirst) {
             ++with_parts;
             EXPECT_GE(factor.ambient, before);
             before = factor.ambient;
-            EXPECT_EQ(visibilityFactor(bent.evaluator, v, factor.choice).numbers, factor.numbers);
-            multiplyMirrored(kFieldOrder, product, kFieldOrder, factor.numbers, kFieldOrder, next);
+            EXPECT_EQ(visibilityFactor(bent.evaluator, v, factor.choice).coefficients, factor.coefficients);
+            multiplyMirrored(kFieldOrder, product, kFieldOrder, factor.coefficients, kFieldOrder, next);
             product = next;
         }
-        std::vector<float> weights(kFarNumbers);
+        std::vector<float> weights(kFarCoefficients);
         ambientWeights({BelowHorizon::kMirrored, kFieldOrder}, weights);
         const float e = std::inner_product(weights.begin(), weights.end(), product.begin(), 0.0f);
         EXPECT_NEAR(e, factorOf(factors, FactorKind::kFar).ambient, 0.01) << v;
@@ -176,9 +176,9 @@ TEST(FieldBoxes, RibbonsFaceTheEyeAndLookAsWideEverywhere) {
 // -y_00 is negative everywhere.
 TEST(SignedLobe, ShowsNegativeFunctionsInTheirOwnColour) {
     const Convention convention = parseConvention("D5");
-    std::vector<float> numbers(std::size_t(convention.size()));
-    numbers[0] = -0.2f * std::sqrt(4 * std::numbers::pi_v<float>);
-    Shape lobe = signedLobe(convention, numbers, toLocalFrame({0, 0, 1}, {1, 0, 0}), {}, 2);
+    std::vector<float> coefficients(std::size_t(convention.size()));
+    coefficients[0] = -0.2f * std::sqrt(4 * std::numbers::pi_v<float>);
+    Shape lobe = signedLobe(convention, coefficients, toLocalFrame({0, 0, 1}, {1, 0, 0}), {}, 2);
     Largest farthest;
     for (const Vec3& p : lobe.positions) farthest.add(length(p));
     EXPECT_NEAR(farthest, 0.4f, 1e-5f);

@@ -146,21 +146,21 @@ void SyntheticAsset::makeAnimation() {
 
 namespace {
 
-NumbersView plainNumbers(const std::vector<float>& numbers) {
-    return {AssetPrecision::kF32, numbers.size(), 0, reinterpret_cast<const std::byte*>(numbers.data()), {}};
+NumbersView plainNumbers(const std::vector<float>& coefficients) {
+    return {AssetPrecision::kF32, coefficients.size(), 0, reinterpret_cast<const std::byte*>(coefficients.data()), {}};
 }
 
-NumbersView halfNumbers(const std::vector<float>& numbers, std::vector<std::uint16_t>& stored) {
-    stored.resize(numbers.size());
-    floatToHalf(numbers, stored);
+NumbersView halfNumbers(const std::vector<float>& coefficients, std::vector<std::uint16_t>& stored) {
+    stored.resize(coefficients.size());
+    floatToHalf(coefficients, stored);
     return {AssetPrecision::kF16, stored.size(), 0, reinterpret_cast<const std::byte*>(stored.data()), {}};
 }
 
-NumbersView byteNumbers(const std::vector<float>& numbers, std::size_t row_length, std::vector<float>& scale,
+NumbersView byteNumbers(const std::vector<float>& coefficients, std::size_t row_length, std::vector<float>& scale,
                         std::vector<std::int8_t>& stored) {
     for (std::size_t k = 0; k < kComponents; ++k) scale.push_back((1 + 0.1f * float(k)) / 127);
-    for (std::size_t i = 0; i < numbers.size(); ++i)
-        stored.push_back(std::int8_t(std::lround(numbers[i] / scale[i / row_length])));
+    for (std::size_t i = 0; i < coefficients.size(); ++i)
+        stored.push_back(std::int8_t(std::lround(coefficients[i] / scale[i / row_length])));
     return {AssetPrecision::kI8, stored.size(), row_length, reinterpret_cast<const std::byte*>(stored.data()), scale};
 }
 

@@ -74,7 +74,7 @@ struct Crowd {
         }
     }
     std::vector<float> on(const CastReceivers& receivers, CasterChoice choice = {}) const {
-        std::vector<float> out(receivers.positions.size() * kFarNumbers);
+        std::vector<float> out(receivers.positions.size() * kFarCoefficients);
         cast->evaluate(receivers, choice, out);
         return out;
     }
@@ -85,10 +85,11 @@ INSTANTIATE_TEST_SUITE_P(Kinds, CastShadowOf, testing::Values(CasterKind::kField
                          [](const auto& kind) { return kind.param == CasterKind::kFields ? "Fields" : "Spheres"; });
 
 std::vector<double> ambientOf(std::span<const float> rows) {
-    std::array<float, kFarNumbers> weights;
+    std::array<float, kFarCoefficients> weights;
     ambientWeights(parseConvention("D6"), weights);
-    std::vector<double> e(rows.size() / kFarNumbers);
-    for (std::size_t i = 0; i < rows.size(); ++i) e[i / kFarNumbers] += double(weights[i % kFarNumbers] * rows[i]);
+    std::vector<double> e(rows.size() / kFarCoefficients);
+    for (std::size_t i = 0; i < rows.size(); ++i)
+        e[i / kFarCoefficients] += double(weights[i % kFarCoefficients] * rows[i]);
     return e;
 }
 
@@ -110,12 +111,13 @@ TEST(CastShadow, IsCloseToFarVisibilityOfAllParts) {
     poseParts(fields, crowd.evaluators[0].bones(), posed);
     std::vector<std::uint16_t> parts(posed.size());
     for (std::size_t p = 0; p < parts.size(); ++p) parts[p] = std::uint16_t(p);
-    std::vector<float> expected(kFarNumbers);
+    std::vector<float> expected(kFarCoefficients);
     Largest blocked;
     double squares = 0;
     for (std::size_t r = 0; r < points.positions.size(); ++r) {
         farVisibility(fields, posed, parts, {points.positions[r], points.normals[r], points.tangents[r]}, expected);
-        for (std::size_t i = 0; i < kFarNumbers; ++i) squares += std::pow(cast[r * kFarNumbers + i] - expected[i], 2);
+        for (std::size_t i = 0; i < kFarCoefficients; ++i)
+            squares += std::pow(cast[r * kFarCoefficients + i] - expected[i], 2);
         blocked.add(1 - expected[0] / kFree);
     }
     EXPECT_GT(blocked, 0.15);
@@ -130,7 +132,7 @@ TEST_P(CastShadowOf, DoesNotDependOnNeighbours) {
     const std::vector<float> together = crowd.on(points.all());
     EXPECT_GT(mostHidden(together), 0.3);
     for (std::size_t r = 0; r < points.positions.size(); ++r) {
-        const std::span row = std::span(together).subspan(r * kFarNumbers, kFarNumbers);
+        const std::span row = std::span(together).subspan(r * kFarCoefficients, kFarCoefficients);
         EXPECT_LT(largestDifference(crowd.on(points.one(r)), row), 2e-5);
     }
 }
@@ -156,9 +158,9 @@ TEST_P(CastShadowOf, ChoosesCasters) {
 TEST_P(CastShadowOf, NobodyInReachLeavesFreeSight) {
     const Crowd crowd(std::vector{movedTo({1000, 0, 0})}, GetParam());
     const Points points(100);
-    std::vector<float> out(100 * kFarNumbers, -7);
+    std::vector<float> out(100 * kFarCoefficients, -7);
     EXPECT_EQ(crowd.cast->evaluate(points.all(), {}, out), 0u);
-    for (std::size_t i = 0; i < out.size(); ++i) EXPECT_EQ(out[i], i % kFarNumbers == 0 ? kFree : 0.0f);
+    for (std::size_t i = 0; i < out.size(); ++i) EXPECT_EQ(out[i], i % kFarCoefficients == 0 ? kFree : 0.0f);
     EXPECT_EQ(CastShadow({}).evaluate(points.all(), {}, out), 0u);
     Crowd here(std::vector{movedTo({})}, GetParam());
     EXPECT_GT(here.cast->evaluate(points.all(), {}, out), 0u);
@@ -170,14 +172,14 @@ TEST_P(CastShadowOf, NobodyInReachLeavesFreeSight) {
 TEST_P(CastShadowOf, FadesWithDistance) {
     Crowd crowd(std::vector{movedTo({})}, GetParam());
     const std::vector<Vec3> position = {{0, 0, 0}}, normal = {{0, 1, 0}}, tangent = {{0, 0, 1}};
-    std::array<float, kFarNumbers> weights;
+    std::array<float, kFarCoefficients> weights;
     ambientWeights(parseConvention("D6"), weights);
     std::vector<double> e;
     for (int step = 0; step < 4000; ++step) {
         crowd.cast->pose(0, crowd.evaluators[0].bones(), movedTo({0.3f + 0.01f * float(step), 0, 0}));
         const std::vector<float> row = crowd.on({position, normal, tangent});
         e.push_back(0);
-        for (std::size_t i = 0; i < kFarNumbers; ++i) e.back() += weights[i] * row[i];
+        for (std::size_t i = 0; i < kFarCoefficients; ++i) e.back() += weights[i] * row[i];
     }
     EXPECT_LT(e.front(), 0.9);
     EXPECT_NEAR(e.back(), 1, 1e-6);
@@ -190,7 +192,7 @@ TEST_P(CastShadowOf, FadesWithDistance) {
 // E falls to that of the inside without a jump. Measured: .0089.
 TEST(CastShadow, NothingPopsOnTheWayThrough) {
     const Crowd crowd(std::vector{movedTo({})});
-    std::array<float, kFarNumbers> weights;
+    std::array<float, kFarCoefficients> weights;
     ambientWeights(parseConvention("D6"), weights);
     Largest largest;
     double least = 1;
@@ -202,7 +204,7 @@ TEST(CastShadow, NothingPopsOnTheWayThrough) {
             const std::vector<Vec3> positions = {center + Vec3{-1 + 0.001f * float(step), 0, 0.02f}};
             const std::vector<float> row = crowd.on({positions, normals, tangents});
             double e = 0;
-            for (std::size_t i = 0; i < kFarNumbers; ++i) e += weights[i] * row[i];
+            for (std::size_t i = 0; i < kFarCoefficients; ++i) e += weights[i] * row[i];
             if (before >= 0) largest.add(std::abs(e - before));
             before = e;
             least = std::min(least, e);
@@ -215,7 +217,7 @@ TEST(CastShadow, NothingPopsOnTheWayThrough) {
 TEST_P(CastShadowOf, AllocatesNothing) {
     Crowd crowd(std::vector{movedTo({}), movedTo({2, 0, 0})}, GetParam());
     const Points points(200);
-    std::vector<float> out(200 * kFarNumbers);
+    std::vector<float> out(200 * kFarCoefficients);
     crowd.cast->evaluate(points.all(), {}, out);
     const std::size_t before = allocationCount();
     crowd.cast->pose(0, crowd.evaluators[0].bones(), movedTo({0.1f, 0, 0}));
@@ -274,18 +276,18 @@ TEST(CastShadow, KindsMultiply) {
     std::vector<float> rows[3];
     const std::size_t choices[] = {kNobody, 1, 0};
     for (std::size_t k = 0; k < 3; ++k) {
-        rows[k].resize(300 * kFarNumbers);
+        rows[k].resize(300 * kFarCoefficients);
         both.evaluate(points.all(), {.except = choices[k]}, rows[k]);
     }
-    std::array<float, kFarNumbers> expected;
+    std::array<float, kFarCoefficients> expected;
     const std::vector<double> e[3] = {ambientOf(rows[0]), ambientOf(rows[1]), ambientOf(rows[2])};
     std::size_t compared = 0;
-    for (std::size_t first = 0; first < rows[0].size(); first += kFarNumbers) {
-        const std::size_t r = first / kFarNumbers;
+    for (std::size_t first = 0; first < rows[0].size(); first += kFarCoefficients) {
+        const std::size_t r = first / kFarCoefficients;
         if (std::ranges::any_of(e, [&](const auto& one) { return one[r] < 1e-4 || one[r] > 1 - 1e-4; })) continue;
-        multiplyMirrored(6, std::span(rows[1]).subspan(first, kFarNumbers), 6,
-                         std::span(rows[2]).subspan(first, kFarNumbers), 6, expected);
-        EXPECT_LT(largestDifference(expected, std::span(rows[0]).subspan(first, kFarNumbers)), 1e-4);
+        multiplyMirrored(6, std::span(rows[1]).subspan(first, kFarCoefficients), 6,
+                         std::span(rows[2]).subspan(first, kFarCoefficients), 6, expected);
+        EXPECT_LT(largestDifference(expected, std::span(rows[0]).subspan(first, kFarCoefficients)), 1e-4);
         ++compared;
     }
     EXPECT_GT(compared, 50u);
@@ -311,7 +313,7 @@ TEST_P(CastShadowOf, ACrowdAllocatesNothing) {
     for (int i = 0; i < 100; ++i) places.push_back(movedTo({0.3f * float(i % 10), 0, 0.3f * float(i / 10)}));
     const Crowd crowd(places, GetParam());
     const Points points(200);
-    std::vector<float> out(200 * kFarNumbers);
+    std::vector<float> out(200 * kFarCoefficients);
     crowd.cast->evaluate(points.all(), {}, out);
     const std::size_t before = allocationCount();
     crowd.cast->evaluate(points.all(), {}, out);
@@ -335,7 +337,7 @@ struct Skinned {
     std::size_t past(const CastShadow& cast, std::vector<float>& out, std::size_t from = 0, std::size_t to = kNobody) {
         const Evaluator& evaluator = one.evaluators[0];
         std::size_t seen = 0;
-        out.resize(points.positions.size() * kFarNumbers, -7);
+        out.resize(points.positions.size() * kFarCoefficients, -7);
         for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) {
             const ClusterView& cluster = evaluator.asset().model.clusters[c];
             const std::size_t begin = std::max<std::size_t>(from, cluster.first_vertex),
@@ -345,7 +347,7 @@ struct Skinned {
                 return Receiver{points.positions[v], points.normals[v], points.tangents[v]};
             };
             seen += castOnCluster(cast, {}, {evaluator, c, begin, end}, at,
-                                  std::span(out).subspan(begin * kFarNumbers, (end - begin) * kFarNumbers));
+                                  std::span(out).subspan(begin * kFarCoefficients, (end - begin) * kFarCoefficients));
         }
         return seen;
     }
@@ -396,7 +398,7 @@ TEST_P(CastShadowOf, NothingPopsAtAnchors) {
     for (int step = 0; step < 150; ++step) {
         caster.cast->pose(0, caster.evaluators[0].bones(), movedTo({0.35f + 0.004f * float(step), 0, 0.1f}));
         receiver.past(*caster.cast, anchored, 0, 300);
-        const std::span<const float> rows = std::span(anchored).first(300 * kFarNumbers);
+        const std::span<const float> rows = std::span(anchored).first(300 * kFarCoefficients);
         const Points& p = receiver.points;
         const std::vector<double> e = ambientOf(rows),
                                   expected = ambientOf(
@@ -433,7 +435,7 @@ TEST_P(CastShadowOf, NobodyInReachOfACharacterLeavesFreeSight) {
     const Crowd caster(std::vector{movedTo({1000, 0, 0})}, GetParam());
     std::vector<float> out;
     EXPECT_EQ(receiver.past(*caster.cast, out), 0u);
-    for (std::size_t i = 0; i < out.size(); ++i) EXPECT_EQ(out[i], i % kFarNumbers == 0 ? kFree : 0.0f);
+    for (std::size_t i = 0; i < out.size(); ++i) EXPECT_EQ(out[i], i % kFarCoefficients == 0 ? kFree : 0.0f);
 }
 
 // More casters around than the kernel multiplies in one by one: all are multiplied without anchors.

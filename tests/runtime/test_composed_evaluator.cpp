@@ -28,7 +28,7 @@ Packed pack(const Model& model, AssetPrecision precision) {
     return packAsset(model, {}, {}, {.precision = precision}, "{}", 1);
 }
 
-std::vector<float> numbersOf(Evaluator& evaluator, std::span<const Affine> bones) {
+std::vector<float> coefficientsOf(Evaluator& evaluator, std::span<const Affine> bones) {
     evaluator.setPose(bones, {});
     return coefficientsOf(evaluator);
 }
@@ -45,28 +45,28 @@ std::vector<float> clustersAlone(Model model, std::vector<ClusterModel> clusters
     const Packed packed = pack(model, AssetPrecision::kF32);
     const AssetView asset = openAsset(packed.bytes);
     Evaluator evaluator(asset);
-    std::vector<float> numbers = numbersOf(evaluator, bones), e(evaluator.vertexCount());
-    ambient(asset, numbers, e);
+    std::vector<float> coefficients = coefficientsOf(evaluator, bones), e(evaluator.vertexCount());
+    ambient(asset, coefficients, e);
     for (float value : e) EXPECT_TRUE(value > 0.001f && value < 0.999f) << "clamped: " << value;
-    if (!raise) return numbers;
+    if (!raise) return coefficients;
     std::size_t at = 0;
     const std::size_t size = std::size_t(asset.model.convention.size()), stride = std::size_t(asset.model.stride);
     for (const ClusterModel& cluster : open)
         for (std::size_t v = 0; v < cluster.vertices.size(); ++v, at += stride)
-            for (std::size_t i = 0; i < size; ++i) numbers[at + i] -= cluster.mean[v * size + i];
-    return numbers;
+            for (std::size_t i = 0; i < size; ++i) coefficients[at + i] -= cluster.mean[v * size + i];
+    return coefficients;
 }
 
 // The formula, vertex by vertex, with the far parts as evaluateFar() has them.
 std::vector<float> expectedNumbers(const Model& model, const AssetView& asset, std::span<const Affine> bones) {
     const Composition& composition = *model.composition;
-    std::vector<float> numbers = clustersAlone(model, model.clusters, bones, false);
-    std::vector<float> residual(numbers.size());
+    std::vector<float> coefficients = clustersAlone(model, model.clusters, bones, false);
+    std::vector<float> residual(coefficients.size());
     if (!composition.residual.empty()) residual = clustersAlone(model, composition.residual, bones, true);
     Evaluator evaluator(asset);
     evaluator.setPose(bones, {});
     const std::size_t count = evaluator.vertexCount(), stride = std::size_t(asset.model.stride);
-    std::vector<float> far(count * kFarNumbers), product(std::size_t(model.convention.size()));
+    std::vector<float> far(count * kFarCoefficients), product(std::size_t(model.convention.size()));
     for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) evaluator.evaluateFar(c, far);
     const int order = model.convention.order;
     const auto size = std::size_t(model.convention.size());
@@ -75,24 +75,25 @@ std::vector<float> expectedNumbers(const Model& model, const AssetView& asset, s
     float norm2 = 0;
     for (float w : weights) norm2 += w * w;
     for (std::size_t v = 0; v < count; ++v) {
-        const std::span<float> row = std::span(numbers).subspan(v * stride, size);
-        multiplyMirrored(order, row, order, std::span(far).subspan(v * kFarNumbers, kFarNumbers), kFieldOrder, product);
+        const std::span<float> row = std::span(coefficients).subspan(v * stride, size);
+        multiplyMirrored(order, row, order, std::span(far).subspan(v * kFarCoefficients, kFarCoefficients), kFieldOrder,
+                         product);
         for (std::size_t i = 0; i < size; ++i) row[i] = product[i] + residual[v * stride + i];
         clampAmbient(weights, norm2, row);
     }
-    return numbers;
+    return coefficients;
 }
 
 // Returns the largest number that the far parts of the asset's frames take away.
 double farShare(const AssetView& asset) {
     Evaluator evaluator(asset);
-    std::vector<float> far(evaluator.vertexCount() * kFarNumbers);
+    std::vector<float> far(evaluator.vertexCount() * kFarCoefficients);
     Largest most;
     for (std::size_t f = 0; f < asset.animation.frameCount(); ++f) {
         evaluator.setFrame(f);
         for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) evaluator.evaluateFar(c, far);
         for (std::size_t v = 0; v < evaluator.vertexCount(); ++v)
-            most.add(1 - far[v * kFarNumbers] / std::sqrt(4 * std::numbers::pi));
+            most.add(1 - far[v * kFarCoefficients] / std::sqrt(4 * std::numbers::pi));
     }
     return most;
 }
@@ -120,10 +121,10 @@ std::vector<float> expectedFar(const AssetView& asset, std::span<const Affine> b
     const FarTables tables = makeFarTables(composition, asset.model.convention.order);
     std::vector<PosedPart> posed(tables.partCount());
     poseParts(tables.fields(), bones, posed);
-    std::vector<float> far(count * kFarNumbers);
+    std::vector<float> far(count * kFarCoefficients);
     for (std::size_t v = 0; v < count; v += kStep) {
         const Receiver receiver{positions[v], normals[v], tangents[v]};
-        const std::span<float> out = std::span(far).subspan(v * kFarNumbers, kFarNumbers);
+        const std::span<float> out = std::span(far).subspan(v * kFarCoefficients, kFarCoefficients);
         const std::size_t part = composition.part_of_vertex[v], columns = composition.near_count;
         farVisibility(tables.fields(), posed, tables.partsSeenBy(part), receiver, out);
         std::vector<NearPart> nears;
@@ -152,7 +153,7 @@ TEST(ComposedEvaluator, MatchesTheFormulas) {
                 const std::vector<float> expected = expectedNumbers(model, asset, bones);
                 for (const EvaluatorPath& path : evaluatorPaths()) {
                     evaluator.usePath(path);
-                    off.add(largestDifference(numbersOf(evaluator, bones), expected));
+                    off.add(largestDifference(coefficientsOf(evaluator, bones), expected));
                 }
             }
         }
@@ -169,7 +170,7 @@ NearOff nearOff(const synthetic::TubeOptions& tube, std::size_t columns) {
     const Packed packed = pack(model, AssetPrecision::kI8);
     const AssetView asset = openAsset(packed.bytes);
     Evaluator evaluator(asset);
-    std::vector<float> far(evaluator.vertexCount() * kFarNumbers), without(far.size());
+    std::vector<float> far(evaluator.vertexCount() * kFarCoefficients), without(far.size());
     NearOff result;
     for (std::size_t f = 0; f < asset.animation.frameCount(); ++f) {
         const std::vector<float> expected = expectedFar(asset, asset.animation.bonesOf(f));
@@ -182,7 +183,7 @@ NearOff nearOff(const synthetic::TubeOptions& tube, std::size_t columns) {
                     evaluator.evaluateFar(c, factors == NearFactors::kWith ? far : without);
             }
             for (std::size_t v = 0; v < evaluator.vertexCount(); v += kStep)
-                for (std::size_t i = v * kFarNumbers; i < (v + 1) * kFarNumbers; ++i) {
+                for (std::size_t i = v * kFarCoefficients; i < (v + 1) * kFarCoefficients; ++i) {
                     result.off.add(std::abs(far[i] - expected[i]));
                     result.by_near_parts.add(std::abs(far[i] - without[i]));
                 }
@@ -231,13 +232,13 @@ std::vector<float> countedFar(const AssetView& asset, std::span<const Affine> bo
     const FarTables tables = makeFarTables(composition, asset.model.convention.order);
     const std::vector<WeightedDirection> directions = gaussHemisphere(24, 96);
     const std::vector<int> even = evenIndices(kFieldOrder);
-    std::vector<float> far(count * kFarNumbers);
-    std::vector<double> y(kFieldNumbers);
-    std::vector<std::array<float, kFarNumbers>> rows;  // what an open direction adds
+    std::vector<float> far(count * kFarCoefficients);
+    std::vector<double> y(kFieldCoefficients);
+    std::vector<std::array<float, kFarCoefficients>> rows;  // what an open direction adds
     for (const WeightedDirection& d : directions) {
         evalBasis(kFieldOrder, d.direction, y);
-        std::array<float, kFarNumbers>& row = rows.emplace_back();
-        for (std::size_t e = 0; e < kFarNumbers; ++e) row[e] = float(2 * d.weight * y[std::size_t(even[e])]);
+        std::array<float, kFarCoefficients>& row = rows.emplace_back();
+        for (std::size_t e = 0; e < kFarCoefficients; ++e) row[e] = float(2 * d.weight * y[std::size_t(even[e])]);
     }
     for (std::size_t v = 0; v < count; v += kStep) {
         const std::vector<SeenBall> balls = ballsSeenFrom(tables, composition.part_of_vertex[v], bones, positions[v]);
@@ -246,7 +247,7 @@ std::vector<float> countedFar(const AssetView& asset, std::span<const Affine> bo
             const Vec3d local = directions[i].direction;
             const Vec3 s = toFloat(toDouble(tangents[v]) * local.x + side * local.y + toDouble(normals[v]) * local.z);
             if (std::ranges::any_of(balls, [s](const SeenBall& ball) { return blocks(ball, s); })) continue;
-            for (std::size_t e = 0; e < kFarNumbers; ++e) far[v * kFarNumbers + e] += rows[i][e];
+            for (std::size_t e = 0; e < kFarCoefficients; ++e) far[v * kFarCoefficients + e] += rows[i][e];
         }
     }
     return far;
@@ -265,13 +266,13 @@ FarError farError(const synthetic::TubeOptions& tube, float radius, FarQuality q
     double evaluated = 0, reference = 0, signal = 0;
     for (std::size_t f = 0; f < asset.animation.frameCount(); ++f) {
         evaluator.setFrame(f);
-        std::vector<float> far(evaluator.vertexCount() * kFarNumbers);
+        std::vector<float> far(evaluator.vertexCount() * kFarCoefficients);
         for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) evaluator.evaluateFar(c, far);
         const std::vector<float> expected = expectedFar(asset, asset.animation.bonesOf(f)),
                                  counted = countedFar(asset, asset.animation.bonesOf(f));
         for (std::size_t i = 0; i < far.size(); ++i) {
-            if (i / kFarNumbers % kStep != 0) continue;
-            const double open = i % kFarNumbers == 0 ? std::sqrt(4 * std::numbers::pi) : 0;
+            if (i / kFarCoefficients % kStep != 0) continue;
+            const double open = i % kFarCoefficients == 0 ? std::sqrt(4 * std::numbers::pi) : 0;
             evaluated += std::pow(far[i] - counted[i], 2);
             reference += std::pow(expected[i] - counted[i], 2);
             signal += std::pow(counted[i] - open, 2);
@@ -320,14 +321,14 @@ TEST(ComposedEvaluator, ARigOfOnePartHasNoFarPart) {
     const Packed a = pack(model, AssetPrecision::kF32), b = pack(additive, AssetPrecision::kF32);
     const AssetView composed = openAsset(a.bytes), plain = openAsset(b.bytes);
     Evaluator first(composed), second(plain);
-    const auto numbers = [](Evaluator& evaluator) {
+    const auto coefficients = [](Evaluator& evaluator) {
         evaluator.setFrame(1);
         return coefficientsOf(evaluator);
     };
     for (const EvaluatorPath& path : evaluatorPaths()) {
         first.usePath(path);
         second.usePath(path);
-        EXPECT_LT(largestDifference(numbers(first), numbers(second)), 2e-6) << path.name;
+        EXPECT_LT(largestDifference(coefficients(first), coefficients(second)), 2e-6) << path.name;
     }
 }
 
@@ -338,10 +339,10 @@ TEST(ComposedEvaluator, EveryPathAgreesWithThePortableOne) {
         Evaluator evaluator(asset);
         const std::vector<EvaluatorPath> paths = evaluatorPaths();
         evaluator.usePath(paths.front());
-        const std::vector<float> expected = numbersOf(evaluator, asset.animation.bonesOf(1));
+        const std::vector<float> expected = coefficientsOf(evaluator, asset.animation.bonesOf(1));
         for (const EvaluatorPath& path : paths) {
             evaluator.usePath(path);
-            EXPECT_LT(largestDifference(numbersOf(evaluator, asset.animation.bonesOf(1)), expected), 5e-6)
+            EXPECT_LT(largestDifference(coefficientsOf(evaluator, asset.animation.bonesOf(1)), expected), 5e-6)
                 << path.name << " " << nameOf(precision);
         }
     }
@@ -351,10 +352,10 @@ TEST(ComposedEvaluator, AllocatesNothing) {
     const Packed packed = pack(composedTube(kManyVertices), AssetPrecision::kI8);
     const AssetView asset = openAsset(packed.bytes);
     Evaluator evaluator(asset);
-    std::vector<float> numbers(evaluator.vertexCount() * std::size_t(asset.model.stride));
+    std::vector<float> coefficients(evaluator.vertexCount() * std::size_t(asset.model.stride));
     const std::size_t before = allocationCount();
     evaluator.setPose(asset.animation.bonesOf(0), {});
-    for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) evaluator.evaluateCluster(c, numbers);
+    for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) evaluator.evaluateCluster(c, coefficients);
     EXPECT_EQ(allocationCount() - before, 0u);
 }
 
@@ -364,13 +365,13 @@ TEST(ComposedEvaluator, SameNumbersForAnyThreadCountAndForCopies) {
     Evaluator evaluator(asset);
     for (const EvaluatorPath& path : evaluatorPaths()) {
         evaluator.usePath(path);
-        const std::vector<float> expected = numbersOf(evaluator, asset.animation.bonesOf(2));
+        const std::vector<float> expected = coefficientsOf(evaluator, asset.animation.bonesOf(2));
         for (int threads : {2, 8}) {
             Evaluator copy(evaluator);
-            std::vector<float> numbers(expected.size());
+            std::vector<float> coefficients(expected.size());
             copy.setPose(asset.animation.bonesOf(2), {});
-            parallelFor(copy.clusterCount(), threads, [&](std::size_t c) { copy.evaluateCluster(c, numbers); });
-            EXPECT_EQ(largestDifference(numbers, expected), 0) << path.name;
+            parallelFor(copy.clusterCount(), threads, [&](std::size_t c) { copy.evaluateCluster(c, coefficients); });
+            EXPECT_EQ(largestDifference(coefficients, expected), 0) << path.name;
         }
     }
 }
@@ -387,9 +388,9 @@ TEST(ComposedEvaluator, NoPoseMakesItExplode) {
             for (std::size_t i = 0; i < 12; ++i) bones[j].m[i] = size * std::sin(float(7 * j + 3 * i) + size);
         for (const EvaluatorPath& path : evaluatorPaths()) {
             evaluator.usePath(path);
-            const std::vector<float> numbers = numbersOf(evaluator, bones);
-            EXPECT_GT(largestMagnitude(numbers), 0.3) << size;
-            ambient(asset, numbers, e);
+            const std::vector<float> coefficients = coefficientsOf(evaluator, bones);
+            EXPECT_GT(largestMagnitude(coefficients), 0.3) << size;
+            ambient(asset, coefficients, e);
             for (float value : e) EXPECT_TRUE(value >= -1e-5f && value <= 1 + 1e-5f) << size << " " << value;
         }
     }
@@ -424,12 +425,12 @@ TEST(ComposedEvaluator, NothingPopsOverAThousandFrames) {
     const AssetView asset = openAsset(packed.bytes);
     Evaluator evaluator(asset);
     const std::size_t count = evaluator.vertexCount();
-    std::vector<float> far(count * kFarNumbers);
+    std::vector<float> far(count * kFarCoefficients);
     std::vector<std::vector<float>> e;
     for (int frame = 0; frame < 1000; ++frame) {
         evaluator.setPose(curl(model, 1.25 * frame / 1000), {});
         for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) evaluator.evaluateFar(c, far);
-        ambient(parseConvention("D6"), int(kFarNumbers), far, e.emplace_back(count));
+        ambient(parseConvention("D6"), int(kFarCoefficients), far, e.emplace_back(count));
     }
     Largest largest, jump, range;
     for (std::size_t v = 0; v < count; ++v)

@@ -108,7 +108,7 @@ std::vector<double> referenceUnits(const Model& model, const ClusterModel& clust
 }
 
 struct ReferencePose {
-    std::vector<double> numbers;  // [V, n] in the order of the model's own vertices
+    std::vector<double> coefficients;  // [V, n] in the order of the model's own vertices
     double out_of_range = 0;
 };
 
@@ -136,7 +136,7 @@ void addCluster(const Model& model, const ClusterModel& cluster, const std::vect
     std::vector<float> ambient(size);
     ambientWeights(model.convention, ambient);
     for (std::size_t v = 0; v < cluster.vertices.size(); ++v) {
-        double* out = pose.numbers.data() + cluster.vertices[v] * size;
+        double* out = pose.coefficients.data() + cluster.vertices[v] * size;
         double e = 0, norm2 = 0;
         for (std::size_t i = 0; i < size; ++i) {
             out[i] = cluster.mean[v * size + i];
@@ -150,7 +150,7 @@ void addCluster(const Model& model, const ClusterModel& cluster, const std::vect
 
 ReferencePose referencePose(const Model& model, std::size_t frame) {
     ReferencePose pose;
-    pose.numbers.resize(model.mesh.vertexCount() * std::size_t(model.convention.size()));
+    pose.coefficients.resize(model.mesh.vertexCount() * std::size_t(model.convention.size()));
     for (const ClusterModel& cluster : model.clusters)
         addCluster(model, cluster, referenceFeatures(model, frame, cluster.joint), pose);
     pose.out_of_range = std::sqrt(pose.out_of_range / double(model.mesh.vertexCount()));
@@ -176,11 +176,11 @@ std::pair<double, double> differenceToReference(const Model& model) {
         const ReferencePose expected = referencePose(model, f);
         for (const EvaluatorPath& path : evaluatorPaths()) {
             evaluator.usePath(path);
-            const std::vector<float> numbers = evaluate(evaluator, f);
+            const std::vector<float> coefficients = evaluate(evaluator, f);
             for (std::size_t v = 0; v < evaluator.vertexCount(); ++v)
                 for (std::size_t i = 0; i < stride; ++i) {
-                    const double e = i < size ? expected.numbers[asset.mesh.shading_point[v] * size + i] : 0;
-                    numbers_off.add(std::abs(numbers[v * stride + i] - e));
+                    const double e = i < size ? expected.coefficients[asset.mesh.shading_point[v] * size + i] : 0;
+                    numbers_off.add(std::abs(coefficients[v * stride + i] - e));
                 }
         }
         range_off.add(std::abs(evaluator.outOfRange() - expected.out_of_range));
@@ -192,7 +192,7 @@ std::pair<double, double> differenceToReference(const Model& model) {
 
 // Numbers reach 4. Measured: 7e-7 and 1e-7; about twice as much is allowed.
 TEST(Evaluator, MatchesTheFormulasInDoublePrecision) {
-    Largest numbers, range;
+    Largest coefficients, range;
     for (const char* convention : {"A4", "B3", "D4", "D5", "A8"})
         for (FeatureKind features : synthetic::kSkinnedFeatures)
             for (ModelKind kind : kModelKinds) {
@@ -201,10 +201,10 @@ TEST(Evaluator, MatchesTheFormulasInDoublePrecision) {
                 options.features = features;
                 options.kind = kind;
                 const auto [numbers_off, range_off] = differenceToReference(tubeModel(options));
-                numbers.add(numbers_off);
+                coefficients.add(numbers_off);
                 range.add(range_off);
             }
-    EXPECT_LT(numbers, 1.2e-6);
+    EXPECT_LT(coefficients, 1.2e-6);
     EXPECT_LT(range, 2e-7);
 }
 
@@ -214,7 +214,7 @@ TEST(Evaluator, NoPoseMakesItExplode) {
         const Packed packed = pack(tubeModel({.joints = 5, .kind = kind}), AssetPrecision::kI8);
         const AssetView asset = openAsset(packed.bytes);
         Evaluator evaluator(asset);
-        std::vector<float> numbers(evaluator.vertexCount() * std::size_t(asset.model.stride));
+        std::vector<float> coefficients(evaluator.vertexCount() * std::size_t(asset.model.stride));
         std::vector<float> e(evaluator.vertexCount());
         for (float size : {1.0f, 1e3f, 1e6f}) {
             std::vector<Affine> bones(5);
@@ -224,8 +224,8 @@ TEST(Evaluator, NoPoseMakesItExplode) {
             EXPECT_GT(evaluator.outOfRange(), 0.1) << nameOf(kind);
             for (const EvaluatorPath& path : evaluatorPaths()) {
                 evaluator.usePath(path);
-                for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) evaluator.evaluateCluster(c, numbers);
-                ambient(asset, numbers, e);
+                for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) evaluator.evaluateCluster(c, coefficients);
+                ambient(asset, coefficients, e);
                 for (float value : e)
                     EXPECT_TRUE(value >= -1e-5f && value <= 1 + 1e-5f) << nameOf(kind) << " " << value;
                 EXPECT_GT(largestOf(e), 0.3) << "not all is dark";
@@ -265,24 +265,24 @@ TEST(Evaluator, EveryPathClampsAmbientVisibility) {
         for (const std::size_t vertices : {1u, 7u, 8u, 37u}) {
             const Convention convention = parseConvention(name);
             const std::size_t size = std::size_t(convention.size()), stride = (size + 3) / 4 * 4;
-            std::vector<float> weights(stride), numbers;
+            std::vector<float> weights(stride), coefficients;
             ambientWeights(convention, std::span(weights).first(size));
             synthetic::Noise noise(5);
-            synthetic::fillNoise(numbers, vertices * stride, 8, noise);
+            synthetic::fillNoise(coefficients, vertices * stride, 8, noise);
             double norm2 = 0;
             for (const float w : weights) norm2 += double(w) * w;
-            std::vector<float> expected = numbers;
+            std::vector<float> expected = coefficients;
             std::size_t below = 0, above = 0;
             for (std::size_t v = 0; v < vertices; ++v) {
                 double e = 0;
-                for (std::size_t i = 0; i < stride; ++i) e += double(weights[i]) * numbers[v * stride + i];
+                for (std::size_t i = 0; i < stride; ++i) e += double(weights[i]) * coefficients[v * stride + i];
                 below += e<0, above += e> 1;
                 for (std::size_t i = 0; i < stride; ++i)
                     expected[v * stride + i] -= float(weights[i] * (e - std::clamp(e, 0.0, 1.0)) / norm2);
             }
             EXPECT_TRUE(vertices < 37 || (below > 3 && above > 3)) << name;
             for (const EvaluatorPath& path : evaluatorPaths()) {
-                std::vector<float> clamped = numbers;
+                std::vector<float> clamped = coefficients;
                 path.clamp({weights.data(), stride, float(norm2)}, clamped.data(), vertices);
                 EXPECT_LT(largestDifference(clamped, expected), 1e-5) << path.name << " " << name << " " << vertices;
             }
@@ -301,7 +301,7 @@ TEST(Evaluator, BytesAreWeighedWithinSixteenBits) {
     ambientWeights(asset.model.convention, std::span(weights).first(size));
     for (const EvaluatorPath& path : evaluatorPaths()) {
         evaluator.usePath(path);
-        const std::vector<float> numbers = evaluate(evaluator, 1);
+        const std::vector<float> coefficients = evaluate(evaluator, 1);
         for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) {
             const ClusterView& cluster = asset.model.clusters[c];
             const std::span<const float> y = evaluator.scores(c);
@@ -322,7 +322,7 @@ TEST(Evaluator, BytesAreWeighedWithinSixteenBits) {
                 }
                 if (e < 0.001 || e > 0.999) continue;  // clamped
                 for (std::size_t i = 0; i < stride; ++i)
-                    EXPECT_NEAR(numbers[(cluster.first_vertex + v) * stride + i], exact[i], bound) << path.name;
+                    EXPECT_NEAR(coefficients[(cluster.first_vertex + v) * stride + i], exact[i], bound) << path.name;
             }
         }
     }
@@ -359,11 +359,11 @@ TEST(Evaluator, AllocatesNothing) {
     const AssetView asset = openAsset(packed.bytes);
     Evaluator evaluator(asset);
     const std::size_t count = evaluator.vertexCount();
-    std::vector<float> numbers(count * std::size_t(asset.model.stride));
+    std::vector<float> coefficients(count * std::size_t(asset.model.stride));
     std::vector<Vec3> positions(count), normals(count), tangents(count);
     const std::size_t before = allocationCount();
     evaluator.setPose(asset.animation.bonesOf(0), asset.animation.poseOf(0));
-    for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) evaluator.evaluateCluster(c, numbers);
+    for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) evaluator.evaluateCluster(c, coefficients);
     evaluator.skin(0, count, positions, normals, tangents);
     EXPECT_EQ(allocationCount() - before, 0u);
     const std::vector<int> proof(3);
@@ -378,10 +378,10 @@ TEST(Evaluator, SameNumbersForAnyThreadCount) {
         evaluator.usePath(path);
         const std::vector<float> expected = evaluate(evaluator, 2);
         for (int threads : {2, 8}) {
-            std::vector<float> numbers(expected.size());
+            std::vector<float> coefficients(expected.size());
             parallelFor(evaluator.clusterCount(), threads,
-                        [&](std::size_t c) { evaluator.evaluateCluster(c, numbers); });
-            EXPECT_EQ(largestDifference(numbers, expected), 0) << path.name;
+                        [&](std::size_t c) { evaluator.evaluateCluster(c, coefficients); });
+            EXPECT_EQ(largestDifference(coefficients, expected), 0) << path.name;
         }
     }
 }

@@ -61,7 +61,7 @@ KernelError kernelError(const EvaluatorPath& path, const std::vector<std::uint16
     const ScatteredReceivers all;
     const FarScene scene{tables.tables(), pose.parts.data(), parts.data(), parts.size()};
     KernelError error;
-    std::vector<float> far(kMaxReceivers * kFarNumbers), expected(kFarNumbers);
+    std::vector<float> far(kMaxReceivers * kFarCoefficients), expected(kFarCoefficients);
     for (std::size_t first = 0; first < all.positions.size(); first += kMaxReceivers) {
         const std::size_t count = std::min(kMaxReceivers, all.positions.size() - first);
         path.far->far(tables.constants(), scene, {},
@@ -70,7 +70,7 @@ KernelError kernelError(const EvaluatorPath& path, const std::vector<std::uint16
             const std::size_t r = first + i;
             farVisibility(tables.fields(), pose.posed, parts, {all.positions[r], all.normals[r], all.tangents[r]},
                           expected);
-            for (std::size_t n = 0; n < kFarNumbers; ++n) error.add(far[i * kFarNumbers + n] - expected[n]);
+            for (std::size_t n = 0; n < kFarCoefficients; ++n) error.add(far[i * kFarCoefficients + n] - expected[n]);
             error.blocked.add(1 - expected[0] / std::sqrt(4 * std::numbers::pi));
         }
     }
@@ -118,7 +118,7 @@ KernelError nearError(const EvaluatorPath& path, const std::vector<std::uint16_t
     const std::vector<std::uint8_t> gains = randomGains(all.positions.size() * columns);
     const FarScene scene{tables.tables(), pose.parts.data(), parts.data(), parts.size(), 0, near_parts.data(), columns};
     KernelError error;
-    std::vector<float> far(kMaxReceivers * kFarNumbers), expected(kFarNumbers);
+    std::vector<float> far(kMaxReceivers * kFarCoefficients), expected(kFarCoefficients);
     for (std::size_t first = 0; first < all.positions.size(); first += kMaxReceivers) {
         const std::size_t count = std::min(kMaxReceivers, all.positions.size() - first);
         path.far->far(
@@ -134,7 +134,7 @@ KernelError nearError(const EvaluatorPath& path, const std::vector<std::uint16_t
             farVisibility(tables.fields(), pose.posed, parts, receiver, expected);
             const float before = expected[0];
             multiplyByNear(tables.fields(), pose.posed, nears, receiver, expected);
-            for (std::size_t n = 0; n < kFarNumbers; ++n) error.add(far[i * kFarNumbers + n] - expected[n]);
+            for (std::size_t n = 0; n < kFarCoefficients; ++n) error.add(far[i * kFarCoefficients + n] - expected[n]);
             error.blocked.add((before - expected[0]) / std::sqrt(4 * std::numbers::pi));
         }
     }
@@ -174,7 +174,7 @@ TEST(FarKernel, NearPartsWithAGainOfOneAreFarParts) {
     std::vector<std::uint8_t> gains;
     for (std::size_t r = 0; r < kMaxReceivers; ++r) gains.insert(gains.end(), {128, 0, 128});
     const std::vector<std::uint16_t> same{0, 2, 5};
-    std::vector<float> near_numbers(kMaxReceivers * kFarNumbers), far_numbers(near_numbers.size());
+    std::vector<float> near_numbers(kMaxReceivers * kFarCoefficients), far_coefficients(near_numbers.size());
     const FarReceivers receivers{all.positions.data(), all.normals.data(), all.tangents.data(), kMaxReceivers,
                                  gains.data()};
     for (const EvaluatorPath& path : evaluatorPaths()) {
@@ -182,9 +182,9 @@ TEST(FarKernel, NearPartsWithAGainOfOneAreFarParts) {
                       {tables.tables(), pose.parts.data(), parts.data(), 1, 0, near_parts.data(), near_parts.size()},
                       {}, receivers, near_numbers.data());
         path.far->far(tables.constants(), {tables.tables(), pose.parts.data(), same.data(), same.size()}, {}, receivers,
-                      far_numbers.data());
+                      far_coefficients.data());
         // (1 - inside) multiplies at the directions or after them.
-        EXPECT_LT(largestDifference(near_numbers, far_numbers), 1e-5) << path.name;
+        EXPECT_LT(largestDifference(near_numbers, far_coefficients), 1e-5) << path.name;
         EXPECT_GT(largestDifference(near_numbers, std::vector<float>(near_numbers.size())), 1) << path.name;
     }
 }

@@ -31,7 +31,7 @@ struct Vertices {
         tangents.push_back(t * std::cos(turn) + cross(n, t) * std::sin(turn));
     }
     void evaluate() {
-        mirrored.resize(normals.size() * kFarNumbers);
+        mirrored.resize(normals.size() * kFarCoefficients);
         groundVisibility(normals, tangents, mirrored);
     }
 };
@@ -62,8 +62,8 @@ TEST(GroundShadow, IsTheIntegralOverWhatGoesUp) {
                 evalBasis(kFieldOrder, (to_up * std::cos(w) + z * std::sin(w)) * std::sin(e) + edge * std::cos(e),
                           basis);
                 const double weight = 2 * a.weight * std::numbers::pi * b.weight * width * std::sin(e);
-                for (std::size_t i = 0; i < kFarNumbers; ++i)
-                    expected[v * kFarNumbers + i] += float(weight * basis[std::size_t(even[i])]);
+                for (std::size_t i = 0; i < kFarCoefficients; ++i)
+                    expected[v * kFarCoefficients + i] += float(weight * basis[std::size_t(even[i])]);
             }
     }
     EXPECT_LT(largestDifference(vertices.mirrored, expected), 1e-5);
@@ -75,14 +75,14 @@ TEST(GroundShadow, LeavesTheShareOfTheSkyThatGoesUp) {
         const Vertices vertices = allWays();
         const Convention convention = parseConvention(name);
         const std::vector<float> open = freeSight(convention);
-        std::vector<float> numbers, e(vertices.normals.size()), expected;
+        std::vector<float> coefficients, e(vertices.normals.size()), expected;
         for (const Vec3 n : vertices.normals) {
-            numbers.insert(numbers.end(), open.begin(), open.end());
+            coefficients.insert(coefficients.end(), open.begin(), open.end());
             expected.push_back((1 + n.y) / 2);
         }
         const CastProduct product(convention);
-        product(numbers, open.size(), vertices.mirrored);
-        ambient(convention, int(open.size()), numbers, e);
+        product(coefficients, open.size(), vertices.mirrored);
+        ambient(convention, int(open.size()), coefficients, e);
         EXPECT_LT(largestDifference(e, expected), 0.015) << name;
     }
 }

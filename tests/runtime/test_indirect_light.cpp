@@ -13,9 +13,9 @@ namespace {
 
 TEST(IndirectLight, OthersLeaveTheShareOfAWhiteSky) {
     // Nothing is hidden from the first vertex, half of every direction from the second, everything from the third.
-    std::vector<float> mirrored(3 * kFarNumbers), indirect(3 * kIndirectStride, 2.0f);
+    std::vector<float> mirrored(3 * kFarCoefficients), indirect(3 * kIndirectStride, 2.0f);
     mirrored[0] = 2 * std::sqrt(std::numbers::pi_v<float>);
-    mirrored[kFarNumbers] = std::sqrt(std::numbers::pi_v<float>);
+    mirrored[kFarCoefficients] = std::sqrt(std::numbers::pi_v<float>);
     castOnIndirect(mirrored, indirect);
     for (std::size_t i = 0; i < kIndirectStride; ++i) {
         EXPECT_NEAR(indirect[i], 2, 1e-5);
@@ -38,14 +38,14 @@ TEST(IndirectLight, UniformLightHasAConstantAlone) {
 TEST(IndirectLight, NumbersGiveBackWhatTheAxesSpan) {
     const Vec3 first = normalized(Vec3{3, 2, 1}), second = normalized(cross(first, Vec3{0, 1, 0}));
     const ColorAxes axes = fromRows(first, second, cross(first, second));
-    std::vector<float> transfer(3 * 16), numbers(kIndirectNumbers);  // order 4; bands 3 and 4 do not count
+    std::vector<float> transfer(3 * 16), coefficients(kIndirectSize);  // order 4; bands 3 and 4 do not count
     for (std::size_t i = 0; i < 16; ++i)
         for (int c = 0; c < 3; ++c) transfer[std::size_t(c) * 16 + i] = (1 + float(i)) * first[c];
     transfer[0] += 0.5f;  // another colour, in band 0 alone
-    toIndirectNumbers(axes, transfer, numbers);
+    toIndirectCoefficients(axes, transfer, coefficients);
     for (std::size_t i = 0; i < kIndirectCoefficients; ++i)
         for (int c = 0; c < 3; ++c)
-            EXPECT_NEAR(indirectCoefficient(axes, numbers, i)[c], transfer[std::size_t(c) * 16 + i], 1e-5);
+            EXPECT_NEAR(indirectCoefficient(axes, coefficients, i)[c], transfer[std::size_t(c) * 16 + i], 1e-5);
 }
 
 }  // namespace

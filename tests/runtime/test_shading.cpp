@@ -24,7 +24,7 @@ struct Scene {
     MaterialView material;
     LightView light_view;
     std::vector<Vec3> positions, normals, tangents;
-    std::vector<float> numbers;  // stride = size
+    std::vector<float> coefficients;  // stride = size
     Vec3 eye{0.3f, 0.4f, 3.0f};
 
     void setMaterial(const BrdfFile& brdf, int channels = 1) {
@@ -42,13 +42,13 @@ struct Scene {
         positions.push_back(position);
         normals.push_back(normal);
         tangents.push_back(tangent);
-        numbers.insert(numbers.end(), n.begin(), n.end());
+        coefficients.insert(coefficients.end(), n.begin(), n.end());
     }
     std::vector<Vec3> shade(const ShadePath* path = nullptr) const {
         VertexShader shader(convention, convention.size(), material, light_view);
         if (path) shader.usePath(*path);
         std::vector<Vec3> radiance(positions.size());
-        shader.shade({positions, normals, tangents, numbers, 0, positions.size()}, eye, radiance);
+        shader.shade({positions, normals, tangents, coefficients, 0, positions.size()}, eye, radiance);
         return radiance;
     }
 };
@@ -60,14 +60,14 @@ Mat3 someRotation(float a, float b) {
 
 // Returns the numbers of a visibility function given in the local frame, through its hemisphere moments.
 template <class Visible>
-std::vector<float> numbersOf(const Convention& convention, Visible visible) {
+std::vector<float> coefficientsOf(const Convention& convention, Visible visible) {
     std::vector<double> moments(std::size_t(coefficientCount(convention.order)));
     project(
         convention.order, gaussHemisphere(128, 256), [&](Vec3d s) { return visible(s) ? 1.0 : 0.0; }, moments);
     const std::vector<float> local(moments.begin(), moments.end());
-    std::vector<float> numbers(std::size_t(convention.size()));
-    fromMoments(convention, local, numbers);
-    return numbers;
+    std::vector<float> coefficients(std::size_t(convention.size()));
+    fromMoments(convention, local, coefficients);
+    return coefficients;
 }
 
 Vec3d radianceOf(const LightFile& light, Vec3d s) {
@@ -94,7 +94,7 @@ TEST(VertexShader, OpenLambertUnderUniformLightIsItsAlbedo) {
         scene.setLight(synthetic::light(4, 0));
         const Mat3 q = someRotation(0.7f, 1.9f);
         scene.addVertex({0, 0, 0}, {q(2, 0), q(2, 1), q(2, 2)}, {q(0, 0), q(0, 1), q(0, 2)},
-                        numbersOf(scene.convention, [](Vec3d) { return true; }));
+                        coefficientsOf(scene.convention, [](Vec3d) { return true; }));
         for (int c = 0; c < 3; ++c) EXPECT_NEAR(scene.shade()[0][c], scene.material.color[c], 3e-7) << name;
     }
 }
@@ -106,7 +106,7 @@ TEST(VertexShader, OpenLambertIsTheCosineIntegralOfTheLight) {
     const LightFile light = synthetic::light(4, 1);
     scene.setMaterial(synthetic::lambert());
     scene.setLight(light);
-    const std::vector<float> open = numbersOf(scene.convention, [](Vec3d) { return true; });
+    const std::vector<float> open = coefficientsOf(scene.convention, [](Vec3d) { return true; });
     for (int i = 0; i < 11; ++i) {
         const Mat3 q = someRotation(0.5f * float(i), 1.3f * float(i));
         scene.addVertex({0.1f * float(i), 0, 0}, {q(2, 0), q(2, 1), q(2, 2)}, {q(0, 0), q(0, 1), q(0, 2)}, open);
@@ -128,7 +128,7 @@ TEST(VertexShader, LambertBesideAWallIsTheIntegralOverWhatIsOpen) {
     const LightFile light = synthetic::light(4, 0.5);
     scene.setMaterial(synthetic::lambert());
     scene.setLight(light);
-    const std::vector<float> wall = numbersOf(scene.convention, [](Vec3d s) { return s.x > 0; });
+    const std::vector<float> wall = coefficientsOf(scene.convention, [](Vec3d s) { return s.x > 0; });
     for (int i = 0; i < 8; ++i) {
         const Mat3 q = someRotation(0.9f * float(i), 0.7f * float(i));
         scene.addVertex({}, {q(2, 0), q(2, 1), q(2, 2)}, {q(0, 0), q(0, 1), q(0, 2)}, wall);
@@ -163,10 +163,10 @@ TEST(VertexShader, IsTheIntegralOfTheThreeFunctions) {
         const LightFile light = synthetic::light(4, 1);
         scene.setLight(light);
         for (int i = 0; i < 3; ++i) {
-            std::vector<float> numbers(std::size_t(scene.convention.size()));
-            for (float& n : numbers) n = noise();
+            std::vector<float> coefficients(std::size_t(scene.convention.size()));
+            for (float& n : coefficients) n = noise();
             const Mat3 q = someRotation(2.1f * float(i), 0.4f * float(i));
-            scene.addVertex({0, float(i), 0}, {q(2, 0), q(2, 1), q(2, 2)}, {q(0, 0), q(0, 1), q(0, 2)}, numbers);
+            scene.addVertex({0, float(i), 0}, {q(2, 0), q(2, 1), q(2, 2)}, {q(0, 0), q(0, 1), q(0, 2)}, coefficients);
         }
         const std::vector<Vec3> radiance = scene.shade();
         const int order = scene.convention.order;
@@ -174,10 +174,11 @@ TEST(VertexShader, IsTheIntegralOfTheThreeFunctions) {
             const Mat3 q = toLocalFrame(scene.normals[v], scene.tangents[v]);
             const Vec3 o = q * normalized(scene.eye - scene.positions[v]);
             std::vector<float> coefficients(std::size_t(coefficientCount(order))), f(25);
-            toCoefficients(scene.convention,
-                           std::span<const float>(scene.numbers)
-                               .subspan(v * std::size_t(scene.convention.size()), std::size_t(scene.convention.size())),
-                           coefficients);
+            fullCoefficients(
+                scene.convention,
+                std::span<const float>(scene.coefficients)
+                    .subspan(v * std::size_t(scene.convention.size()), std::size_t(scene.convention.size())),
+                coefficients);
             for (std::size_t c = 0; c < 3; ++c) {
                 evalSlice(std::span<const float>(scene.slices).subspan(c * 375, 375), 5, 5, o, f);
                 double expected = 0;
@@ -203,10 +204,11 @@ Scene noiseScene(int vertices, int light_order, int channels) {
     scene.setMaterial(brdf, channels);
     scene.setLight(synthetic::light(light_order, 1));
     for (int i = 0; i < vertices; ++i) {
-        std::vector<float> numbers(15);
-        for (float& n : numbers) n = noise();
+        std::vector<float> coefficients(15);
+        for (float& n : coefficients) n = noise();
         const Mat3 q = someRotation(4 * noise(), 4 * noise());
-        scene.addVertex({noise(), noise(), noise()}, {q(2, 0), q(2, 1), q(2, 2)}, {q(0, 0), q(0, 1), q(0, 2)}, numbers);
+        scene.addVertex({noise(), noise(), noise()}, {q(2, 0), q(2, 1), q(2, 2)}, {q(0, 0), q(0, 1), q(0, 2)},
+                        coefficients);
     }
     return scene;
 }
@@ -276,9 +278,9 @@ TEST(VertexShader, LobesReproduceALightOfAnyOrder) {
         }
         scene.setMaterial(brdf);
         scene.setLight(light);
-        std::vector<float> numbers(15);
-        numbers[0] = float(std::sqrt(4 * kPi));  // V = 1 on the whole sphere
-        scene.addVertex({}, {0, 0, 1}, {1, 0, 0}, numbers);
+        std::vector<float> coefficients(15);
+        coefficients[0] = float(std::sqrt(4 * kPi));  // V = 1 on the whole sphere
+        scene.addVertex({}, {0, 0, 1}, {1, 0, 0}, coefficients);
         const Vec3 radiance = scene.shade()[0];
         for (int c = 0; c < 3; ++c) {
             double expected = 0;
@@ -295,9 +297,10 @@ TEST(VisibilityTransfer, IsTheIntegralOfVisibilityCosineAndSh) {
     const Mat3 q = someRotation(0.7f, 1.9f);
     for (const char* name : {"A4", "B5", "D5", "D6"}) {
         const Convention convention = parseConvention(name);
-        const std::vector<float> coefficients = numbersOf(convention, [](Vec3d s) { return s.x + 0.3 * s.z > 0.2; });
+        const std::vector<float> coefficients =
+            coefficientsOf(convention, [](Vec3d s) { return s.x + 0.3 * s.z > 0.2; });
         std::vector<float> function(std::size_t(coefficientCount(convention.order)));
-        toCoefficients(convention, coefficients, function);
+        fullCoefficients(convention, coefficients, function);
         std::vector<double> expected(25), v(function.size()), y(25);
         for (const WeightedDirection& d : gaussHemisphere(16, 32)) {
             evalBasis(convention.order, d.direction, v);
@@ -318,11 +321,11 @@ TEST(VisibilityTransfer, IsTheIntegralOfVisibilityCosineAndSh) {
 TEST(Ambient, IsOneWhereNothingIsInTheWay) {
     for (const char* name : {"A4", "B4", "D5"}) {
         const Convention convention = parseConvention(name);
-        std::vector<float> numbers = numbersOf(convention, [](Vec3d) { return true; });
-        const std::vector<float> half = numbersOf(convention, [](Vec3d s) { return s.x > 0; });
-        numbers.insert(numbers.end(), half.begin(), half.end());
+        std::vector<float> coefficients = coefficientsOf(convention, [](Vec3d) { return true; });
+        const std::vector<float> half = coefficientsOf(convention, [](Vec3d s) { return s.x > 0; });
+        coefficients.insert(coefficients.end(), half.begin(), half.end());
         std::vector<float> e(2);
-        ambient(convention, convention.size(), numbers, e);
+        ambient(convention, convention.size(), coefficients, e);
         EXPECT_NEAR(e[0], 1, name[0] == 'B' ? 0.02 : 1e-5) << name;
         EXPECT_NEAR(e[1], 0.5, name[0] == 'B' ? 0.02 : 1e-5) << name;
     }

@@ -110,7 +110,7 @@ TEST(ShadingSet, EveryWayGivesTheSameRadiance) {
 TEST(ShadingSet, RotationIsExactAtThePoles) {
     const SyntheticAsset data({.rings = 6, .light_order = 6});
     const MaterialView& material = data.asset.materials[1];
-    std::vector<float> light(3 * 36), numbers;
+    std::vector<float> light(3 * 36), coefficients;
     for (std::size_t i = 0; i < light.size(); ++i) light[i] = float(std::sin(1.7 * double(i)));
     const LightView view{"noise", 6, light};
     std::vector<Vec3> positions, normals, tangents;
@@ -122,13 +122,13 @@ TEST(ShadingSet, RotationIsExactAtThePoles) {
                 positions.push_back({});
                 normals.push_back(n);
                 tangents.push_back(normalized(t - n * dot(n, t)));
-                for (int i = 0; i < 15; ++i) numbers.push_back(std::cos(float(i + turn)));
+                for (int i = 0; i < 15; ++i) coefficients.push_back(std::cos(float(i + turn)));
             }
     std::vector<Vec3> radiance[2] = {std::vector<Vec3>(positions.size()), std::vector<Vec3>(positions.size())};
     for (const bool rotation : {false, true}) {
         const VertexShader shader(parseConvention("D5"), 15, material, view,
                                   {Reflectance::kSlices, rotation ? LightForm::kRotation : LightForm::kFixed});
-        shader.shade({positions, normals, tangents, numbers, 0, positions.size()}, {1, 2, 3}, radiance[rotation]);
+        shader.shade({positions, normals, tangents, coefficients, 0, positions.size()}, {1, 2, 3}, radiance[rotation]);
     }
     EXPECT_LT(largestDifference(radiance[0], radiance[1]), 1e-6f);
 }
@@ -252,13 +252,13 @@ TEST(Operators, AreThePapersFormula) {
         for (const int order_u : {4, 7})
             for (const int count : {1, 8, 16}) {
                 const Convention convention = parseConvention(name);
-                const std::size_t numbers = std::size_t(convention.size()), size = std::size_t(order_u * order_u);
+                const std::size_t coefficients = std::size_t(convention.size()), size = std::size_t(order_u * order_u);
                 std::vector<float> u(3 * std::size_t(count) * size), w(3 * std::size_t(count) * 15), l(3 * 16), v;
                 for (auto* values : {&u, &w, &l})
                     for (float& x : *values) x = noise();
-                for (std::size_t i = 0; i < numbers; ++i) v.push_back(noise());
+                for (std::size_t i = 0; i < coefficients; ++i) v.push_back(noise());
                 MaterialView material{"m", 5, 5, 3, {1, 0.5f, 2}, {}, {count, order_u, u, w}};
-                const VertexShader shader(convention, int(numbers), material, {"l", 4, l},
+                const VertexShader shader(convention, int(coefficients), material, {"l", 4, l},
                                           {Reflectance::kOperators, LightForm::kRotation});
                 const Vec3 p{}, n{0, 0, 1}, t{1, 0, 0}, eye{0.3f, 0.5f, 0.9f};  // local frame = model frame
                 Vec3 radiance;
@@ -275,7 +275,7 @@ TEST(Operators, AreThePapersFormula) {
                         for (std::size_t e = 0; e < 15; ++e)
                             weight += double(w[set * 15 + e]) * y[std::size_t(even[e])];
                         for (const TripleProductEntry& g : tripleProduct(4, convention.order, order_u))
-                            for (std::size_t j = 0; j < numbers; ++j)
+                            for (std::size_t j = 0; j < coefficients; ++j)
                                 if (indices[j] == g.j)
                                     product +=
                                         double(l[3 * g.i + c]) * g.value * double(u[set * size + g.k]) * double(v[j]);

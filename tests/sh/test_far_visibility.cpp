@@ -16,24 +16,24 @@ namespace penumbra::test_far_visibility {
 namespace {
 
 const float kOne = float(std::sqrt(4 * std::numbers::pi));
-using Numbers = std::array<float, kFarNumbers>;
+using Coefficients = std::array<float, kFarCoefficients>;
 
 Receiver receiverAt(Vec3 position, Vec3 normal) {
     const Vec3 n = normalized(normal);
     return {position, n, tangentOf(n, {0.3f, 0.8f, -0.5f})};
 }
 
-Numbers farOf(const FarFields& fields, const std::vector<Affine>& bones, const Receiver& receiver) {
+Coefficients farOf(const FarFields& fields, const std::vector<Affine>& bones, const Receiver& receiver) {
     std::vector<PosedPart> posed(fields.tables.size());
     poseParts(fields, bones, posed);
     std::vector<std::uint16_t> parts;
     for (std::size_t p = 0; p < posed.size(); ++p) parts.push_back(std::uint16_t(p));
-    Numbers out;
+    Coefficients out;
     farVisibility(fields, posed, parts, receiver, out);
     return out;
 }
 
-double distanceOf(const Numbers& a, const Numbers& b) {
+double distanceOf(const Coefficients& a, const Coefficients& b) {
     return distanceBetween(a, b) / std::sqrt(4 * std::numbers::pi);
 }
 
@@ -67,9 +67,9 @@ TEST(FarVisibility, OfABallIsThatOfItsCap) {
           Case{{3, 2, -1}, {-2.6f, -1.9f, 1.3f}, 0.03}, Case{{0, -2, 0}, {1, 0.3f, 0}, 0.1},
           Case{{-1.1f, 0.1f, 0.2f}, {1.5f, 0, 0.1f}, 0.1}}) {
         const Receiver receiver = receiverAt(p, normal);
-        const Numbers far = farOf(fields, {Affine{}}, receiver);
+        const Coefficients far = farOf(fields, {Affine{}}, receiver);
         const double sine = 1 / length(toDouble(p)), cosine = std::sqrt(1 - sine * sine);
-        Numbers expected{};
+        Coefficients expected{};
         std::array<double, coefficientCount(kFieldOrder)> y;
         const Vec3 bitangent = cross(receiver.normal, receiver.tangent);
         for (const WeightedDirection& node : gaussHemisphere(64, 128)) {
@@ -88,7 +88,7 @@ TEST(FarVisibility, OfABallIsThatOfItsCap) {
 TEST(FarVisibility, MovesWithThePartAndTheReceiver) {
     const FarFields fields{{ballField().table()}, {0}};
     const Receiver receiver = receiverAt({0.5f, 1.4f, 0.8f}, {-0.2f, -1, 0.1f});
-    const Numbers still = farOf(fields, {Affine{}}, receiver);
+    const Coefficients still = farOf(fields, {Affine{}}, receiver);
     for (double angle : {0.4, 1.7, 3.0}) {
         const Mat3 r = turn(angle);
         const Vec3 t{3, -2, 0.5f};
@@ -101,15 +101,15 @@ TEST(FarVisibility, ScalesWithTheBone) {
     const FarFields fields{{ballField().table()}, {0}};
     Affine bone;
     for (std::size_t i : {0u, 5u, 10u}) bone.m[i] = 0.01f;
-    const Numbers whole = farOf(fields, {Affine{}}, receiverAt({0, 2, 0}, {0.3f, -1, 0})),
-                  small = farOf(fields, {bone}, receiverAt({0, 0.02f, 0}, {0.3f, -1, 0}));
+    const Coefficients whole = farOf(fields, {Affine{}}, receiverAt({0, 2, 0}, {0.3f, -1, 0})),
+                       small = farOf(fields, {bone}, receiverAt({0, 0.02f, 0}, {0.3f, -1, 0}));
     EXPECT_LT(distanceOf(whole, small), 1e-4);
 }
 
 TEST(FarVisibility, IsExactlyOneWhereNothingIsSeen) {
     const FarFields fields{{ballField().table()}, {0}};
     for (const Receiver& receiver : {receiverAt({0, 1.5f, 0}, {0, 1, 0}), receiverAt({0, 60, 0}, {0, -1, 0})}) {
-        const Numbers far = farOf(fields, {Affine{}}, receiver);
+        const Coefficients far = farOf(fields, {Affine{}}, receiver);
         for (std::size_t i = 0; i < far.size(); ++i) EXPECT_EQ(far[i], i == 0 ? kOne : 0);
     }
 }
@@ -118,8 +118,8 @@ TEST(FarVisibility, OfTwoPartsIsTheirProduct) {
     const FarFields one{{ballField().table()}, {0}}, both{{ballField().table(), ballField().table()}, {0, 1}};
     const Receiver receiver = receiverAt({0, -2, 0}, {0, 1, 0});
     const Affine left = motion(Mat3{}, {-0.9f, 0.5f, 0}), right = motion(Mat3{}, {1.2f, 0, 0.4f});
-    const Numbers a = farOf(one, {left}, receiver), b = farOf(one, {right}, receiver);
-    Numbers product;
+    const Coefficients a = farOf(one, {left}, receiver), b = farOf(one, {right}, receiver);
+    Coefficients product;
     multiplyMirrored(kFieldOrder, a, kFieldOrder, b, kFieldOrder, product);
     EXPECT_LT(distanceOf(farOf(both, {left, right}, receiver), product), 1e-6);
 }
@@ -129,11 +129,11 @@ TEST(FarVisibility, OfTwoPartsIsTheirProduct) {
 // receiver enters the ball and goes dark over 0.02.
 TEST(FarVisibility, NeverJumps) {
     const FarFields fields{{ballField().table()}, {0}};
-    Numbers before{};
+    Coefficients before{};
     Largest largest;
     for (int i = 0; i <= 20000; ++i) {
         const float x = -10 + 0.001f * float(i);
-        const Numbers far =
+        const Coefficients far =
             farOf(fields, {Affine{}}, receiverAt({x, 0.3f, -0.2f}, {std::cos(0.4f * x), std::sin(0.4f * x), 0.5f}));
         if (i > 0) largest.add(distanceOf(far, before));
         before = far;

@@ -31,7 +31,7 @@ Frames someFrames() {
 }
 
 std::vector<float> floorAt(const Frames& frames) {
-    std::vector<float> out(frames.normals.size() * kFarNumbers);
+    std::vector<float> out(frames.normals.size() * kFarCoefficients);
     floorVisibility(frames.normals, frames.tangents, out);
     return out;
 }
@@ -41,17 +41,17 @@ TEST(FloorFactor, IsTheMirroredHalfSpace) {
     const Frames frames = someFrames();
     const std::vector<float> rows = floorAt(frames);
     const std::vector<int> even = evenIndices(kFieldOrder);
-    std::vector<double> y(kFieldNumbers);
+    std::vector<double> y(kFieldCoefficients);
     for (std::size_t r = 0; r < frames.normals.size(); r += 7) {
         const Vec3d n = toDouble(frames.normals[r]), t = toDouble(frames.tangents[r]), b = cross(n, t);
-        std::array<double, kFarNumbers> expected{};
+        std::array<double, kFarCoefficients> expected{};
         for (const WeightedDirection& d : gaussHemisphere(300, 600)) {
             if ((t * d.direction.x + b * d.direction.y + n * d.direction.z).y < 0) continue;
             evalBasis(kFieldOrder, d.direction, std::span<double>(y));
-            for (std::size_t e = 0; e < kFarNumbers; ++e) expected[e] += 2 * d.weight * y[std::size_t(even[e])];
+            for (std::size_t e = 0; e < kFarCoefficients; ++e) expected[e] += 2 * d.weight * y[std::size_t(even[e])];
         }
-        for (std::size_t e = 0; e < kFarNumbers; ++e)
-            EXPECT_NEAR(rows[r * kFarNumbers + e], expected[e], 0.02) << r << " " << e;
+        for (std::size_t e = 0; e < kFarCoefficients; ++e)
+            EXPECT_NEAR(rows[r * kFarCoefficients + e], expected[e], 0.02) << r << " " << e;
     }
 }
 
@@ -59,11 +59,11 @@ TEST(FloorFactor, IsTheMirroredHalfSpace) {
 TEST(FloorFactor, HasTheFormFactorOfThePlane) {
     const Frames frames = someFrames();
     const std::vector<float> rows = floorAt(frames);
-    std::array<float, kFarNumbers> weights;
+    std::array<float, kFarCoefficients> weights;
     ambientWeights(parseConvention("D6"), weights);
     for (std::size_t r = 0; r < frames.normals.size(); ++r) {
         double e = 0;
-        for (std::size_t i = 0; i < kFarNumbers; ++i) e += double(weights[i] * rows[r * kFarNumbers + i]);
+        for (std::size_t i = 0; i < kFarCoefficients; ++i) e += double(weights[i] * rows[r * kFarCoefficients + i]);
         EXPECT_NEAR(e, (1 + double(frames.normals[r].y)) / 2, 0.01) << r;  // six bands of a step
     }
 }
@@ -72,7 +72,7 @@ TEST(FloorFactor, MultipliesFarVisibilities) {
     const Frames frames = someFrames();
     const std::vector<float> expected = floorAt(frames);
     std::vector<float> far(expected.size());
-    for (std::size_t r = 0; r < frames.normals.size(); ++r) far[r * kFarNumbers] = 3.5449077f;
+    for (std::size_t r = 0; r < frames.normals.size(); ++r) far[r * kFarCoefficients] = 3.5449077f;
     multiplyByFloor(fastestFarPath(), frames.normals, frames.tangents, far);
     for (std::size_t i = 0; i < far.size(); ++i) EXPECT_NEAR(far[i], expected[i], 2e-5);
 }

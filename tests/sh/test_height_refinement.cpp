@@ -15,7 +15,7 @@ namespace {
 
 struct Looked {
     std::vector<float> coefficients;  // [points, 16]
-    std::size_t finer = 0;       // receivers
+    std::size_t finer = 0;            // receivers
 };
 
 Looked lookedAt(const HeightField& field, HeightVisibility& visibility) {
@@ -32,9 +32,10 @@ Looked lookedAt(const HeightField& field, HeightVisibility& visibility) {
             visibility.refine(field, band, c, end, *refined);
             if (refined->any) out.finer += refined->count;
             for (int r = band; r < std::min(band + visibility.step(), grid.rows); ++r)
-                visibility.coefficients(field, r, c, std::span(normals).first(count), std::span(tangents).first(count), 16,
-                                   std::span(out.coefficients).subspan((std::size_t(r) * columns + std::size_t(c)) * 16),
-                                   refined.get());
+                visibility.coefficients(
+                    field, r, c, std::span(normals).first(count), std::span(tangents).first(count), 16,
+                    std::span(out.coefficients).subspan((std::size_t(r) * columns + std::size_t(c)) * 16),
+                    refined.get());
         }
     visibility.freshen();
     return out;
@@ -143,7 +144,8 @@ TEST(HeightRefinement, OfEveryPathIsThePortableOne) {
         EXPECT_GT(portable.finer, 100u);
         EXPECT_LT(portable.finer, field.grid().size() * 9 / 10);
         // A share moves by 100 times what V does, in units of V. Measured: 4e-6.
-        EXPECT_LT(largestDifference(lookedAt(field, order, 4, kHeightTolerance).coefficients, portable.coefficients), 1e-4);
+        EXPECT_LT(largestDifference(lookedAt(field, order, 4, kHeightTolerance).coefficients, portable.coefficients),
+                  1e-4);
     }
 }
 

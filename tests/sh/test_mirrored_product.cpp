@@ -14,9 +14,9 @@ namespace penumbra::test_mirrored_product {
 namespace {
 
 std::vector<float> someNumbers(int count, double step) {
-    std::vector<float> numbers(std::size_t(count), 0.0f);
-    for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] = float(std::sin(step * double(i + 1)));
-    return numbers;
+    std::vector<float> coefficients(std::size_t(count), 0.0f);
+    for (std::size_t i = 0; i < coefficients.size(); ++i) coefficients[i] = float(std::sin(step * double(i + 1)));
+    return coefficients;
 }
 
 // The integral over the upper hemisphere by quadrature, in double precision. Floats come within 2e-6 of it.

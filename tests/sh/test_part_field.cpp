@@ -14,17 +14,17 @@ namespace {
 constexpr float kRadius = 0.5f;
 constexpr Vec3 kCenter{0.25f, -0.5f, 1};
 constexpr float kFade = 0.05f;
-using Numbers = std::array<float, kFieldNumbers>;
+using Coefficients = std::array<float, kFieldCoefficients>;
 
 // V - 1 of a solid sphere, seen from outside: a cap around the way to its center is blocked.
-Numbers blockedBySphere(Vec3 point) {
+Coefficients blockedBySphere(Vec3 point) {
     const Vec3d way = toDouble(kCenter) - toDouble(point);
     std::array<double, kFieldOrder> zonal;
-    std::array<double, kFieldNumbers> lobe;
+    std::array<double, kFieldCoefficients> lobe;
     capVisibilityZonal(std::asin(std::min(double(kRadius) / length(way), 1.0)), zonal);
     rotateZonal(zonal, normalized(way), lobe);
     lobe[0] -= std::sqrt(4 * std::numbers::pi);
-    Numbers out;
+    Coefficients out;
     for (std::size_t i = 0; i < out.size(); ++i) out[i] = float(lobe[i]);
     return out;
 }
@@ -49,21 +49,21 @@ SphereField sphereField() {
     const std::vector<Vec3> points = fieldPoints(part);
     const std::size_t fine = part.boxes[0].pointCount(), coarse = part.boxes[1].pointCount();
     const auto levelOf = [&](std::size_t p) { return p < fine ? 0u : p < fine + coarse ? 1u : 2u; };
-    std::vector<Numbers> stored;
+    std::vector<Coefficients> stored;
     for (std::size_t p = 0; p < points.size(); ++p) {
         const Vec3 offset = points[p] - kCenter;
-        Numbers numbers =
+        Coefficients coefficients =
             blockedBySphere(length(offset) < kRadius ? kCenter + normalized(offset) * kRadius : points[p]);
-        for (float& x : numbers) x *= dot(offset, offset) + 0.25f * kRadius * kRadius;
-        stored.push_back(numbers);
-        for (std::size_t i = 0; i < kFieldNumbers; ++i) {
+        for (float& x : coefficients) x *= dot(offset, offset) + 0.25f * kRadius * kRadius;
+        stored.push_back(coefficients);
+        for (std::size_t i = 0; i < kFieldCoefficients; ++i) {
             float& scale = part.scale[levelOf(p)][std::size_t(bandOfIndex(int(i)))];
-            scale = std::max(scale, std::abs(numbers[i]) / 127);
+            scale = std::max(scale, std::abs(coefficients[i]) / 127);
         }
     }
     part.distance_scale = kRadius / 127;
     for (std::size_t p = 0; p < points.size(); ++p)
-        for (std::size_t i = 0; i < kFieldNumbers; ++i) {
+        for (std::size_t i = 0; i < kFieldCoefficients; ++i) {
             const float scale = part.scale[levelOf(p)][std::size_t(bandOfIndex(int(i)))];
             out.values.push_back(std::int8_t(std::lround(stored[p][i] / scale)));
         }
@@ -127,7 +127,7 @@ TEST(PartField, PointsOfTheGridHaveTheClosedFormOfACap) {
     for (std::size_t p = sphere.part.boxes[0].pointCount() + sphere.part.boxes[1].pointCount(); p < points.size();
          ++p) {
         if (length(points[p] - kCenter) < 3 * kRadius) continue;  // where boxes blend in
-        Numbers out;
+        Coefficients out;
         sampleField(table, points[p], out);
         const float factor = dot(points[p] - kCenter, points[p] - kCenter) / (kRadius * kRadius);
         worst.add(factor * distanceBetween(out, blockedBySphere(points[p])));
@@ -148,11 +148,11 @@ TEST(PartField, BetweenPointsTheClosedFormIsNear) {
         double error = 0, truth = 0;
         for (int i = 0; i < 500; ++i) {
             const Vec3 point = kCenter + spiralDirection(i, 500) * (row.distance * kRadius);
-            Numbers out;
+            Coefficients out;
             sampleField(table, point, out);
-            const Numbers expected = blockedBySphere(point);
+            const Coefficients expected = blockedBySphere(point);
             error += std::pow(double(distanceBetween(out, expected)), 2);
-            truth += std::pow(double(distanceBetween(expected, Numbers{})), 2);
+            truth += std::pow(double(distanceBetween(expected, Coefficients{})), 2);
         }
         EXPECT_LT(std::sqrt(error / truth), row.bound) << row.distance;
     }
@@ -162,7 +162,7 @@ TEST(PartField, BetweenPointsTheClosedFormIsNear) {
 TEST(PartField, ALineThroughAllLevelsHasNoJump) {
     const FieldTable table = sphereField().table();
     const auto largestStep = [&](int steps) {
-        Numbers before{}, here{};
+        Coefficients before{}, here{};
         Largest largest;
         for (int i = 0; i <= steps; ++i) {
             const Vec3 point = kCenter + Vec3{0.07f, 0.11f, 1} * (kRadius * 30 * (2 * float(i) / float(steps) - 1));
@@ -180,7 +180,7 @@ TEST(PartField, APointInsideGoesDarkWithItsDepth) {
     const FieldTable table = sphereField().table();
     for (int i = 0; i < 200; ++i) {
         const Vec3 direction = spiralDirection(i, 200);
-        Numbers out;
+        Coefficients out;
         EXPECT_EQ(sampleField(table, kCenter + direction * (0.7f * kRadius), out), 1);
         EXPECT_LT(out[0], -0.5f);  // it still has what the surface there sees
         EXPECT_EQ(sampleField(table, kCenter + direction * (1.15f * kRadius), out), 0);
@@ -191,7 +191,7 @@ TEST(PartField, APointInsideGoesDarkWithItsDepth) {
 TEST(PartField, AnyFinitePointHasAFiniteValue) {
     const FieldTable table = sphereField().table();
     for (const Vec3 point : {kCenter, Vec3{1e18f, 0, 0}, Vec3{-3e38f, 3e38f, 3e38f}, kCenter + Vec3{0, 0, 1e-30f}}) {
-        Numbers out;
+        Coefficients out;
         sampleField(table, point, out);
         const double largest = largestMagnitude(out);
         if (length(point - kCenter) < kRadius)

@@ -11,9 +11,9 @@ namespace penumbra::test_reflection_operator {
 namespace {
 
 std::vector<double> someNumbers(std::size_t n, double step) {
-    std::vector<double> numbers(n);
-    for (std::size_t i = 0; i < n; ++i) numbers[i] = std::sin(step * double(i + 1));
-    return numbers;
+    std::vector<double> coefficients(n);
+    for (std::size_t i = 0; i < n; ++i) coefficients[i] = std::sin(step * double(i + 1));
+    return coefficients;
 }
 
 // l^T M v is the integral of l v U, where v is the function that the numbers stand for and U may have any order.
@@ -23,16 +23,16 @@ TEST(ReflectionOperator, ContractsToTheTripleProduct) {
             const Convention convention = parseConvention(name);
             const std::vector<double> u = someNumbers(std::size_t(coefficientCount(order_u)), 0.7),
                                       light = someNumbers(16, 1.3);
-            const std::vector<double> numbers = someNumbers(std::size_t(convention.size()), 0.4);
+            const std::vector<double> coefficients = someNumbers(std::size_t(convention.size()), 0.4);
             const std::vector<double> m = reflectionOperator(4, convention, u);
-            ASSERT_EQ(m.size(), 16 * numbers.size());
+            ASSERT_EQ(m.size(), 16 * coefficients.size());
             double sum = 0;
             for (std::size_t i = 0; i < 16; ++i)
-                for (std::size_t j = 0; j < numbers.size(); ++j)
-                    sum += light[i] * m[i * numbers.size() + j] * numbers[j];
-            const std::vector<float> single(numbers.begin(), numbers.end());
+                for (std::size_t j = 0; j < coefficients.size(); ++j)
+                    sum += light[i] * m[i * coefficients.size() + j] * coefficients[j];
+            const std::vector<float> single(coefficients.begin(), coefficients.end());
             std::vector<float> v(std::size_t(coefficientCount(convention.order)));
-            toCoefficients(convention, single, v);
+            fullCoefficients(convention, single, v);
             std::vector<double> product(u.size());
             multiply(order_u, light, 4, std::vector<double>(v.begin(), v.end()), convention.order, product);
             EXPECT_NEAR(sum, std::inner_product(u.begin(), u.end(), product.begin(), 0.0), 2e-6) << name << order_u;

@@ -19,12 +19,12 @@ namespace {
 constexpr SliceForm kForms[] = {SliceForm::kGeneral, SliceForm::kOrthotropic, SliceForm::kIsotropic};
 constexpr std::array<int, 2> kOrders[] = {{5, 5}, {1, 1}, {1, 4}, {4, 1}, {3, 6}, {8, 2}, {8, 8}};  // J, view order
 
-std::vector<float> randomNumbers(std::size_t count, std::uint32_t seed) {
+std::vector<float> randomCoefficients(std::size_t count, std::uint32_t seed) {
     std::mt19937 random(seed);
     std::normal_distribution<float> normal;
-    std::vector<float> numbers(count);
-    for (float& x : numbers) x = normal(random);
-    return numbers;
+    std::vector<float> coefficients(count);
+    for (float& x : coefficients) x = normal(random);
+    return coefficients;
 }
 
 // Returns y(wi)^T C y_even(wo).
@@ -73,7 +73,7 @@ TEST(SliceForm, KeepsTheMeanOverTheSymmetries) {
             });
     const Vec3 wi = normalized(Vec3{0.5f, -0.3f, 0.7f}), wo = normalized(Vec3{0.2f, 0.9f, 0.4f});
     for (const auto [j, view] : kOrders) {
-        const std::vector<float> any = randomNumbers(entryCount(SliceForm::kGeneral, j, view), 7);
+        const std::vector<float> any = randomCoefficients(entryCount(SliceForm::kGeneral, j, view), 7);
         for (const SliceForm form : {SliceForm::kOrthotropic, SliceForm::kIsotropic}) {
             const std::vector<Map>& maps = form == SliceForm::kIsotropic ? turns : mirrors;
             double mean = 0;
@@ -88,7 +88,7 @@ TEST(SliceForm, KeepsTheMeanOverTheSymmetries) {
 TEST(SliceForm, CompactNumbersComeBackBitForBit) {
     for (const auto [j, view] : kOrders)
         for (const SliceForm form : kForms) {
-            const std::vector<float> entries = randomNumbers(3 * entryCount(form, j, view), 3);
+            const std::vector<float> entries = randomCoefficients(3 * entryCount(form, j, view), 3);
             const std::vector<float> slices = expandSlices(form, j, view, entries);
             EXPECT_EQ(slices.size(), 3 * entryCount(SliceForm::kGeneral, j, view));
             EXPECT_EQ(compactSlices(form, j, view, slices), entries) << nameOf(form) << " " << j << " " << view;
@@ -101,7 +101,7 @@ TEST(SliceForm, CompactNumbersComeBackBitForBit) {
 TEST(SliceForm, MostCompactOneThatHoldsWithinTheTolerance) {
     constexpr int kOrder = 5;
     for (const SliceForm form : kForms) {
-        const std::vector<float> entries = randomNumbers(3 * entryCount(form, kOrder, kOrder), 5);
+        const std::vector<float> entries = randomCoefficients(3 * entryCount(form, kOrder, kOrder), 5);
         EXPECT_EQ(mostCompactForm(kOrder, kOrder, expandSlices(form, kOrder, kOrder, entries)), form);
     }
     std::vector<float> slices(2 * 375, 0.0f);

@@ -16,9 +16,9 @@ std::vector<double> toDoubles(const std::vector<float>& values) { return {values
 
 std::vector<double> coefficients(const std::string& convention, const std::vector<double>& moments) {
     const Convention c = parseConvention(convention);
-    std::vector<float> numbers(c.size()), out(coefficientCount(c.order));
-    fromMoments(c, toSingle(moments), numbers);
-    toCoefficients(c, numbers, out);
+    std::vector<float> coefficients(c.size()), out(coefficientCount(c.order));
+    fromMoments(c, toSingle(moments), coefficients);
+    fullCoefficients(c, coefficients, out);
     return toDoubles(out);
 }
 
@@ -75,11 +75,11 @@ TEST(VisibilityConvention, NamesRoundTripAndBadOnesAreRefused) {
 namespace {
 
 double ambient(const Convention& convention, const std::vector<double>& moments) {
-    std::vector<float> numbers(convention.size()), w(convention.size());
-    fromMoments(convention, toSingle(moments), numbers);
+    std::vector<float> coefficients(convention.size()), w(convention.size());
+    fromMoments(convention, toSingle(moments), coefficients);
     ambientWeights(convention, w);
     double sum = 0;
-    for (std::size_t i = 0; i < w.size(); ++i) sum += double(w[i]) * numbers[i];
+    for (std::size_t i = 0; i < w.size(); ++i) sum += double(w[i]) * coefficients[i];
     return sum;
 }
 
@@ -124,9 +124,9 @@ TEST(VisibilityConvention, BinaryEnergyLessTheNumbersIsTheTruncation) {
         for (int l = 0; l < convention.order; ++l)
             moments[std::size_t(shIndex(l, 0))] = float(sum(
                 0, top, [&](double z) { return 2 * pi * basisAt(z, convention.order)[std::size_t(shIndex(l, 0))]; }));
-        std::vector<float> numbers(std::size_t(convention.size())), projected(moments.size());
-        fromMoments(convention, moments, numbers);
-        toCoefficients(convention, numbers, projected);
+        std::vector<float> coefficients(std::size_t(convention.size())), projected(moments.size());
+        fromMoments(convention, moments, coefficients);
+        fullCoefficients(convention, coefficients, projected);
         const auto squared = [&](double z) {
             const double height = convention.below == BelowHorizon::kMirrored ? std::abs(z) : z;
             double error = height < 0 ? convention.below == BelowHorizon::kOpen : height < top;
@@ -136,7 +136,7 @@ TEST(VisibilityConvention, BinaryEnergyLessTheNumbersIsTheTruncation) {
             return 2 * pi * error * error;
         };
         double outside = binaryEnergy(convention, moments[0]);
-        for (float number : numbers) outside -= double(number) * number;
+        for (float number : coefficients) outside -= double(number) * number;
         const double expected =
             sum(-1, -top, squared) + sum(-top, 0, squared) + sum(0, top, squared) + sum(top, 1, squared);
         EXPECT_NEAR(outside, expected, 2e-5) << name;

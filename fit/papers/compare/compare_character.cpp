@@ -13,8 +13,8 @@ CompareCharacter prepareCharacter(const CompareInput& input, const CompareOption
     return character;
 }
 
-ClusterNumbersRequest requestFor(const CompareCharacter& character, const Convention& convention, int threads) {
-    ClusterNumbersRequest request;
+ClusterCoefficientsRequest requestFor(const CompareCharacter& character, const Convention& convention, int threads) {
+    ClusterCoefficientsRequest request;
     request.convention = convention;
     request.frames = character.frames();
     request.threads = threads;

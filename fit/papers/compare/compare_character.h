@@ -6,7 +6,7 @@
 
 #include "fit/clusters/vertex_clusters.h"
 #include "fit/models/features.h"
-#include "fit/visibility/local_numbers.h"
+#include "fit/visibility/local_coefficients.h"
 #include "fit/visibility/split_frames.h"
 #include "formats/stage/field_file.h"
 
@@ -50,7 +50,7 @@ struct CompareCharacter : Split {
 CompareCharacter prepareCharacter(const CompareInput& input, const CompareOptions& options);
 
 // Returns the request for numbers in a convention and on the options' threads, but for the vertices.
-ClusterNumbersRequest requestFor(const CompareCharacter& character, const Convention& convention, int threads);
+ClusterCoefficientsRequest requestFor(const CompareCharacter& character, const Convention& convention, int threads);
 // Returns the recipe of features for all of its clusters.
 FeatureRecipe recipeFor(const CompareInput& input, FeatureKind kind);
 

@@ -158,7 +158,7 @@ Contender fitVisibilityModel(const VisibilityReader& reader, const std::string& 
     made.model = model;
     made.transfer = [model, predictor, matrix, order, threads = options.threads](const VisibilityFrame& frame) {
         const Prediction found = predictor->predict(frame.bones, frame.pose);
-        return transferOf(toModelFrame(*model, frame.bones, frame.normals, found.numbers, threads),
+        return transferOf(toModelFrame(*model, frame.bones, frame.normals, found.coefficients, threads),
                           model->convention.order, order, matrix, frame.normals, threads);
     };
     return made;

@@ -54,11 +54,11 @@ Matrix boneFeatures(const CompareInput& input, const CompareCharacter& character
 
 // Stacks numbers [F, vertices n] of some clusters as Nowrouzezahrai 2007 does: row i * train + f has number i of all
 // vertices in training frame f.
-MatrixF stacked(const std::vector<MatrixF>& numbers, const std::vector<std::size_t>& train, std::size_t n) {
+MatrixF stacked(const std::vector<MatrixF>& coefficients, const std::vector<std::size_t>& train, std::size_t n) {
     std::size_t vertices = 0, at = 0;
-    for (const MatrixF& cluster : numbers) vertices += cluster.columns / n;
+    for (const MatrixF& cluster : coefficients) vertices += cluster.columns / n;
     MatrixF rows(n * train.size(), vertices);
-    for (const MatrixF& cluster : numbers) {
+    for (const MatrixF& cluster : coefficients) {
         for (std::size_t f = 0; f < train.size(); ++f)
             for (std::size_t c = 0; c < cluster.columns; ++c)
                 rows(c % n * train.size() + f, at + c / n) = cluster(train[f], c);
@@ -109,22 +109,22 @@ std::vector<EigenvalueDecay> outputDecays(const CompareInput& input, const Compa
                                           const CompareOptions& options, const std::function<void(double)>& progress) {
     const VertexClusters& clusters = character.clusters;
     const std::size_t frames = input.poses.frameCount(), train = character.train.size();
-    ClusterNumbersRequest request = requestFor(character, options.referenceConvention(), options.threads);
+    ClusterCoefficientsRequest request = requestFor(character, options.referenceConvention(), options.threads);
     const std::size_t n = std::size_t(request.convention.size());
     std::vector<Matrix> grams(clusters.vertices.size());
     const auto batches = makeBatches(clusters.vertices, frames * n * sizeof(float));
     const auto readBatch = [&](std::size_t begin, std::size_t end) {
         request.vertices_of_cluster = std::span(clusters.vertices).subspan(begin, end - begin);
-        return readClusterNumbers(input.reader, input.poses, request);
+        return readClusterCoefficients(input.reader, input.poses, request);
     };
     // 1. Compute the Gram matrix of every cluster's numbers over training frames. It has the same eigenvalues as the
     //    covariance.
     for (const auto& [begin, end] : batches) {
-        const std::vector<MatrixF> numbers = readBatch(begin, end);
-        parallelFor(numbers.size(), options.threads, [&, begin = begin](std::size_t i) {
+        const std::vector<MatrixF> coefficients = readBatch(begin, end);
+        parallelFor(coefficients.size(), options.threads, [&, begin = begin](std::size_t i) {
             throwIfInterrupted();
             grams[begin + i] = Matrix(train, train);
-            addGram(centeredRows(numbers[i], character.train), grams[begin + i]);
+            addGram(centeredRows(coefficients[i], character.train), grams[begin + i]);
         });
         if (progress) progress(0.5 * double(end) / double(grams.size()));
     }

@@ -48,7 +48,7 @@ struct ClusterVectors {
     std::array<std::vector<double>, kMaxDegree * kPriors> squared;
     std::array<double, kMaxDegree> units{};
     std::array<std::vector<double>, kMaxDegree * kPriors> turn_ambient;
-    std::size_t inputs = 0, components = 0, raw_features = 0, numbers = 0;
+    std::size_t inputs = 0, components = 0, raw_features = 0, coefficients = 0;
 };
 
 // Chooses alpha as the fits do.
@@ -119,14 +119,14 @@ std::vector<double> squaredErrors(const std::vector<double>& variance, const Mat
 }
 
 // Fits all degrees to the numbers [F, Vc n] of a cluster.
-ClusterVectors fitCluster(const VectorJob& job, std::size_t cluster, const MatrixF& numbers) {
+ClusterVectors fitCluster(const VectorJob& job, std::size_t cluster, const MatrixF& coefficients) {
     const std::vector<std::size_t>& train = job.character.train;
     const std::vector<std::uint32_t>& vertices = job.character.clusters.vertices[cluster];
     const int joint = job.character.clusters.joint[cluster];
     ClusterVectors out;
     // 1. Center the numbers and reduce them. The scores of all frames tell all errors.
-    const std::vector<double> mean = meanOfRows(numbers, train);
-    MatrixF centered = numbers;
+    const std::vector<double> mean = meanOfRows(coefficients, train);
+    MatrixF centered = coefficients;
     for (std::size_t f = 0; f < centered.rows; ++f) {
         double sum = 0;
         for (std::size_t c = 0; c < centered.columns; ++c) {
@@ -153,7 +153,7 @@ ClusterVectors fitCluster(const VectorJob& job, std::size_t cluster, const Matri
     setInputs(inputs, componentsFor(inputs.pca, job.input_variance), ranges);
     out.inputs = ranges.input_min.size();
     out.raw_features = raw.columns;
-    out.numbers = numbers.columns;
+    out.coefficients = coefficients.columns;
     const auto here = job.sweep ? std::find(vertices.begin(), vertices.end(), job.sweep->vertex) : vertices.end();
     // 3. Fit each degree twice.
     for (int degree = 1; degree <= kMaxDegree; ++degree) {
@@ -186,7 +186,7 @@ VectorFit combined(const VectorJob& job, const std::vector<ClusterVectors>& clus
     fit.clusters = clusters.size();
     FrameErrors errors(frames);
     errors.ambient.assign(frames, std::numeric_limits<double>::quiet_NaN());
-    double numbers = 0;
+    double coefficients = 0;
     for (const ClusterVectors& cluster : clusters) {
         for (std::size_t f = 0; f < frames; ++f)
             errors.squared[f] += cluster.squared[at][f], errors.variance[f] += cluster.variance[f];
@@ -194,14 +194,15 @@ VectorFit combined(const VectorJob& job, const std::vector<ClusterVectors>& clus
         fit.inputs += double(cluster.inputs) / count;
         fit.components += double(cluster.components) / count;
         fit.units += units / count;
-        numbers += double((1 + cluster.components) * cluster.numbers + (1 + cluster.inputs) * cluster.raw_features) +
-                   (1 + units) * double(cluster.components);
+        coefficients +=
+            double((1 + cluster.components) * cluster.coefficients + (1 + cluster.inputs) * cluster.raw_features) +
+            (1 + units) * double(cluster.components);
         if (!cluster.turn_ambient[at].empty()) fit.turn_ambient = cluster.turn_ambient[at];
     }
     const std::size_t vertices = job.input.reader.header().mesh.vertexCount();
     fit.train = figuresOf(errors, job.character.train, vertices);
     fit.held_out = figuresOf(errors, job.character.held_out, vertices);
-    fit.bytes_per_vertex = 4 * numbers / double(vertices);
+    fit.bytes_per_vertex = 4 * coefficients / double(vertices);
     return fit;
 }
 
@@ -211,14 +212,14 @@ std::vector<ClusterVectors> fitClusters(const VectorJob& job, const CompareOptio
     const VertexClusters& clusters = job.character.clusters;
     const std::size_t bytes =
         job.input.poses.frameCount() * std::size_t(options.referenceConvention().size()) * sizeof(float);
-    ClusterNumbersRequest request = requestFor(job.character, options.referenceConvention(), options.threads);
+    ClusterCoefficientsRequest request = requestFor(job.character, options.referenceConvention(), options.threads);
     std::vector<ClusterVectors> fits(clusters.vertices.size());
     for (const auto& [begin, end] : makeBatches(clusters.vertices, bytes)) {
         request.vertices_of_cluster = std::span(clusters.vertices).subspan(begin, end - begin);
-        const std::vector<MatrixF> numbers = readClusterNumbers(job.input.reader, job.input.poses, request);
-        parallelFor(numbers.size(), options.threads, [&, begin = begin](std::size_t i) {
+        const std::vector<MatrixF> coefficients = readClusterCoefficients(job.input.reader, job.input.poses, request);
+        parallelFor(coefficients.size(), options.threads, [&, begin = begin](std::size_t i) {
             throwIfInterrupted();
-            fits[begin + i] = fitCluster(job, begin + i, numbers[i]);
+            fits[begin + i] = fitCluster(job, begin + i, coefficients[i]);
         });
         progress(double(end) / double(fits.size()));
     }

@@ -23,14 +23,14 @@ struct AmbientTable {
 AmbientTable readAmbient(const CompareInput& input, const CompareCharacter& character, const CompareOptions& options) {
     AmbientTable table;
     table.vertices = sampleVertices(input.reader.header().mesh.vertexCount(), kMaxVertices);
-    ClusterNumbersRequest request = requestFor(character, options.referenceConvention(), options.threads);
+    ClusterCoefficientsRequest request = requestFor(character, options.referenceConvention(), options.threads);
     request.vertices_of_cluster = std::span(&table.vertices, 1);
-    const MatrixF numbers = std::move(readClusterNumbers(input.reader, input.poses, request).front());
+    const MatrixF coefficients = std::move(readClusterCoefficients(input.reader, input.poses, request).front());
     const std::vector<float> weights = request.form->ambient_weights(request.convention);
-    table.ambient = Matrix(numbers.rows, table.vertices.size());
-    for (std::size_t f = 0; f < numbers.rows; ++f)
-        for (std::size_t i = 0; i < numbers.columns; ++i)
-            table.ambient(f, i / weights.size()) += double(numbers(f, i)) * weights[i % weights.size()];
+    table.ambient = Matrix(coefficients.rows, table.vertices.size());
+    for (std::size_t f = 0; f < coefficients.rows; ++f)
+        for (std::size_t i = 0; i < coefficients.columns; ++i)
+            table.ambient(f, i / weights.size()) += double(coefficients(f, i)) * weights[i % weights.size()];
     return table;
 }
 
@@ -143,7 +143,7 @@ std::vector<double> sweepAmbient(const CompareInput& input, const JointSweep& sw
         const Prediction prediction = predictor.predict(turned.bones, turned.pose);
         double sum = 0;
         for (std::size_t i = 0; i < weights.size(); ++i)
-            sum += double(weights[i]) * prediction.numbers[sweep.vertex * weights.size() + i];
+            sum += double(weights[i]) * prediction.coefficients[sweep.vertex * weights.size() + i];
         ambient.push_back(sum);
     }
     return ambient;

@@ -28,11 +28,11 @@ FrameSpread heldOutErrors(const Matrix& predicted, const MatrixF& truth, std::sp
 }
 
 // Trains a linear map of SH on the training frames, and returns its predictions of the held-out ones.
-Matrix regress(const Matrix& inputs, const MatrixF& numbers, const CompareCharacter& character) {
-    Matrix outputs(numbers.rows, numbers.columns);
-    std::ranges::copy(numbers.values, outputs.values.begin());
+Matrix regress(const Matrix& inputs, const MatrixF& coefficients, const CompareCharacter& character) {
+    Matrix outputs(coefficients.rows, coefficients.columns);
+    std::ranges::copy(coefficients.values, outputs.values.begin());
     const std::vector<float> map = fitPoseMap(inputs, outputs, character.train);
-    Matrix predicted(character.held_out.size(), numbers.columns);
+    Matrix predicted(character.held_out.size(), coefficients.columns);
     for (std::size_t r = 0; r < predicted.rows; ++r)
         applyPoseMap(map, inputs.row(character.held_out[r]), predicted.row(r));
     return predicted;
@@ -63,8 +63,8 @@ LobeComparison compareLobes(const CompareInput& input, const CompareCharacter& c
                             kLobeInputVariance,
                             options.threads};
     const std::vector<std::uint32_t> vertices = sampleVertices(header.mesh.vertexCount());
-    const ChosenVertices sample{readLobeNumbers(source, vertices, kVisibilityForm),
-                                readLobeNumbers(source, vertices, kCosineForm)};
+    const ChosenVertices sample{readLobeCoefficients(source, vertices, kVisibilityForm),
+                                readLobeCoefficients(source, vertices, kCosineForm)};
     const Matrix inputs =
         componentsOfFrames(poseComponents(input.poses, character.train, source.input_variance), input.poses);
     LobeComparison comparison{vertices.size(), inputs.columns, source.order, {}};

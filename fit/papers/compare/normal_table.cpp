@@ -81,17 +81,17 @@ std::vector<Sample> readSamples(const CompareInput& input, const CompareCharacte
                                 const Convention& convention, int threads) {
     const std::vector<std::uint32_t> chosen =
         sampleVertices(input.reader.header().mesh.vertexCount(), kSampledVertices);
-    ClusterNumbersRequest request = requestFor(character, convention, threads);
+    ClusterCoefficientsRequest request = requestFor(character, convention, threads);
     request.form = &kModelFrameForm;
     request.vertices_of_cluster = std::span(&chosen, 1);
-    const MatrixF numbers = std::move(readClusterNumbers(input.reader, input.poses, request).front());
+    const MatrixF coefficients = std::move(readClusterCoefficients(input.reader, input.poses, request).front());
     const std::vector<std::size_t>& frames = character.held_out.empty() ? character.train : character.held_out;
     const std::size_t n = std::size_t(convention.size());
     std::vector<Sample> samples;
     for (std::size_t i = 0; i < frames.size(); i += (frames.size() + kSampledFrames - 1) / kSampledFrames) {
         const std::vector<Vec3> normals = posedNormals(input, frames[i]);
         for (std::size_t c = 0; c < chosen.size(); ++c) {
-            const std::span<const float> row = numbers.row(frames[i]).subspan(c * n, n);
+            const std::span<const float> row = coefficients.row(frames[i]).subspan(c * n, n);
             samples.push_back({normalized(toDouble(normals[chosen[c]])), {row.begin(), row.end()}});
         }
     }

@@ -10,7 +10,7 @@ namespace penumbra {
 const NumberForm kUnclampedForm{kVisibilityForm.convert, kVisibilityForm.ambient_weights, 0, false};
 
 const NumberForm kCosineForm{[](const Convention& convention, std::span<const float> local, const ShRotation&,
-                                std::span<float> numbers) { timesZ(convention.order, local, numbers); },
+                                std::span<float> coefficients) { timesZ(convention.order, local, coefficients); },
                              // The first number is E pi / sqrt(4 pi).
                              [](const Convention& convention) {
                                  std::vector<float> weights(std::size_t(convention.size()));
@@ -20,11 +20,11 @@ const NumberForm kCosineForm{[](const Convention& convention, std::span<const fl
                              1, false};
 
 const NumberForm kModelFrameForm{[](const Convention& convention, std::span<const float> local,
-                                    const ShRotation& to_model, std::span<float> numbers) {
+                                    const ShRotation& to_model, std::span<float> coefficients) {
                                      std::array<float, coefficientCount(kMaxOrder)> buffer;
-                                     const std::span<float> visibility = std::span(buffer).first(numbers.size());
+                                     const std::span<float> visibility = std::span(buffer).first(coefficients.size());
                                      fromMoments(convention, local, visibility);
-                                     apply(to_model, visibility, numbers);
+                                     apply(to_model, visibility, coefficients);
                                  },
                                  [](const Convention&) { return std::vector<float>(); }, 0, false};
 

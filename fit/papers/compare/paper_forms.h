@@ -1,7 +1,7 @@
 #pragma once
 // The fits of figures 8 and 9 of Nowrouzezahrai 2009 learn other numbers of a vertex than models that become files do.
 // This file has these numbers. As in the paper, predictions are not clamped.
-#include "fit/visibility/local_numbers.h"
+#include "fit/visibility/local_coefficients.h"
 
 namespace penumbra {
 

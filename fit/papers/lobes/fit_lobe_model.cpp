@@ -74,10 +74,11 @@ void fitBlock(const LobeSource& source, const LobeProblem& problem, const Matrix
               std::size_t count, LobeModel& model, LobeSums& sums) {
     std::vector<std::uint32_t> vertices(count);
     std::iota(vertices.begin(), vertices.end(), std::uint32_t(first));
-    const MatrixF numbers = readLobeNumbers(source, vertices, kVisibilityForm);
-    const LobeMaps maps = fitLobeMaps(problem, numbers, inputs, source.threads);
+    const MatrixF coefficients = readLobeCoefficients(source, vertices, kVisibilityForm);
+    const LobeMaps maps = fitLobeMaps(problem, coefficients, inputs, source.threads);
     const std::vector<float> ambient = kVisibilityForm.ambient_weights({BelowHorizon::kBlocked, problem.order});
-    addErrors(numbers, predictLobes(problem.order, problem.lobes, maps, inputs, indices(inputs.rows), source.threads),
+    addErrors(coefficients,
+              predictLobes(problem.order, problem.lobes, maps, inputs, indices(inputs.rows), source.threads),
               problem.train, ambient, sums.errors, sums.squares);
     sums.left += maps.error;
     sums.whole += maps.squares;
@@ -140,7 +141,7 @@ LobeModelFit fitLobeModel(const VisibilityReader& reader, const LobeFitOptions& 
     // 2. The ridge, chosen with a sample of the vertices.
     phase("ridge");
     model.ridge =
-        chooseLobeRidge(source, readLobeNumbers(source, sampleVertices(vertices), kVisibilityForm), options.lobes);
+        chooseLobeRidge(source, readLobeCoefficients(source, sampleVertices(vertices), kVisibilityForm), options.lobes);
     // 3. All vertices.
     phase("fit");
     const LobeProblem problem{options.order, options.lobes, model.ridge, split.train};
@@ -156,21 +157,21 @@ LobeModelFit fitLobeModel(const VisibilityReader& reader, const LobeFitOptions& 
     return fit;
 }
 
-std::vector<float> predictLobeNumbers(const LobeModel& model, std::span<const float> pose, int threads) {
+std::vector<float> predictLobeValues(const LobeModel& model, std::span<const float> pose, int threads) {
     const std::size_t n = std::size_t(model.order) * std::size_t(model.order), vertices = model.mesh.vertexCount(),
-                      size = (model.inputs() + 1) * model.numbersOfVertex();
+                      size = (model.inputs() + 1) * model.valuesOfVertex();
     const std::vector<double> inputs = PoseComponents{model.pose_mean, model.pose_basis}.of(pose);
-    std::vector<float> numbers(vertices * n);
+    std::vector<float> coefficients(vertices * n);
     constexpr std::size_t kBlock = 256;
     parallelFor((vertices + kBlock - 1) / kBlock, threads, [&](std::size_t block) {
         std::vector<double> one(n);
         for (std::size_t v = block * kBlock; v < std::min((block + 1) * kBlock, vertices); ++v) {
             evaluateLobes(model.order, std::span(model.axes).subspan(v * model.lobes, model.lobes),
                           std::span(model.weights).subspan(v * size, size), inputs, one);
-            for (std::size_t i = 0; i < n; ++i) numbers[v * n + i] = float(one[i]);
+            for (std::size_t i = 0; i < n; ++i) coefficients[v * n + i] = float(one[i]);
         }
     });
-    return numbers;
+    return coefficients;
 }
 
 void checkCharacter(const LobeModel& model, const VisibilityHeader& header, const std::string& file) {
@@ -182,7 +183,7 @@ void predictFile(const LobeModel& model, const VisibilityReader& poses, const Pr
     const LocalFrames frames{&model.rest_tangents, &model.cluster_of_vertex, model.joint_of_cluster};
     writePredictions(poses, model.order, predictedQuantity(convention), to, [&](const VisibilityFrame& frame) {
         return toModelFrame(convention, frames, frame.bones, frame.normals,
-                            predictLobeNumbers(model, frame.pose, to.threads), to.threads);
+                            predictLobeValues(model, frame.pose, to.threads), to.threads);
     });
 }
 

@@ -38,7 +38,7 @@ void checkLobeFit(const VisibilityHeader& header, const std::string& file, const
 LobeModelFit fitLobeModel(const VisibilityReader& reader, const LobeFitOptions& options, const FitObserver& observer);
 
 // Returns the visibility of a pose in the local frames, [V, order^2], in convention B.
-std::vector<float> predictLobeNumbers(const LobeModel& model, std::span<const float> pose, int threads);
+std::vector<float> predictLobeValues(const LobeModel& model, std::span<const float> pose, int threads);
 
 // Throws InvalidInput when the poses are those of another character than the model's.
 void checkCharacter(const LobeModel& model, const VisibilityHeader& header, const std::string& file);

@@ -43,7 +43,7 @@ std::vector<Trial> trialsOf(const LobeSource& source) {
 double testedError(const Trial& trial, const LobeProblem& problem, const VertexLobes& lobes, const MatrixF& visibility,
                    std::size_t vertex) {
     const std::size_t n = problem.coefficients();
-    const std::vector<float> map = fitPoseMap(trial.inputs, lobes.numbers, trial.train);
+    const std::vector<float> map = fitPoseMap(trial.inputs, lobes.values, trial.train);
     std::vector<double> predicted(n);
     double error = 0;
     for (const std::size_t f : trial.tested) {
@@ -65,19 +65,20 @@ std::vector<std::uint32_t> sampleVertices(std::size_t vertices, std::size_t most
     return sampled;
 }
 
-MatrixF readLobeNumbers(const LobeSource& source, const std::vector<std::uint32_t>& vertices, const NumberForm& form) {
-    ClusterNumbersRequest request;
+MatrixF readLobeCoefficients(const LobeSource& source, const std::vector<std::uint32_t>& vertices,
+                             const NumberForm& form) {
+    ClusterCoefficientsRequest request;
     request.convention = {BelowHorizon::kBlocked, source.order};
     request.frames = source.frames;
     request.vertices_of_cluster = std::span(&vertices, 1);
     request.form = &form;
     request.threads = source.threads;
-    return std::move(readClusterNumbers(source.reader, source.poses, request).front());
+    return std::move(readClusterCoefficients(source.reader, source.poses, request).front());
 }
 
 LobeMaps fitLobeMaps(const LobeProblem& problem, const MatrixF& visibility, const Matrix& inputs, int threads) {
     const std::size_t vertices = visibility.columns / problem.coefficients(), lobes = std::size_t(problem.lobes),
-                      size = (inputs.columns + 1) * problem.numbersOfVertex();
+                      size = (inputs.columns + 1) * problem.valuesOfVertex();
     LobeMaps maps;
     maps.axes.resize(vertices * lobes);
     maps.weights.resize(vertices * size);
@@ -86,7 +87,7 @@ LobeMaps fitLobeMaps(const LobeProblem& problem, const MatrixF& visibility, cons
         throwIfInterrupted();
         const VertexLobes one = fitVertexLobes(problem, visibility, v);
         std::ranges::copy(one.axes, maps.axes.begin() + std::ptrdiff_t(v * lobes));
-        std::ranges::copy(fitPoseMap(inputs, one.numbers, problem.train),
+        std::ranges::copy(fitPoseMap(inputs, one.values, problem.train),
                           maps.weights.begin() + std::ptrdiff_t(v * size));
         error[v] = one.error;
         squares[v] = one.squares;
@@ -98,9 +99,9 @@ LobeMaps fitLobeMaps(const LobeProblem& problem, const MatrixF& visibility, cons
 void evaluateLobes(int order, std::span<const Vec3> axes, std::span<const float> weights,
                    std::span<const double> inputs, std::span<double> out) {
     std::array<double, std::size_t(kMaxVisibilityLobes) * (2 + kMaxOrder)> buffer;
-    const std::span<double> numbers = std::span(buffer).first(axes.size() * (2 + std::size_t(order)));
-    applyPoseMap(weights, inputs, numbers);
-    lobesToVisibility(order, axes, numbers, out);
+    const std::span<double> values = std::span(buffer).first(axes.size() * (2 + std::size_t(order)));
+    applyPoseMap(weights, inputs, values);
+    lobesToVisibility(order, axes, values, out);
 }
 
 Matrix predictLobes(int order, int lobes, const LobeMaps& maps, const Matrix& inputs,

@@ -7,7 +7,7 @@
 
 #include "fit/papers/lobes/pose_map.h"
 #include "fit/papers/lobes/vertex_lobes.h"
-#include "fit/visibility/local_numbers.h"
+#include "fit/visibility/local_coefficients.h"
 #include "formats/stage/lobe_file.h"
 
 namespace penumbra {
@@ -29,7 +29,8 @@ constexpr std::size_t kLobeSample = 64;
 std::vector<std::uint32_t> sampleVertices(std::size_t vertices, std::size_t most = kLobeSample);
 
 // Reads the numbers of some vertices, [F, V order^2].
-MatrixF readLobeNumbers(const LobeSource& source, const std::vector<std::uint32_t>& vertices, const NumberForm& form);
+MatrixF readLobeCoefficients(const LobeSource& source, const std::vector<std::uint32_t>& vertices,
+                             const NumberForm& form);
 
 // The lobes of some vertices as functions of the pose, in the layout of LobeModel.
 struct LobeMaps {

@@ -12,9 +12,9 @@ namespace penumbra {
 namespace {
 
 // Light has three colours, and visibility has one.
-std::vector<double> greyLight(std::span<const double> numbers) {
+std::vector<double> greyLight(std::span<const double> values) {
     std::vector<double> sh;
-    for (const double number : numbers) sh.insert(sh.end(), 3, number);
+    for (const double number : values) sh.insert(sh.end(), 3, number);
     return sh;
 }
 
@@ -57,7 +57,7 @@ VertexLobes fitVertexLobes(const LobeProblem& problem, const MatrixF& visibility
     VertexLobes lobes;
     const LightLobesFit mean = meanLobes(problem, visibility, vertex);
     for (const Vec3d axis : mean.directions) lobes.axes.push_back(toFloat(axis));
-    lobes.numbers = Matrix(visibility.rows, problem.numbersOfVertex());
+    lobes.values = Matrix(visibility.rows, problem.valuesOfVertex());
     const std::vector<LobeChart> charts(lobes.axes.begin(), lobes.axes.end());
     std::vector<Vec3d> start;
     for (const LobeChart& chart : charts) start.push_back(chart.axis);
@@ -70,7 +70,7 @@ VertexLobes fitVertexLobes(const LobeProblem& problem, const MatrixF& visibility
         lobes.error += fit.residual * fit.residual * squares;
         lobes.squares += squares;
         for (std::size_t d = 0; d < charts.size(); ++d) {
-            const std::span<double> lobe = lobes.numbers.row(f).subspan(d * (2 + bands), 2 + bands);
+            const std::span<double> lobe = lobes.values.row(f).subspan(d * (2 + bands), 2 + bands);
             const std::array<double, 2> place = charts[d].of(fit.directions[d]);
             std::copy(place.begin(), place.end(), lobe.begin());
             for (std::size_t l = 0; l < bands; ++l) lobe[2 + l] = fit.coefficients[(d * bands + l) * 3];
@@ -79,13 +79,13 @@ VertexLobes fitVertexLobes(const LobeProblem& problem, const MatrixF& visibility
     return lobes;
 }
 
-void lobesToVisibility(int order, std::span<const Vec3> axes, std::span<const double> numbers, std::span<double> out) {
+void lobesToVisibility(int order, std::span<const Vec3> axes, std::span<const double> values, std::span<double> out) {
     assert(out.size() == std::size_t(order) * std::size_t(order));
     const std::size_t each = 2 + std::size_t(order);
     std::vector<double> one(out.size());
     std::fill(out.begin(), out.end(), 0.0);
     for (std::size_t d = 0; d < axes.size(); ++d) {
-        const std::span<const double> lobe = numbers.subspan(d * each, each);
+        const std::span<const double> lobe = values.subspan(d * each, each);
         rotateZonal(lobe.subspan(2), LobeChart(axes[d]).at(lobe[0], lobe[1]), one);
         for (std::size_t i = 0; i < out.size(); ++i) out[i] += one[i];
     }

@@ -23,7 +23,7 @@ struct LobeChart {
 // The lobes of one vertex in all frames. A lobe is 2 + order numbers: its place in the chart, then z_l.
 struct VertexLobes {
     std::vector<Vec3> axes;         // [C] of the charts
-    Matrix numbers;                 // [F, C (2 + order)]
+    Matrix values;                  // [F, C (2 + order)]
     double error = 0, squares = 0;  // sums of squares of what the lobes leave, and of the visibility
 };
 
@@ -32,7 +32,7 @@ struct LobeProblem {
     double ridge = 0;                    // weight of the squared distance of coefficients from those of the mean
     std::span<const std::size_t> train;  // frames that the mean is of
     std::size_t coefficients() const { return std::size_t(order) * std::size_t(order); }
-    std::size_t numbersOfVertex() const { return std::size_t(lobes) * (2 + std::size_t(order)); }
+    std::size_t valuesOfVertex() const { return std::size_t(lobes) * (2 + std::size_t(order)); }
 };
 
 // Fits the lobes of a vertex jointly. In every frame they start from those of its mean over training frames, and their
@@ -41,6 +41,6 @@ struct LobeProblem {
 VertexLobes fitVertexLobes(const LobeProblem& problem, const MatrixF& visibility, std::size_t vertex);
 
 // Writes the SH that the numbers of a vertex' lobes, [C (2 + order)], stand for. out.size() == order^2.
-void lobesToVisibility(int order, std::span<const Vec3> axes, std::span<const double> numbers, std::span<double> out);
+void lobesToVisibility(int order, std::span<const Vec3> axes, std::span<const double> values, std::span<double> out);
 
 }  // namespace penumbra

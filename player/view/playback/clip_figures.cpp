@@ -23,11 +23,10 @@ void ErrorStrip::start(const Evaluator& evaluator, const AssetView& truth, std::
     truth_ = &truth;
     clip_ = clip;
     cluster_ = 0;
-    const std::size_t vertices = evaluator.vertexCount(),
-                      size = vertices * std::size_t(evaluator.asset().model.stride);
+    const std::size_t vertices = evaluator.vertexCount(), size = vertices * std::size_t(evaluator.asset().model.stride);
     for (std::vector<Vec3>* array : {&vertices_.positions, &vertices_.normals, &vertices_.tangents})
         array->resize(vertices);
-    for (std::vector<float>* array : {&vertices_.numbers, &truth_numbers_}) array->resize(size);
+    for (std::vector<float>* array : {&vertices_.coefficients, &truth_coefficients_}) array->resize(size);
     for (std::vector<float>* array : {&model_ambient_, &true_ambient_}) array->resize(vertices);
 }
 
@@ -45,14 +44,14 @@ void ErrorStrip::addCluster() {
     const std::size_t begin = model.clusters[cluster_].first_vertex;
     const std::size_t end = begin + model.clusters[cluster_].vertex_count;
     evaluator_->skin(begin, end, vertices_.positions, vertices_.normals, vertices_.tangents);
-    evaluator_->evaluateCluster(cluster_, vertices_.numbers);
-    coefficientsFromTruth(*truth_, *truth_frame_, asset, vertices_.range(begin, end), truth_numbers_);
+    evaluator_->evaluateCluster(cluster_, vertices_.coefficients);
+    coefficientsFromTruth(*truth_, *truth_frame_, asset, vertices_.range(begin, end), truth_coefficients_);
     const std::size_t stride = std::size_t(model.stride), count = end - begin;
-    const auto ambientTo = [&](std::span<const float> numbers, std::span<float> e) {
-        ambient(asset, numbers.subspan(begin * stride, count * stride), e.subspan(begin, count));
+    const auto ambientTo = [&](std::span<const float> coefficients, std::span<float> e) {
+        ambient(asset, coefficients.subspan(begin * stride, count * stride), e.subspan(begin, count));
     };
-    ambientTo(vertices_.numbers, model_ambient_);
-    ambientTo(truth_numbers_, true_ambient_);
+    ambientTo(vertices_.coefficients, model_ambient_);
+    ambientTo(truth_coefficients_, true_ambient_);
     for (std::size_t v = begin; v < end; ++v) {
         const float error = std::abs(model_ambient_[v] - true_ambient_[v]);
         sum_ += double(error);

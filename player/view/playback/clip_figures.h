@@ -33,7 +33,7 @@ private:
     double sum_ = 0;
     FrameError frame_;
     FrameVertices vertices_;
-    std::vector<float> truth_numbers_, model_ambient_, true_ambient_;
+    std::vector<float> truth_coefficients_, model_ambient_, true_ambient_;
 
     void start(const Evaluator& evaluator, const AssetView& truth, std::size_t clip);
     void startFrame(std::size_t frame);

@@ -10,7 +10,7 @@ interface About {
     scales: number[];
 }
 
-/** Ray-traced transfer of one clip, as scripts/web_truth.py packs it. */
+/** Ray-traced transfer of one clip, as scripts/figures/web_truth.py packs it. */
 export class Truth {
     readonly clip: string;
     readonly order: number;

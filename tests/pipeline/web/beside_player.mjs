@@ -1,4 +1,4 @@
-// One frame of the demo's character by three.js with the clay and the camera of scripts/compare_web.py, as a data URL.
+// One frame of the demo's character by three.js with the clay and the camera of scripts/figures/compare_web.py, as a data URL.
 import * as THREE from 'three';
 import { EXRLoader } from 'three/addons/loaders/EXRLoader.js';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
