@@ -105,7 +105,11 @@ ComposedFit fitComposed(const ComposedProblem& problem, MatrixF& local, MatrixF&
     // 1. Learn the local numbers, without the near parts. The fit turns them into truth - prediction.
     MatrixF exact = local;
     VertexSet vertices = *problem.vertices;
-    if (problem.near) vertices.gains = fit.near_gains = takeOutNearParts(*problem.near, vertices.id, local);
+    if (problem.near) {
+        fit.near_gains = takeOutNearParts(*problem.near, vertices.id, local);
+        openHidden(hiddenByParts(*problem.near, vertices.id, whole, ambient), fit.near_gains, local);
+        vertices.gains = fit.near_gains;
+    }
     MatrixF product = local;
     fit.local = fitCluster(problem.local, local);
     for (std::size_t i = 0; i < product.values.size(); ++i) product.values[i] -= local.values[i];

@@ -14,6 +14,8 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
+#include <numeric>
 
 #include "fit/numerics/eigen_map.h"
 #include "formats/common/spread_evenly.h"
@@ -35,6 +37,9 @@ constexpr float kMaxGain = 1.5f;
 constexpr int kRounds = 3;  // steps of Gauss-Newton
 // Gains are found from so many training frames at most, spread evenly.
 constexpr std::size_t kMaxGainFrames = 192;
+// A vertex is hidden whose E stays below the first number in all training frames, and to which its parts leave less
+// than the second on average. With .04 some vertices of the demo shine that something else hides.
+constexpr float kHiddenE = 0.02f, kLeftToHidden = 0.02f;
 // Vertices whose factors are in memory at a time.
 constexpr std::size_t kNearBlock = 64;
 
@@ -220,6 +225,38 @@ std::vector<Columns> hiddenFrom(const NearFactors& near, std::size_t v, const Pr
     return hidden;
 }
 
+// E of a vertex, from its numbers.
+float ambientOf(std::span<const float> weights, std::span<const float> coefficients) {
+    return std::inner_product(weights.begin(), weights.end(), coefficients.begin(), 0.0f);
+}
+
+// Writes the numbers of a sky that nothing hides, for some vertices.
+void fillWithSky(std::size_t of_vertex, std::span<float> coefficients) {
+    for (std::size_t i = 0; i < coefficients.size(); ++i)
+        coefficients[i] = i % of_vertex == 0 ? std::sqrt(4 * std::numbers::pi_v<float>) : 0.0f;
+}
+
+// The mean over some frames of the E that near parts with gains of 1 and far parts leave to some vertices.
+std::vector<float> leftByParts(const NearProblem& problem, std::span<const std::uint32_t> vertices,
+                               std::span<const float> ambient) {
+    VertexSet set = vertexSet(*problem.model, vertices, problem.joint_of_cluster);
+    set.gains.assign(set.gains.size(), std::uint8_t(1 / kPerGain));
+    const std::size_t parts = problem.far->partCount(), n = ambient.size();
+    const std::vector<std::size_t> frames = evenSample(problem.train, kMaxGainFrames);
+    std::vector<float> factors(vertices.size() * kFarCoefficients), coefficients(vertices.size() * n),
+        left(vertices.size());
+    for (const std::size_t f : frames) {
+        farFactors(*problem.far, set, poseOfSet(set, *problem.poses, f, problem.posed.subspan(f * parts, parts)),
+                   factors);
+        fillWithSky(n, coefficients);
+        multiplyByFar(*problem.far, factors, coefficients);
+        for (std::size_t v = 0; v < left.size(); ++v)
+            left[v] +=
+                std::max(ambientOf(ambient, std::span(coefficients).subspan(v * n, n)), 0.0f) / float(frames.size());
+    }
+    return left;
+}
+
 }  // namespace
 
 std::vector<std::uint8_t> takeOutNearParts(const NearProblem& problem, std::span<const std::uint32_t> vertices,
@@ -248,6 +285,37 @@ std::vector<std::uint8_t> takeOutNearParts(const NearProblem& problem, std::span
         }
     }
     return gains;
+}
+
+std::vector<bool> hiddenByParts(const NearProblem& problem, std::span<const std::uint32_t> vertices,
+                                const MatrixF& whole, std::span<const float> ambient) {
+    const std::size_t n = ambient.size();
+    // 1. The vertices that no training frame shows.
+    std::vector<std::uint32_t> never;
+    std::vector<std::size_t> place;  // of each in `vertices`
+    for (std::size_t v = 0; v < vertices.size(); ++v) {
+        const auto shows = [&](std::size_t f) {
+            return ambientOf(ambient, whole.row(f).subspan(v * n, n)) >= kHiddenE;
+        };
+        if (std::any_of(problem.train.begin(), problem.train.end(), shows)) continue;
+        never.push_back(vertices[v]);
+        place.push_back(v);
+    }
+    // 2. Those of them that parts hide.
+    std::vector<bool> hidden(vertices.size());
+    if (never.empty()) return hidden;
+    const std::vector<float> left = leftByParts(problem, never, ambient);
+    for (std::size_t i = 0; i < never.size(); ++i) hidden[place[i]] = left[i] < kLeftToHidden;
+    return hidden;
+}
+
+void openHidden(const std::vector<bool>& hidden, std::span<std::uint8_t> gains, MatrixF& coefficients) {
+    const std::size_t n = coefficients.columns / hidden.size(), nears = gains.size() / hidden.size();
+    for (std::size_t v = 0; v < hidden.size(); ++v) {
+        if (!hidden[v]) continue;
+        std::fill_n(gains.begin() + std::ptrdiff_t(v * nears), nears, std::uint8_t(1 / kPerGain));
+        for (std::size_t f = 0; f < coefficients.rows; ++f) fillWithSky(n, coefficients.row(f).subspan(v * n, n));
+    }
 }
 
 }  // namespace penumbra

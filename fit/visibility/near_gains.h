@@ -26,4 +26,14 @@ struct NearProblem {
 std::vector<std::uint8_t> takeOutNearParts(const NearProblem& problem, std::span<const std::uint32_t> vertices,
                                            MatrixF& coefficients);
 
+// Finds the vertices that see nothing in any training frame because other parts hide them, as a field says where it is
+// dark. What such a vertex sees when it comes out cannot be learned, and what it sees of nearby parts alone misleads:
+// from within the body it looks out of the ends where far parts are cut off. `whole` [F, Vc n] are the numbers of what
+// all parts hide, and `ambient` [n] are the weights that give E. result[i] tells whether vertices[i] is one.
+std::vector<bool> hiddenByParts(const NearProblem& problem, std::span<const std::uint32_t> vertices,
+                                const MatrixF& whole, std::span<const float> ambient);
+// Gives these vertices the whole sky as their numbers [F, Vc n] in all frames, and gains of 1. So near and far parts
+// alone say what they see.
+void openHidden(const std::vector<bool>& hidden, std::span<std::uint8_t> gains, MatrixF& coefficients);
+
 }  // namespace penumbra

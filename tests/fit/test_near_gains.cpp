@@ -1,9 +1,11 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 
 #include "fit/visibility/near_gains.h"
+#include "sh/visibility_convention.h"
 #include "tests/difference.h"
 #include "tests/synthetic_composition.h"
 
@@ -82,6 +84,19 @@ double rmsDistance(std::span<const std::uint8_t> gains, std::span<const std::uin
     return std::sqrt(rms.error / double(gains.size()));
 }
 
+// Binds a vertex to the center of the first near part of its part.
+void buryInNearPart(Model& model, std::uint32_t v) {
+    const Composition& composition = *model.composition;
+    const std::size_t near = composition.near_parts[composition.part_of_vertex[v] * composition.near_count];
+    const PartField& part = composition.fields.parts[near];
+    const auto influences = std::size_t(model.skin.influences);
+    model.mesh.rest_positions[v] = part.center;
+    for (std::size_t i = 0; i < influences; ++i) {
+        model.skin.joints[v * influences + i] = std::uint16_t(part.joint);
+        model.skin.weights[v * influences + i] = i == 0 ? 1.0f : 0.0f;
+    }
+}
+
 }  // namespace
 
 // Geometry is exact here: every vertex has the same numbers in all poses, and rigid parts hide it by known gains.
@@ -103,6 +118,42 @@ TEST(NearGains, ComeBackFromWhatVerticesSee) {
     vertices.gains = found;
     multiplyByNear(problem, vertices, coefficients);
     EXPECT_LT(largestDifference(coefficients.values, local.values), 0.1);
+}
+
+// A vertex that no training frame shows because it lies inside of another part has the whole sky, so that it is seen
+// when it comes out. One that is dark for other reasons, or that some frame shows, stays as it was learned.
+TEST(NearGains, VerticesThatPartsAlwaysHideHaveTheWholeSky) {
+    constexpr std::uint32_t kVertex = 3;
+    Scene scene;
+    const FarTables far = makeFarTables(*scene.model.composition, scene.model.convention);
+    const auto n = std::size_t(scene.model.convention.size());
+    std::vector<float> ambient(n);
+    ambientWeights(scene.model.convention, ambient);
+    const MatrixF dark(scene.poses.frameCount(), scene.vertices.size() * n);
+    EXPECT_FALSE(hiddenByParts(scene.problem(far), scene.vertices, dark, ambient)[kVertex]);
+
+    buryInNearPart(scene.model, kVertex);
+    const NearProblem problem = scene.problem(far);
+    std::vector<bool> hidden = hiddenByParts(problem, scene.vertices, dark, ambient);
+    EXPECT_TRUE(hidden[kVertex]);
+    MatrixF seen = dark;
+    seen(scene.train.back(), kVertex * n) = 2.5f;
+    hidden[kVertex] = false;  // the others stay as they are
+    EXPECT_EQ(hiddenByParts(problem, scene.vertices, seen, ambient), hidden);
+
+    hidden.assign(hidden.size(), false);
+    hidden[kVertex] = true;
+    std::vector<std::uint8_t> gains(2 * hidden.size(), 7);
+    MatrixF coefficients = dark;
+    openHidden(hidden, gains, coefficients);
+    EXPECT_EQ(gains[2 * kVertex], std::uint8_t(1 / kPerGain));
+    EXPECT_EQ(gains[2 * kVertex + 1], std::uint8_t(1 / kPerGain));
+    EXPECT_EQ(std::count(gains.begin(), gains.end(), 7), std::ptrdiff_t(gains.size() - 2));
+    for (std::size_t f = 0; f < coefficients.rows; ++f) {
+        const std::span<const float> row = coefficients.row(f);
+        EXPECT_NEAR(std::inner_product(ambient.begin(), ambient.end(), &row[kVertex * n], 0.0f), 1, 0.01);
+        EXPECT_EQ(std::count(row.begin(), row.end(), 0.0f), std::ptrdiff_t(row.size() - 1));
+    }
 }
 
 }  // namespace penumbra::test_near_gains
