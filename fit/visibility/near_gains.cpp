@@ -225,7 +225,7 @@ std::vector<Columns> hiddenFrom(const NearFactors& near, std::size_t v, const Pr
     return hidden;
 }
 
-// E of a vertex, from its numbers.
+// E of a vertex, from its coefficients.
 float ambientOf(std::span<const float> weights, std::span<const float> coefficients) {
     return std::inner_product(weights.begin(), weights.end(), coefficients.begin(), 0.0f);
 }
@@ -292,7 +292,7 @@ std::vector<bool> hiddenByParts(const NearProblem& problem, std::span<const std:
     const std::size_t n = ambient.size();
     // 1. The vertices that no training frame shows.
     std::vector<std::uint32_t> never;
-    std::vector<std::size_t> place;  // of each in `vertices`
+    std::vector<std::size_t> place;  // index of each in `vertices`
     for (std::size_t v = 0; v < vertices.size(); ++v) {
         const auto shows = [&](std::size_t f) {
             return ambientOf(ambient, whole.row(f).subspan(v * n, n)) >= kHiddenE;
