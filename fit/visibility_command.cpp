@@ -209,7 +209,9 @@ nlohmann::ordered_json composedFigures(const FitResult& result) {
     json["near_parts"] = composed.near_kept;
     if (composed.near) {
         json["near_cross_validated_relative_error"] = {{"local_alone", composed.near->local_alone},
-                                                       {"with_near_parts", composed.near->with_near}};
+                                                       {"with_near_parts", composed.near->with_near},
+                                                       {"hidden_learned", composed.near->hidden_learned},
+                                                       {"hidden_opened", composed.near->hidden_opened}};
     }
     json["residual_cross_validated_relative_error"] = composed.residual_cross_validated;
     json["residual"] = composed.residual_kept;
@@ -257,8 +259,9 @@ void printComposed(const FitReport& fit) {
     }
     std::printf("near parts: %s", composed.near_kept ? "kept" : "none");
     if (composed.near)
-        std::printf("; blocked cross-validation leaves %.4f with them, %.4f without", composed.near->with_near,
-                    composed.near->local_alone);
+        std::printf("; blocked cross-validation leaves %.4f with them, %.4f without; hidden vertices %.4f, opened %.4f",
+                    composed.near->with_near, composed.near->local_alone, composed.near->hidden_learned,
+                    composed.near->hidden_opened);
     std::printf("\n");
     std::printf("residual model: %s; it leaves %.4f of the residual in blocked cross-validation\n",
                 composed.residual_kept ? "kept"

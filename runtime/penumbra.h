@@ -498,7 +498,8 @@ PENUMBRA_API size_t penumbra_asset_far_words(const penumbra_asset* asset);
 PENUMBRA_API penumbra_status penumbra_asset_get_far(const penumbra_asset* asset, uint32_t* words,
                                                     penumbra_error* error);
 /* Does what penumbra_asset_get_cluster does for the residual of a composed model: its coefficients are added to the
- * product, before the ambient term is clamped. Scores are those of penumbra_character_get_residual_scores. Fails with
+ * product, before the ambient term is clamped. Scores are those of penumbra_character_get_residual_scores. `scores`
+ * has room for component_count of all clusters of the residual together, in their order. Fails with
  * PENUMBRA_INVALID_ARGUMENT where there is no residual. */
 PENUMBRA_API penumbra_status penumbra_asset_get_residual(const penumbra_asset* asset, size_t cluster,
                                                          penumbra_cluster* out);

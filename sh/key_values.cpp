@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -42,7 +43,11 @@ std::string shortestText(T value) {
         std::snprintf(text, sizeof text, "%.*g", digits, double(value));
         if (T(std::strtod(text, nullptr)) == value) break;
     }
-    return text;
+    // to_chars writes a whole number without an exponent where that is no longer: 20, not 2e+01.
+    char plain[32] = "";
+    if (std::abs(double(value)) < 1e15 && value == std::trunc(value))
+        std::snprintf(plain, sizeof plain, "%.0f", double(value));
+    return *plain && std::strlen(plain) <= std::strlen(text) ? plain : text;
 #else
     char buffer[32];
     return {buffer, std::to_chars(buffer, buffer + sizeof buffer, value).ptr};

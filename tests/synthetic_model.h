@@ -107,8 +107,8 @@ inline void addFrames(Model& model, const TubeOptions& o) {
 inline void addGroups(ClusterModel& cluster, const Model& model, std::size_t units, Noise& noise) {
     const bool bones = model.features == FeatureKind::kRelativeBones;
     const std::size_t size = groupInputs(model.features);
-    const std::size_t coefficients = bones ? model.skin.jointCount() : std::size_t(model.pose_size) / size;
-    for (std::uint32_t j = 0; j < coefficients; ++j)
+    const std::size_t groups = bones ? model.skin.jointCount() : std::size_t(model.pose_size) / size;
+    for (std::uint32_t j = 0; j < groups; ++j)
         if (!bones || int(j) != cluster.joint) cluster.groups.push_back(j);
     cluster.group_weight.assign(cluster.groups.size(), 1 / float(cluster.groups.size()));
     cluster.group_min.assign(cluster.groups.size() * size, -0.8f);

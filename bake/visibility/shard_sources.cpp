@@ -24,16 +24,19 @@ bool contains(const std::vector<T>& list, const T& item) {
 }
 
 // Puts what `list` lacks of `more` before the next item that both have, or at the end. Returns false where the two have
-// common items in different orders.
+// common items in different orders. An item may stand in both more than once.
 template <class T, class Same>
 bool joinInOrder(const std::vector<T>& more, std::vector<T>& list, const Same& same) {
     std::ptrdiff_t passed = 0;  // items of `list`
     for (auto item = more.begin(); item != more.end(); ++item) {
+        const auto rest = list.begin() + passed;
         auto place = list.end();
         for (auto next = item; next != more.end() && place == list.end(); ++next)
-            place = std::find_if(list.begin(), list.end(), [&](const T& known) { return same(known, *next); });
-        if (place - list.begin() < passed) return false;
-        if (place == list.end() || !same(*place, *item)) place = list.insert(place, *item);
+            place = std::find_if(rest, list.end(), [&](const T& known) { return same(known, *next); });
+        if (place == list.end() || !same(*place, *item)) {
+            if (std::any_of(list.begin(), rest, [&](const T& known) { return same(known, *item); })) return false;
+            place = list.insert(place, *item);
+        }
         passed = place - list.begin() + 1;
     }
     return true;
@@ -78,6 +81,13 @@ std::vector<std::string> ShardSources::add(const VisibilityHeader& shard) {
 }
 
 std::vector<std::string> ShardSources::addSet(const Set& set, const VisibilityHeader& shard) {
+    if (sets_.empty()) {
+        inputs_ = set.inputs;
+        notes_ = shard.provenance.notes;
+        clips_ = set.choice;
+        sets_.push_back(set);
+        return {};
+    }
     for (const Set& other : sets_) {
         const bool fits = !set.inputs.empty() && !other.inputs.empty() && sameBytes(set.inputs[0], other.inputs[0]) &&
                           !readsMoreThanClips(shard) &&
@@ -105,7 +115,8 @@ std::vector<std::string> ShardSources::addSet(const Set& set, const VisibilityHe
         clips.clip_frames.push_back(known >= 0 ? clips_.clip_frames[std::size_t(known)]
                                                : set.choice.clip_frames[std::size_t(set.choice.clipNamed(name))]);
     }
-    joinInOrder(shard.provenance.notes, notes_, std::equal_to<>());
+    for (const std::string& note : shard.provenance.notes)
+        if (!contains(notes_, note)) notes_.push_back(note);
     inputs_ = std::move(inputs);
     clips_ = std::move(clips);
     sets_.push_back(set);

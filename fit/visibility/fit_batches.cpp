@@ -207,16 +207,17 @@ ComposedFit fitComposedCluster(const FitJob& job, const ComposedClusters& shared
                             &shared.far, &vertices, shared.posed};
     problem.local.clamp = problem.residual.clamp = false;  // only the whole is
     problem.residual.ambient_weights.clear();
-    const NearProblem near_problem{&shared.far,  &shared.model,      &job.poses,
-                                   shared.posed, job.clusters.joint, job.split.train};
+    const NearProblem near_problem{&shared.far,        &shared.model,   &job.poses,   shared.posed,
+                                   job.clusters.joint, job.split.train, shared.hidden};
     if (shared.model.composition->near_count > 0) problem.near = &near_problem;
     ComposedFit fit = fitComposed(problem, coefficients.local, coefficients.whole);
     for (ClusterFit* part : {&fit.local, &fit.residual}) part->model.vertices = job.clusters.vertices[c];
     return fit;
 }
 
-std::vector<ComposedFit> fitComposedClusters(const FitJob& job, const Model& model) {
-    const ComposedClusters shared(job, model);
+std::vector<ComposedFit> fitComposedClusters(const FitJob& job, const Model& model, HiddenVertices hidden) {
+    ComposedClusters shared(job, model);
+    shared.hidden = hidden;
     std::vector<ComposedFit> fits(job.clusters.vertices.size());
     forBatches(job, model, 2, [&](std::size_t begin, std::size_t end, const ReadCoefficients& read) {
         std::vector<MatrixF> local = read(begin, end, Occluders::kLocalParts),

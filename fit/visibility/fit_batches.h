@@ -40,6 +40,7 @@ struct ComposedClusters {
     PartTable table;
     FarTables far;
     std::vector<PosedPart> posed;  // [F, P]
+    HiddenVertices hidden = HiddenVertices::kLearned;
 
     ComposedClusters(const FitJob& job, const Model& composed);
 };
@@ -54,6 +55,6 @@ std::vector<ClusterCoefficients> readComposedCoefficients(const FitJob& job, con
 ComposedFit fitComposedCluster(const FitJob& job, const ComposedClusters& shared, std::size_t c,
                                ClusterCoefficients coefficients);
 // Fits every cluster of a composed model.
-std::vector<ComposedFit> fitComposedClusters(const FitJob& job, const Model& model);
+std::vector<ComposedFit> fitComposedClusters(const FitJob& job, const Model& model, HiddenVertices hidden);
 
 }  // namespace penumbra

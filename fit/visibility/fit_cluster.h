@@ -38,7 +38,7 @@ Matrix rawFeatures(const FeatureRecipe& recipe, int joint, const PoseTable& pose
 // Sets the relative squared errors of a cluster over training frames and over all other frames.
 void setErrorRatios(const FrameErrors& errors, std::span<const std::size_t> train, ClusterModel& model);
 
-// Fits the cluster to `numbers` [F, Vc n]. They are used up: afterwards they hold the residuals.
+// Fits the cluster to `coefficients` [F, Vc n]. They are used up: afterwards they hold the residuals.
 ClusterFit fitCluster(const ClusterProblem& problem, MatrixF& coefficients);
 
 }  // namespace penumbra

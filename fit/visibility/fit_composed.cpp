@@ -107,7 +107,8 @@ ComposedFit fitComposed(const ComposedProblem& problem, MatrixF& local, MatrixF&
     VertexSet vertices = *problem.vertices;
     if (problem.near) {
         fit.near_gains = takeOutNearParts(*problem.near, vertices.id, local);
-        openHidden(hiddenByParts(*problem.near, vertices.id, whole, ambient), fit.near_gains, local);
+        if (problem.near->hidden == HiddenVertices::kOpened)
+            openHidden(hiddenByParts(*problem.near, vertices.id, whole, ambient), fit.near_gains, local);
         vertices.gains = fit.near_gains;
     }
     MatrixF product = local;

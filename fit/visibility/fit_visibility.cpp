@@ -284,13 +284,13 @@ FitResult fitVisibility(const VisibilityReader& reader, const PoseTable& poses, 
     if (!options.fields.empty()) {
         model.composition = compositionOf(model, options.fields, header);
         phase("near parts");
-        const std::optional<NearReport> near = chooseNearParts(job, model);
+        const NearChoice near = chooseNearParts(job, model);
         phase("fit");
-        finishComposed(fitComposedClusters(job, model), split, result);
+        finishComposed(fitComposedClusters(job, model, near.hidden), split, result);
         const FarSample sample{std::size_t(options.compared_vertices)};
         if (!model.deforming && sample.vertices > 0)
             result.report.composed->far = measureFar({reader, poses, clusters, split, options.threads}, model, sample);
-        result.report.composed->near = near;
+        result.report.composed->near = near.report;
         return result;
     }
     phase("fit");

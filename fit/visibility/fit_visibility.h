@@ -13,7 +13,8 @@ namespace penumbra {
 
 // Relative errors of whole predictions, of some clusters, in cross-validation over blocks of training frames.
 struct NearReport {
-    double local_alone = 0, with_near = 0;
+    double local_alone = 0, hidden_learned = 0, hidden_opened = 0;  // the last two with near parts
+    double with_near = 0;                                           // the chosen one of the two
 };
 
 // Errors of the parts of a composed model, each over training and held-out frames.

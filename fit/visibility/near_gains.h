@@ -10,6 +10,9 @@
 
 namespace penumbra {
 
+// How a fit treats vertices that other parts hide in all training frames (hiddenByParts()).
+enum class HiddenVertices { kLearned, kOpened };
+
 struct NearProblem {
     const FarTables* far = nullptr;  // with near parts
     const Model* model = nullptr;
@@ -17,6 +20,7 @@ struct NearProblem {
     std::span<const PosedPart> posed;       // [F, P]
     std::span<const int> joint_of_cluster;  // see LocalFrames
     std::span<const std::size_t> train;     // training frames, ascending
+    HiddenVertices hidden = HiddenVertices::kLearned;
 };
 
 // Finds the gains of some vertices of the model, [Vc, Composition::near_count], and turns their local numbers [F, Vc n]

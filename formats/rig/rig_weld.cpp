@@ -272,14 +272,15 @@ void appendPoint(const SourceVertices& vertices, std::size_t vertex, std::size_t
 
 // The result of welding for the vertices of a SplitVertices. The surface is smooth over vertices with the same `joint`.
 // These vertices share one `point` for each slot.
-struct PointValues {
+struct PointIndices {
     std::vector<std::uint32_t> joint, point;  // [N]
     std::vector<bool> used;                   // [N] by a triangle; without triangles all are
 };
 
 // Parts the points of joined vertices by their slots.
-PointValues numberPoints(const SourceVertices& vertices, const SplitVertices& split, std::vector<std::uint32_t> joint) {
-    PointValues out{std::move(joint), {}, std::vector<bool>(split.original.size(), split.triangles.empty())};
+PointIndices numberPoints(const SourceVertices& vertices, const SplitVertices& split,
+                          std::vector<std::uint32_t> joint) {
+    PointIndices out{std::move(joint), {}, std::vector<bool>(split.original.size(), split.triangles.empty())};
     // Nearly all joints have one slot. A tree of all would take much memory.
     std::vector<std::uint32_t> first_point(out.joint.size(), PointGrid::kNone);
     std::vector<std::uint16_t> first_slot(out.joint.size());
@@ -310,7 +311,7 @@ PointValues numberPoints(const SourceVertices& vertices, const SplitVertices& sp
 // Leaves out the points that no triangle uses: exporters leave vertices behind, and primitives that share a pool of
 // vertices have those of the others. Such a vertex gets the first point that it is joined with, or else the first of
 // its place, or else that of the vertex before it. Without triangles every point stays.
-void dropUnused(const SplitVertices& split, std::span<const std::uint32_t> place_of_vertex, PointValues& numbers) {
+void dropUnused(const SplitVertices& split, std::span<const std::uint32_t> place_of_vertex, PointIndices& numbers) {
     const std::size_t vertices = numbers.point.size();
     std::vector<std::uint32_t> new_point(vertices, PointGrid::kNone), of_joint = new_point, at_place = new_point;
     std::uint32_t count = 0, last = 0;
@@ -330,7 +331,7 @@ void dropUnused(const SplitVertices& split, std::span<const std::uint32_t> place
 }
 
 // Returns the rest normals [V]: points that differ in their slot alone have one.
-std::vector<Vec3> smoothNormals(SplitVertices split, const PointValues& numbers, const Mesh& mesh) {
+std::vector<Vec3> smoothNormals(SplitVertices split, const PointIndices& numbers, const Mesh& mesh) {
     std::vector<std::uint32_t> of_joint(numbers.joint.size(), PointGrid::kNone), first(mesh.vertexCount());
     for (std::size_t v = 0; v < numbers.joint.size(); ++v) {
         if (!numbers.used[v]) continue;
@@ -374,7 +375,7 @@ WeldedPoints weldVertices(SourceVertices& vertices, const RigOptions& options, M
     for (std::size_t v = 0; v < place_of_vertex.size(); ++v)
         if (place_of_vertex[v] == first_of_place.size()) first_of_place.push_back(v);
     SplitVertices split = splitVertices(vertices, place_of_vertex, options);
-    PointValues numbers = numberPoints(vertices, split, pointsOfVertices(split, place_of_vertex, options.split_angle));
+    PointIndices numbers = numberPoints(vertices, split, pointsOfVertices(split, place_of_vertex, options.split_angle));
     dropUnused(split, place_of_vertex, numbers);
     const std::vector<std::uint32_t>& points = numbers.point;
     WeldedPoints out;

@@ -14,7 +14,7 @@ struct ComponentSpans {
 
     explicit ComponentSpans(const AssetView& asset);
     double squaredDistance(const ClusterView& cluster, std::size_t index, std::span<const float> coefficients) const;
-    // Writes the point of the cluster's span that is nearest to `numbers`, for the vertices of the cluster.
+    // Writes the point of the cluster's span that is nearest to `coefficients`, for the vertices of the cluster.
     void project(const ClusterView& cluster, std::size_t index, std::span<const float> coefficients,
                  std::span<float> out) const;
 };

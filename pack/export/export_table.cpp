@@ -28,9 +28,9 @@ TableLayout layoutOf(std::size_t rows, std::size_t frames) {
     return layout;
 }
 
-// The numbers of one frame, [rows, channels].
-std::vector<float> coefficientsOf(const OcclusionFrame& frame, const ExportRows& rows, const ExportedGlb* glb,
-                                  TableValue value) {
+// The values of one frame, [rows, channels].
+std::vector<float> valuesOf(const OcclusionFrame& frame, const ExportRows& rows, const ExportedGlb* glb,
+                            TableValue value) {
     std::vector<float> out;
     if (value == TableValue::kOcclusion) {
         out = valuesOfRows(rows, frame.ambient);
@@ -191,7 +191,7 @@ TableLayout exportTable(const FrameReader& reader, const ExportRows& rows, Table
     TablePicture picture(layout, value, files.picture.extension() == ".exr");
     const FrameParts parts = value == TableValue::kOcclusion ? FrameParts::kAmbient : FrameParts::kAll;
     for (std::size_t f = 0; f < list.frameCount(); ++f) {
-        std::vector<float> coefficients = coefficientsOf(reader.read(f, parts), rows, glb, value);
+        std::vector<float> coefficients = valuesOf(reader.read(f, parts), rows, glb, value);
         if (glb) averageInstances(*glb, channelsOf(value), coefficients);
         picture.put(f, coefficients);
     }

@@ -124,19 +124,19 @@ void ModelOcclusion::pose(std::size_t frame, Evaluator& evaluator) const {
     if (!rig_) return evaluator.setFrame(asset_frames_[frame]);
     const int clip = clipOfRig(*rig_, frames_.clip_names[frames_.clip[frame]]);
     const RigPose posed = evaluatePose(*rig_, clip, frames_.time[frame]);
-    std::vector<float> inputs, coefficients;
+    std::vector<float> inputs, pose_values;
     for (std::size_t m = 0; m < match_.weights.size(); ++m)
         inputs.push_back(match_.weights[m] == kNoWeightOfRig ? asset_.mesh.morphs.rest_weights[m]
                                                              : posed.weights[match_.weights[m]]);
     std::vector<Affine> bones;
     for (const std::size_t joint : match_.joints) {
         bones.push_back(posed.bones[joint]);
-        coefficients.insert(coefficients.end(), posed.pose.begin() + std::ptrdiff_t(3 * joint),
-                            posed.pose.begin() + std::ptrdiff_t(3 * joint + 3));
+        pose_values.insert(pose_values.end(), posed.pose.begin() + std::ptrdiff_t(3 * joint),
+                           posed.pose.begin() + std::ptrdiff_t(3 * joint + 3));
     }
     for (const InputJointView& input : asset_.model.input_joints) bones.push_back(inputBone(asset_, input, inputs));
-    coefficients.insert(coefficients.end(), inputs.begin(), inputs.end());
-    evaluator.setPose(bones, coefficients);
+    pose_values.insert(pose_values.end(), inputs.begin(), inputs.end());
+    evaluator.setPose(bones, pose_values);
 }
 
 // Returns the integral of V s over the hemisphere, in the model frame. Band 1 of the numbers has its part in the

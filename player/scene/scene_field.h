@@ -24,7 +24,7 @@ class SceneField {
 public:
     // `heights` are the ground's.
     SceneField(const SceneGround& ground, GroundHeights heights);
-    SceneField(const SceneField&) = delete;  // `numbers` of others may point here
+    SceneField(const SceneField&) = delete;  // `coefficients` of others may point here
 
     // Takes the field to a time, by default its own, or changes a box of it by hand. Only what changed is looked at
     // again.

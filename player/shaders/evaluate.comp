@@ -5,7 +5,7 @@ layout(local_size_x = WORK_GROUP) in;  // x: vertices, y: characters
 
 layout(std430, binding = 0) readonly buffer Asset { uint asset[]; };
 layout(std430, binding = 1) readonly buffer Pose { vec4 pose[]; };
-layout(std430, binding = 1) readonly buffer PoseCounts { float pose_numbers[]; };
+layout(std430, binding = 1) readonly buffer PoseNumbers { float pose_numbers[]; };
 layout(std430, binding = 2) writeonly buffer Evaluated { vec4 evaluated[]; };  // read by evaluated.vert
 #if CHANNEL == CHANNEL_SHADED
 uniform samplerBuffer materials;

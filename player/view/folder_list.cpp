@@ -26,7 +26,8 @@ fs::path assetBeside(const fs::path& character) { return fs::path(character).rep
 // Reports are .json files, too. A scene names its characters or its props near its beginning.
 bool isScene(const fs::path& path) {
     constexpr std::size_t kHead = 1 << 16;  // bytes
-    if (path.extension() != ".json") return false;
+    std::error_code failed;
+    if (path.extension() != ".json" || !fs::is_regular_file(path, failed)) return false;
     std::string head(kHead, '\0');
     std::ifstream file(path, std::ios::binary);
     file.read(head.data(), std::streamsize(head.size()));

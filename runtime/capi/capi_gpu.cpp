@@ -57,9 +57,9 @@ std::vector<std::uint32_t> composedWords(const penumbra_asset& asset) {
                                         std::uint32_t(composition.near_count)};
     words.resize(kHead);
     std::size_t array = 3;
-    const auto add = [&](const auto& coefficients) {
+    const auto add = [&](const auto& values) {
         words[array++] = std::uint32_t(words.size());
-        words.insert(words.end(), coefficients.begin(), coefficients.end());
+        words.insert(words.end(), values.begin(), values.end());
     };
     add(far.lists);
     add(far.anchors);
@@ -169,7 +169,11 @@ penumbra_status penumbra_character_get_parts(const penumbra_character* character
 }
 
 size_t penumbra_asset_far_words(const penumbra_asset* asset) {
-    return asset && canComposeOnGpu(*asset) ? composedWords(*asset).size() : 0;
+    std::size_t words = 0;
+    guarded(nullptr, [&] {
+        if (asset && canComposeOnGpu(*asset)) words = composedWords(*asset).size();
+    });
+    return words;
 }
 
 penumbra_status penumbra_asset_get_far(const penumbra_asset* asset, uint32_t* words, penumbra_error* error) {

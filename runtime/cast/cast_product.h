@@ -12,8 +12,8 @@ class CastProduct {
 public:
     explicit CastProduct(const Convention& convention);
 
-    // `numbers` [vertices, stride] and `mirrored` [vertices, kFarCoefficients, as CastShadow::evaluate() has them] are
-    // in the vertices' local frames; stride >= convention.size(). E of the product is clamped to [0, 1]. Allocates
+    // `coefficients` [vertices, stride] and `mirrored` [vertices, kFarCoefficients, as CastShadow::evaluate() has them]
+    // are in the vertices' local frames; stride >= convention.size(). E of the product is clamped to [0, 1]. Allocates
     // nothing.
     void operator()(std::span<float> coefficients, std::size_t stride, std::span<const float> mirrored) const;
 

@@ -21,7 +21,7 @@ struct FollowedFrames {
     std::span<const Vec3> normals, tangents;
 };
 
-// Writes the numbers of the vertices [begin, end), which follow points, from those of the points. `numbers` is [V,
+// Writes the numbers of the vertices [begin, end), which follow points, from those of the points. `coefficients` is [V,
 // stride] of all vertices. May be called from many threads.
 void followPoints(const MeshView& mesh, const TurnTable& turns, std::size_t begin, std::size_t end,
                   const FollowedFrames& frames, std::size_t stride, std::span<float> coefficients);

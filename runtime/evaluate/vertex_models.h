@@ -37,7 +37,7 @@ struct ComposedModel {
     mutable std::vector<float> far_coefficients;  // [V, kFarCoefficients], memory that evaluations use on the way
 
     explicit ComposedModel(const AssetView& of);  // the asset must have a composition
-    // Multiplies the local visibility of a cluster, which stands in `numbers` [V, stride], by `far_factors` [V,
+    // Multiplies the local visibility of a cluster, which stands in `coefficients` [V, stride], by `far_factors` [V,
     // kFarCoefficients], and adds the residual.
     void compose(const EvaluatorPath& path, const AmbientClamp& clamp, std::size_t cluster,
                  std::span<const float> far_factors, std::span<float> coefficients) const;

@@ -149,7 +149,7 @@ constexpr std::size_t kBouncedLight = 12;
 struct ShadeInput {
     const Vec3 *positions = nullptr, *normals = nullptr, *tangents = nullptr;
     const float* coefficients = nullptr;
-    int stride = 0, size = 0;  // layout of `numbers`; the padding is not read
+    int stride = 0, size = 0;  // layout of `coefficients`; the padding is not read
     Vec3 eye;
     Vec3* radiance = nullptr;
     const std::uint32_t* order = nullptr;  // the n-th vertex to shade; null: n itself

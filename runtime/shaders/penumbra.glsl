@@ -4,22 +4,23 @@
 //   #define PENUMBRA_MATERIAL(texel), PENUMBRA_LIGHT(texel): the vec4 at `texel` of
 //       penumbra_shading_get_gpu_materials() and penumbra_shading_get_gpu_light(), wherever the engine keeps them
 //   the text of penumbra_shading_get_glsl(), which has the convention, PENUMBRA_STRIDE4 and
-//       float penumbra_ambient(vec4 numbers[PENUMBRA_STRIDE4]);             0 dark to 1 open
-//       void penumbra_clamp_ambient(inout vec4 numbers[PENUMBRA_STRIDE4]);  numbers of the model: before anything else
-//       vec3 penumbra_shade(vec4 numbers[PENUMBRA_STRIDE4], vec3 to_eye, mat3 local_from_model, int material);
-//       and, where light bounces, penumbra_shade_bounced(), which takes vec4 indirect[3] behind the numbers
+//       float penumbra_ambient(vec4 coefficients[PENUMBRA_STRIDE4]);             0 dark to 1 open
+//       void penumbra_clamp_ambient(inout vec4 coefficients[PENUMBRA_STRIDE4]);  before anything else
+//       vec3 penumbra_shade(vec4 coefficients[PENUMBRA_STRIDE4], vec3 to_eye, mat3 local_from_model, int material);
+//       and, where light bounces, penumbra_shade_bounced(), which takes vec4 indirect[3] behind the coefficients
 //   #define PENUMBRA_MEAN(texel), PENUMBRA_BASIS(texel), PENUMBRA_SCORE(k), where penumbra_coefficients() is wanted
 //   this file
 // Everything is in the model frame. For each vertex:
 //   PenumbraSurface s = penumbra_surface(...);
-//   vec4 numbers[PENUMBRA_STRIDE4];
-//   penumbra_coefficients(vertex - first_vertex, vertex_count, component_count, numbers);
-//   penumbra_clamp_ambient(numbers);
+//   vec4 coefficients[PENUMBRA_STRIDE4];
+//   penumbra_coefficients(vertex - first_vertex, vertex_count, component_count, coefficients);
+//   penumbra_clamp_ambient(coefficients);
 //   mat3 local_from_model = penumbra_local_from_model(s);
-//   vec3 radiance = penumbra_shade(numbers, penumbra_to_eye(s, eye, local_from_model), local_from_model, material);
-// A vertex that follows points (penumbra_asset_get_followers) has no cluster. Compute surface and clamped numbers of
-// each of its three points as above, and add them to zeros:
-//   penumbra_add_point(point_coefficients, penumbra_turn(point_surface, s), weight, numbers);
+//   vec3 to_eye = penumbra_to_eye(s, eye, local_from_model);
+//   vec3 radiance = penumbra_shade(coefficients, to_eye, local_from_model, material);
+// A vertex that follows points (penumbra_asset_get_followers) has no cluster. Compute surface and clamped
+// coefficients of each of its three points as above, and add them to zeros:
+//   penumbra_add_point(point_coefficients, penumbra_turn(point_surface, s), weight, coefficients);
 // Its own surface takes the rotation of the cluster of the point with the greatest weight.
 
 struct PenumbraSurface {

@@ -142,9 +142,11 @@ def remove_vanished(plan):
     kept = {os.path.normpath(path) for output in plan for path in (output, report_of(output), output + ".stamp", output + ".d")}
     gone = ["reports/*.shards.*.vis.h5.json", "reports/*.clips.*.vis.h5.json", "*/shards/*.vis.h5.stamp", "*/shards/*.vis.h5.d",
             "*/clips/*.vis.h5", "*/clips/*.vis.h5.stamp", "*/clips/*.vis.h5.d"]
-    for path in (path for pattern in gone for path in glob.glob(pattern)):
-        if path not in kept:
-            remove(path)
+    # A bake without a stamp is somebody else's.
+    vanished = [path for pattern in gone for path in glob.glob(pattern)
+                if path not in kept and (not path.endswith(".vis.h5") or os.path.exists(path + ".stamp"))]
+    for path in vanished:
+        remove(path)
 
 
 def main():

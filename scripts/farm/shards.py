@@ -75,7 +75,8 @@ class ClipShards:
         if all_clips != [clip for group in groups for clip in group.clips] or any(set(clip) & set(",\\") for clip in all_clips):
             return []
         groups = [self.chosen(group) for group in groups]
-        return groups if len(groups) > 1 and all(group.clips for group in groups) else []
+        keys = {group.key for group in groups}  # files with the same bytes have one key
+        return groups if len(keys) == len(groups) > 1 and all(group.clips for group in groups) else []
 
     def chosen(self, group):
         """Returns the group with those of its clips that the rig wants baked."""

@@ -183,6 +183,12 @@ def why_stale(folder, output, command, inputs, digests, temporary=False, give_ti
     return changed_input(folder, inputs, stamp, digests)
 
 
+def is_renamed_freely(path):
+    """Tells whether a file from outside gives the same result under another name. Files whose clips are named after the
+    file do not: BVH, point caches, numbered meshes."""
+    return os.path.isabs(path) and not path.lower().endswith((".bvh", ".mdd", ".pc2", ".npy", ".npz", ".obj", ".ply", ".abc"))
+
+
 def names_in(stamp):
     return [name for name, _ in stamp["inputs"]]
 
@@ -193,14 +199,14 @@ def nameless(command, inputs, names):
     words = [label(word) for word in command]
     if len(names) != len(inputs):
         return words
-    numbers = {name: f"file {i}" for i, (path, name) in enumerate(zip(inputs, names)) if os.path.isabs(path)}
+    numbers = {name: f"file {i}" for i, (path, name) in enumerate(zip(inputs, names)) if is_renamed_freely(path)}
     return [numbers.get(word, word) for word in words]
 
 
 def changed_input(folder, inputs, stamp, digests):
     """Returns the first input that is not what the output was made from, as a reason; or ""."""
     new, old = [label(path) for path in inputs], names_in(stamp)
-    renamed = len(new) == len(old) and all(os.path.isabs(path) or a == b for path, a, b in zip(inputs, new, old))
+    renamed = len(new) == len(old) and all(is_renamed_freely(path) or a == b for path, a, b in zip(inputs, new, old))
     if new != old and not (renamed and all(digest_of(folder, path, digests) == digest
                                            for path, (_, digest) in zip(inputs, stamp["inputs"]))):
         return "made from other files: " + changed_words(new, old)

@@ -32,7 +32,7 @@ struct Case {
     std::string commit;
 };
 
-std::vector<double> coefficientsOf(const char* text) {
+std::vector<double> numbersIn(const char* text) {
     std::vector<double> out;
     for (char* end = nullptr; *text; text = *end ? end + 1 : end) out.push_back(std::strtod(text, &end));
     return out;
@@ -48,7 +48,7 @@ Case readCase(int argc, char** argv) {
         c.exposures.push_back(picture.exposure);
     }
     c.pictures = readShotPictures(files, *c.list.camera, 1);
-    const std::vector<double> ball = coefficientsOf(argv[2]), at = coefficientsOf(argv[3]);
+    const std::vector<double> ball = numbersIn(argv[2]), at = numbersIn(argv[3]);
     c.ball = {{ball.at(0), ball.at(1), ball.at(2)}, ball.at(3), ball.at(4)};
     c.at = {at.at(0), at.at(1), at.at(2)};
     c.truth = projectMap(readEnvironmentMap(argv[4], {}), 6, 1).sh;

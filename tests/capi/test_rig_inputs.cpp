@@ -20,15 +20,15 @@ constexpr std::size_t kTubeJoints = 3, kJoints = kTubeJoints + 2, kBall = kTubeJ
 void addInputsToFrames(Model& model) {
     std::vector<Affine> bones;
     std::vector<float> pose;
-    const auto coefficients = std::size_t(model.pose_size);
+    const auto pose_size = std::size_t(model.pose_size);
     for (std::size_t f = 0; f < model.frames.frameCount(); ++f) {
         const std::vector<float> x = synthetic::clothInputs(double(f) / 3);
         const auto bone = model.bones.begin() + long(f * kTubeJoints);
         bones.insert(bones.end(), bone, bone + kTubeJoints);
         bones.push_back(pointBone({x[1], x[2], x[3]}, model.joint_centers[kBall]));
         bones.push_back(numberBone(x[0], 2.5f, 0.4f));
-        const auto number = model.pose.begin() + long(f * coefficients);
-        pose.insert(pose.end(), number, number + long(coefficients));
+        const auto number = model.pose.begin() + long(f * pose_size);
+        pose.insert(pose.end(), number, number + long(pose_size));
         pose.insert(pose.end(), x.begin(), x.end());
     }
     model.bones = bones;

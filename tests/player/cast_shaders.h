@@ -177,8 +177,8 @@ public:
                 largestDifference(results.subspan(r * rowSize() + first, count), expected.subspan(r * stride, count)));
         return largest;
     }
-    // Expects that receivers that no caster reaches, whose column `seen` is 0, see everything in their first `numbers`.
-    // Returns how many there are.
+    // Expects that receivers that no caster reaches, whose column `seen` is 0, see everything in their first
+    // `coefficients`. Returns how many there are.
     std::size_t expectOpen(std::span<const float> results, std::size_t seen, std::size_t coefficients) const {
         std::size_t open = 0;
         for (std::size_t r = 0; r < inputs_.count(); ++r) {

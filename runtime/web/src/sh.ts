@@ -143,7 +143,8 @@ function takeSun(picture: Equirectangular, pixels: Float32Array): Sun | undefine
             irradiance[k] += beyond;
             for (let axis = 0; axis < 3; ++axis) direction[axis] += beyond * directions[4 * i + axis];
         }
-    if (!(luminance(irradiance[0], irradiance[1], irradiance[2]) >= SUN_SHARE * all)) return undefined;
+    const found = luminance(irradiance[0], irradiance[1], irradiance[2]);
+    if (!(found > 0 && found >= SUN_SHARE * all)) return undefined; // nothing is left in a black picture
     for (const i of disc) for (let k = 0; k < 3; ++k) pixels[3 * i + k] = Math.min(pixels[3 * i + k], ring[k] / ringSolid);
     const length = Math.hypot(...direction);
     return { direction: direction.map((x) => x / length), irradiance };
