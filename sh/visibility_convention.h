@@ -52,8 +52,8 @@ double binaryEnergy(const Convention& convention, double moment0);
 // means unshadowed. w.size() == convention.size().
 void ambientWeights(const Convention& convention, std::span<float> w);
 
-// Moves a vertex' coefficients the shortest way to where E = w . coefficients lies in [0, 1]. The truth lies there, so no
-// error grows by it. `norm2` is w . w.
+// Moves a vertex' coefficients the shortest way to where E = w . coefficients lies in [0, 1]. The truth lies there, so
+// no error grows by it. `norm2` is w . w.
 inline void clampAmbient(std::span<const float> w, float norm2, std::span<float> coefficients) {
     float e = 0;
     for (std::size_t i = 0; i < w.size(); ++i) e += w[i] * coefficients[i];

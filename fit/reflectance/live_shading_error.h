@@ -9,8 +9,9 @@
 
 namespace penumbra {
 
-// Returns the radiance of one point in double precision. `coefficients` are of the mirrored convention of this order, in
-// the local frame, and so are `light`, [light_order^2] of one channel, and the view. The moments get `moment_order` bands.
+// Returns the radiance of one point in double precision. `coefficients` are of the mirrored convention of this order,
+// in the local frame, and so are `light`, [light_order^2] of one channel, and the view. The moments get `moment_order`
+// bands.
 double liveRadiance(const BrdfLobe& lobe, int light_order, std::span<const double> light, int order,
                     std::span<const double> coefficients, int moment_order, Vec3d view);
 

@@ -97,8 +97,8 @@ public:
     // A hash of what finer receivers of the cell see that begins at this point of a refined tile; 0 without any.
     std::uint64_t finerKey(const HeightRefined& refined, int row, int column) const;
     // Writes normals and tangents (in the frame of the field) and numbers of points [first_column,
-    // first_column + normals.size()) of a row of the field: coefficients[p * stride + i]. At most kMaxPoints at once. `refined`
-    // is of a tile that has them, or null: then only receivers count. Allocates nothing.
+    // first_column + normals.size()) of a row of the field: coefficients[p * stride + i]. At most kMaxPoints at once.
+    // `refined` is of a tile that has them, or null: then only receivers count. Allocates nothing.
     static constexpr std::size_t kMaxPoints = 128;
     void coefficients(const HeightField& field, int row, int first_column, std::span<Vec3> normals,
                       std::span<Vec3> tangents, std::size_t stride, std::span<float> coefficients,
