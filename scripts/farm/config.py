@@ -123,6 +123,11 @@ def list_of(kind):
     return check
 
 
+def names(key, value, folder):
+    """Takes a list of names, or text with commas between them."""
+    return list_of(text)(key, value, folder) if isinstance(value, list) else text(key, value, folder)
+
+
 def map_of(kind):
     def check(key, value, folder):
         if not isinstance(value, dict) or not value:
@@ -193,7 +198,9 @@ def slots(key, value, folder):
 BAKE = dict(order=number(1, True), rays=number(16, True), seed=number(0, True), bias=number(0), precision=one_of("f32", "f16"),
             ground=either(number(-1e9), True, False), poses=either(a_file, "auto"), units=word, up=one_of("y", "z"),
             cache_fps=number(0.001), blocks=number(1, True), two_sided=one_of(True, False), occluder=list_of(an_occluder), inputs=a_file,
+            nodes=names, without=names, crease=number(0), split_angle=number(0), one_sided=one_of(True, False),
             local=one_of(True, False), local_steps=number(1, True), local_order=number(5, True))
+MESHES = ("nodes", "without", "crease", "split_angle", "one_sided")  # fields and poses take these from bake
 FIELDS = dict(rays=number(16, True), seed=number(0, True), cells=number(4, True), megabytes=number(0.01), fade=number(1e-6))
 MODELS = ("linear", "quadratic", "neural", "additive")
 FIT = dict(model=one_of(*MODELS, "composed"), local_model=one_of(*MODELS), parts=either(number(1, True), "auto"),

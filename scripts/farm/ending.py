@@ -13,6 +13,9 @@ def sentence(error):
         return f"{error.filename}: {error.strerror}" if error.filename is not None else error.strerror
     if isinstance(error, (ConfigError, ForeignFile)):
         return str(error)
+    if isinstance(error, ModuleNotFoundError) and error.name:
+        name = error.name.split(".")[0]
+        return f"needs the Python module {name} (apt-get install python3-{name.lower()})"
     where = traceback.extract_tb(error.__traceback__)[-1]
     return f"{type(error).__name__}: {error} ({os.path.basename(where.filename)}, line {where.lineno}); PENUMBRA_TRACEBACK=1 shows more"
 

@@ -14,10 +14,6 @@ import sys
 import tempfile
 import time
 
-import h5py
-import numpy as np
-from PIL import Image, ImageDraw, ImageFont
-
 sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.realpath(__file__))))
 from farm.ending import end_with
 from farm.stamps import write_whole
@@ -25,6 +21,14 @@ from usage import ArgumentParser
 
 BAR = 24  # pixels of a line of text
 GREY = (58, 60, 64, 255)
+
+
+def import_modules():
+    """Imports the modules of other packages here, where end_with() tells of a missing one."""
+    global h5py, np, Image, ImageDraw, ImageFont
+    import h5py
+    import numpy as np
+    from PIL import Image, ImageDraw, ImageFont
 
 
 def run(*words):
@@ -116,6 +120,7 @@ def main():
     parser.add_argument("--report", type=pathlib.Path)
     parser.add_argument("-o", "--output", type=pathlib.Path, required=True)
     arguments = parser.parse_args()
+    import_modules()
     start = time.monotonic()
     exposure_of = exposures(arguments.light)
     with tempfile.TemporaryDirectory() as name:

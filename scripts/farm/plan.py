@@ -9,7 +9,7 @@ import sys
 from dataclasses import dataclass
 from urllib.parse import unquote
 
-from farm.config import ROOT, ConfigError, chooses_poses, files_of, is_composed, parts_of
+from farm.config import MESHES, ROOT, ConfigError, chooses_poses, files_of, is_composed, parts_of
 from farm.shards import ClipShards, figure
 from farm.stamps import Digests, digest_of, label, nameless, names_in, read_stamp, remembered, tool_version, write_whole
 
@@ -41,6 +41,11 @@ PATTERNS = {
 ORDER = ("brdf", "light", "fields", "poses", "bake", "shard", "clip", "merge", "fit", "predict", "truth", "pack", "check", "sheet", "index")
 
 
+def escaped(name):
+    """Returns a name as it stands in a list with commas between."""
+    return str(name).replace("\\", "\\\\").replace(",", "\\,")
+
+
 def options(values):
     """Turns {"max_error": 0.1, "ground": True} into words of a command line."""
     words = []
@@ -53,8 +58,13 @@ def options(values):
         elif key == "occluder":
             words += [word for mesh in value for word in (name, mesh)]
         else:
-            words += [name] if value is True else [name, ",".join(value) if isinstance(value, list) else str(value)]
+            words += [name] if value is True else [name, ",".join(map(escaped, value)) if isinstance(value, list) else str(value)]
     return words
+
+
+def mesh_options(rig):
+    """Returns which meshes a bake reads, and how, for the programs that must read the same ones."""
+    return options({key: rig["bake"][key] for key in MESHES if key in rig["bake"]})
 
 
 def read_by_bake(rig):
@@ -125,7 +135,7 @@ class Planner:
         """Adds the choice of poses of a rig. Their bake is to end within the minutes of its job."""
         words = [self.program("penumbra-bake"), "poses", *rig["files"], *options({key: rig[key] for key in ("clips", "fps") if key in rig}),
                  *options({"holdout": rig["holdout"], "auto": True, "minutes": needs_of(self.farm, "bake")["minutes"]}),
-                 *options({key: rig["bake"][key] for key in ("rays", "seed") if key in rig["bake"]})]
+                 *options({key: rig["bake"][key] for key in ("rays", "seed") if key in rig["bake"]}), *mesh_options(rig)]
         files = [file for path in rig["files"] for file in files_of(path)]
         self.ask(f"rigs.{name}.bake.poses", [*words, "-o", ".farm/probe.poses.h5", "--dry-run"], files)
         return self.add("poses", {"rig": name}, words, sources=files)
@@ -216,7 +226,7 @@ class Planner:
         """Adds the fields of a rig whose model is composed. Returns the files of fields that the fit reads."""
         if not is_composed(rig):
             return []
-        words = [self.program("penumbra-bake"), "fields", *rig["files"], *options(rig["fields"])]
+        words = [self.program("penumbra-bake"), "fields", *rig["files"], *options(rig["fields"]), *mesh_options(rig)]
         files = [file for path in rig["files"] for file in files_of(path)]
         said = self.ask(f"rigs.{name}.fields", [*words, "-o", ".farm/probe.fields.h5", "--dry-run"], files)
         if int(figure(f"rigs.{name}.fields", r"(\d+) of", said)) < 2:
@@ -295,11 +305,16 @@ def needs_of(farm, rule):
     return farm.jobs["bake" if rule in ("shard", "clip") else rule]
 
 
+def ranges_of(job):
+    """Returns the shards that a merge deletes: those of ranges of frames, whose stamps stay. A shard that was merged is
+    not baked again. Shards of clips stay, because the next merge may need them beside others."""
+    return [path for path in job.inputs if path.split(os.sep)[1:2] == ["shards"]] if job.rule == "merge" else []
+
+
 def line_of(job):
-    """Returns a job as a line of shell, for queues of commands. A merge deletes shards of ranges of frames, whose
-    stamps stay: a shard that was merged is not baked again."""
+    """Returns a job as a line of shell, for queues of commands."""
     line = shlex.join(stamped(job, *(["--merged", job.merged] if job.merged else [])))
-    gone = [path for path in job.inputs if path.split(os.sep)[1:2] == ["shards"]] if job.rule == "merge" else []
+    gone = ranges_of(job)
     return line + " && rm -f -- " + shlex.join(gone) if gone else line
 
 

@@ -72,7 +72,7 @@ class ClipShards:
             files = [self.rig["files"][0], file]
             clips, frames = self.ask(files)
             groups.append(Group(self.key(file), files, clips[len(own):], frames - own_frames))
-        if all_clips != [clip for group in groups for clip in group.clips] or any(set(clip) & set(",\\") for clip in all_clips):
+        if all_clips != [clip for group in groups for clip in group.clips]:
             return []
         groups = [self.chosen(group) for group in groups]
         keys = {group.key for group in groups}  # files with the same bytes have one key

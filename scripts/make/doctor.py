@@ -1,4 +1,5 @@
 """`penumbra doctor`: what is installed and what is missing, and with a file what would go wrong with it."""
+import json
 import os
 import platform
 import re
@@ -7,7 +8,8 @@ import tempfile
 
 from farm.config import files_of
 from make import pictures, programs
-from make.failure import INVALID, UNREADABLE, Failure
+from make.failure import INVALID, Failure
+from make.make import missing
 
 # The scripts of farms run with /usr/bin/python3. Python module or program -> (package of Debian, what needs it)
 MODULES = {"yaml": ("python3-yaml", "farms"), "numpy": ("python3-numpy", "pictures of farms"),
@@ -99,8 +101,11 @@ def drawing():
 
 
 def packages():
+    python = os.access("/usr/bin/python3", os.X_OK)
+    if not python:
+        line("missing", "/usr/bin/python3, for farms")
     for module, (package, use) in MODULES.items():
-        if programs.ask("/usr/bin/python3", "-c", f"import {module}").returncode != 0:
+        if python and programs.ask("/usr/bin/python3", "-c", f"import {module}").returncode != 0:
             line("missing", f"{package}, for {use} (apt-get install {package})")
     for tool, (package, use) in TOOLS.items():
         if not shutil.which(tool):
@@ -118,55 +123,76 @@ def check_machine():
     return wrong
 
 
-def check_file(path):
-    """Says what would go wrong with a file. Returns whether something stops `penumbra make`."""
-    if not files_of(path):
-        raise Failure(f"{path}: no such file", UNREADABLE)
-    if os.path.isfile(path) and pictures.kind_of(path):
+def facts_of(said, names):
+    """Prints these facts of what `penumbra-bake info` said. Returns all of them."""
+    found = dict(re.findall(r"^(\w+) +(\S.*)$", said, re.M))
+    for name in names:
+        if name in found:
+            text = found[name] + (" m" if name == "size" else "")
+            line(name, text if len(text) < 100 else text[:97] + "...")
+    return found
+
+
+def is_own(path):
+    """Prints what is in a picture or in a file of ours. Tells whether this is one, and no mesh and no clips."""
+    if not os.path.isfile(path):
+        return False
+    if pictures.kind_of(path):
         for name, text in pictures.describe(path):
             line(name, text)
-        return 0
-    bake = programs.find("penumbra-bake")
-    known = programs.ask(bake, "info", path)
-    if known.returncode != 0:
-        line("cannot be read", programs.complaint(known).removeprefix("penumbra-bake: "))
-        return 1
-    found = dict(re.findall(r"^(\w+) +(\S.*)$", known.stdout, re.M))
-    for name in ("format", "vertices", "triangles", "size", "slots", "joints"):
-        if name in found:
-            line(name, found[name] if len(found[name]) < 100 else found[name][:97] + "...")
-    if found.get("format") not in ("rig", "point cache"):
-        return 0
-    return check_rig(bake, path, found, known.stdout)
+        return True
+    known = programs.ask(programs.find("penumbra-bake"), "info", path)
+    if known.returncode != 0 or re.search("^format +(rig|point cache)$", known.stdout, re.M):
+        return False
+    facts_of(known.stdout, ("format", "vertices", "triangles"))
+    return True
 
 
-def check_rig(bake, path, found, said):
-    notes = said.partition("\nnotes")[2].splitlines()
-    warned = [note.strip().lstrip("- ").removeprefix(path + ": ") for note in notes if note.strip(" -")]
+def check_rig(files):
+    """Says what would go wrong with a mesh and the files of its clips. Returns whether something stops `make`."""
+    bake, said = programs.find("penumbra-bake"), ""
+    for path in files:
+        known = programs.ask(bake, "info", path) if os.path.isfile(path) else None
+        if known and known.returncode == 0:
+            said += known.stdout
+            if path == files[0]:
+                facts_of(said, ("format", "vertices", "triangles", "size", "slots", "joints"))
     with tempfile.TemporaryDirectory() as folder:
-        dry = programs.ask(bake, "visibility", path, "--rays", "256", "-o", os.path.join(folder, "x.vis.h5"), "--dry-run")
+        dry = programs.ask(bake, "visibility", *files, "--rays", "256", "-o", os.path.join(folder, "x.vis.h5"), "--dry-run")
     if dry.returncode != 0:
         line("cannot be baked", programs.complaint(dry).removeprefix("penumbra-bake: "))
         return 1
-    warned += [text for text in re.findall(r"^penumbra-bake: warning: (.*)$", dry.stderr, re.M)]
-    clips = re.findall(r"^\s+-\s+name (.*), (?:seconds|keys) ", said, re.M)
-    line("clips", f"{len(clips)}: {', '.join(clips)}"[:110])
-    for text in dry.stdout.splitlines():
-        if text.startswith("estimate"):
-            line("bake, all keys", text.removeprefix("estimate from a ").strip())
-    if len(clips) == 1:
+    clips = json.loads(re.search("^clips: (.*)$", dry.stdout, re.M)[1])
+    still = dry.stdout.startswith("1 frames ")
+    line("clips", "none" if still else f"{len(clips)}: {', '.join(clips)}"[:110])
+    if found := re.search("^estimate from a probe of [^:]*: (.*)$", dry.stdout, re.M):
+        line("bake, all keys", found[1])
+    if still:
+        line("note", "a single pose: nothing is held out; files of clips may stand behind a rig")
+    elif len(clips) == 1:
         line("note", "a single clip: blocks of it are held out; more clips make a better model")
-    elif not clips:
-        line("note", "no clips: the rest pose alone is baked; give files of clips behind this one")
+    warn(said, dry.stderr, files)
+    return 0
+
+
+def warn(said, complaints, files):
+    """Prints each warning once: the notes that `info` said, and the complaints of a bake."""
+    notes = re.findall(r"^(?:notes| +-) +(?!name )(\S.*)$", said, re.M)
+    warned = [*notes, *re.findall(r"^penumbra-bake: warning: (.*)$", complaints, re.M)]
+    for path in files:
+        warned = [part for text in warned for part in text.removeprefix(path + ": ").split(f", {path}: ")]
     for text in dict.fromkeys(warned):
-        line("warning", text.removeprefix(path + ": "))
+        line("warning", text)
     if not warned:
         line("warnings", "none")
-    return 0
 
 
 def doctor(files):
     """Returns the exit code."""
     if not files:
         return INVALID if check_machine() else 0
-    return INVALID if sum(check_file(path) for path in files) else 0
+    for path in files:
+        if not files_of(path):
+            raise missing(path)
+    rig = [path for path in files if not is_own(path)]
+    return INVALID if rig and check_rig(rig) else 0

@@ -37,15 +37,24 @@ def truth_of(output):
     return os.path.join(work_folder(output), PATTERNS["truth"].format(rig=name_of(output)))
 
 
+def missing(path):
+    """Returns the failure of a path that names no file."""
+    return Failure(f"{path}: {'is a folder without numbered files' if os.path.isdir(path) else 'no such file'}", UNREADABLE)
+
+
 def check_files(request):
     for path in request.files:
         if not files_of(path):
-            raise Failure(f"{path}: {'is no file' if os.path.exists(path) else 'no such file'}", UNREADABLE)
+            raise missing(path)
     folder = os.path.dirname(request.output)
     if not os.path.isdir(folder):
         raise Failure(f"{folder}: no such folder; make it, or give another -o", UNREADABLE)
     if not os.access(folder, os.W_OK):
         raise Failure(f"{folder}: cannot be written to; give another place with -o", UNREADABLE)
+    if not os.path.isdir(work_folder(request.output)):
+        for path in (request.output, page_of(request.output)):
+            if os.path.exists(path):
+                raise Failure(f"{path}: is there already, and was not made here; give another -o, or delete it", UNREADABLE)
 
 
 def plainly(error):
@@ -61,7 +70,7 @@ def plainly(error):
 
 
 def make(request):
-    """Makes the asset. Returns (seconds of the first picture or None, number of jobs that ran)."""
+    """Makes the asset and its page."""
     check_files(request)
     place, folder = programs.folder(), work_folder(request.output)
     for name in programs.NAMES:
@@ -69,11 +78,16 @@ def make(request):
     try:
         os.makedirs(folder, exist_ok=True)
         with lock(folder) as held:
-            return run_all(request, folder, place, held)
+            try:
+                return run_all(request, folder, place, held)
+            except ConfigError:
+                if os.listdir(folder) == [".farm"]:
+                    shutil.rmtree(folder)
+                raise
     except ConfigError as error:
-        if os.listdir(folder) == [".farm"]:
-            shutil.rmtree(folder)
         raise Failure(plainly(error), exit_code(error)) from None
+    except BrokenPipeError:  # nobody reads what is told
+        raise
     except OSError as error:
         raise Failure(f"{error.filename or folder}: {error.strerror}", UNREADABLE) from None
 

@@ -13,10 +13,10 @@ from make.failure import INVALID, UNREADABLE, Failure
 PNG_CHANNELS = {0: "grey", 2: "red, green, blue", 3: "palette", 4: "grey, alpha", 6: "red, green, blue, alpha"}
 
 
-def head_of(path):
+def head_of(path, size=1 << 16):
     try:
         with open(path, "rb") as file:
-            return file.read(1 << 16)
+            return file.read(size)
     except OSError as error:
         raise Failure(f"{path}: {error.strerror}", UNREADABLE) from None
 
@@ -42,15 +42,16 @@ def jpeg(head):
 
 
 def hdr(head):
-    found = re.search(rb"([-+])(Y) (\d+) ([-+])(X) (\d+)\n", head)
-    return {"kind": "Radiance HDR", "size": (int(found[6]), int(found[3])), "channels": "red, green, blue", "bits": 32}
+    found = re.search(rb"[-+]([XY]) (\d+) [-+]([XY]) (\d+)\n", head)
+    sides = {found[1]: int(found[2]), found[3]: int(found[4])}
+    return {"kind": "Radiance HDR", "size": (sides[b"X"], sides[b"Y"]), "channels": "red, green, blue", "bits": 32}
 
 
 def exr(head):
     at, found = 8, {}
     while head[at]:
-        name, kind, rest = head[at:].split(b"\0", 2)
-        at += len(name) + len(kind) + 2
+        end = head.index(b"\0", at)
+        name, at = head[at:end], head.index(b"\0", end + 1) + 1
         size = struct.unpack("<i", head[at:at + 4])[0]
         found[name.decode()] = head[at + 4:at + 4 + size]
         at += 4 + size
@@ -95,9 +96,9 @@ def describe(path):
     if reader is None:
         return None
     try:
-        found = reader(head_of(path))
+        found = reader(head_of(path, 1 << 26))  # cameras put previews before the size
     except (struct.error, IndexError, KeyError, TypeError, ValueError, UnicodeDecodeError):
-        raise Failure(f"{path}: is no whole picture", INVALID) from None
+        raise Failure(f"{path}: its head is damaged or cut short", INVALID) from None
     width, height = found["size"]
     lines = [("file", path), ("bytes", os.path.getsize(path)), ("format", found["kind"]), ("size", f"{width} x {height}"),
              ("channels", found["channels"]), ("bits", found["bits"])]

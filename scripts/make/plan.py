@@ -2,14 +2,15 @@
 import os
 import re
 
-from farm.config import NAME, RESERVED, Farm, check_config
-from farm.plan import PATTERNS, Planner, report_of
+from farm.config import MESHES, NAME, RESERVED, ConfigError, Farm, check_config
+from farm.plan import PATTERNS, Planner, options, report_of
 from farm.stamps import Digests
 from make import survey as surveys
 from make.efforts import BYTES_PER_VERTEX, EFFORTS, FEWEST_VERTICES, PRECISION
 
 CLAY = "lambert:color=0.75/0.7/0.65"  # for meshes whose file describes no materials
 SKY = "sky:elevation=40,turbidity=3"
+READING = [f"bake.{key}" for key in ("up", "units", *MESHES)]  # settings that say how the files are read
 CAMERA = "yaw=35,pitch=12"
 IN_BAKE = re.compile(r"^\s+-\s+name (.*), frames (\d+), from_seconds", re.M)
 
@@ -41,8 +42,8 @@ def light_of(words):
     """Returns (name, keys of a farm's light) of what --light says: a picture, or a text as of --analytic."""
     if words is None:
         return "sky", {"analytic": SKY, "factor": True}
-    if not os.path.exists(words) and re.fullmatch(r"[a-z]+(:[^/].*)?", words) and "." not in words.split(":")[0]:
-        return name_of(words.split(":")[0]), {"analytic": words, "factor": True}
+    if not os.path.exists(words) and re.fullmatch(r"[a-z]+([:+][^/].*)?", words) and "." not in words.split(":")[0]:
+        return name_of(re.split("[:+.]", words)[0]), {"analytic": words, "factor": True}
     return name_of(words), {"picture": os.path.abspath(words), "factor": True, "order": 5}
 
 
@@ -51,6 +52,8 @@ def put(config, path, value):
     *folders, last = path.split(".")
     for name in folders:
         config = config.setdefault(name, {})
+        if not isinstance(config, dict):
+            raise ConfigError(f"{path}: no such key")
     config[last] = value
 
 
@@ -70,14 +73,15 @@ class MakePlan:
                   "lights": {self.light: light}, "jobs": {"bake": {"minutes": 60}}}
         if programs:
             config["programs"] = programs
-        self.planner.farm = check_config(config, os.path.join(folder, "make"))
+        self.planner.farm = check_config(config, os.path.abspath("make"))  # its paths are as in the shell
         self.planner.farm.programs = programs
         self.light_words = light.get("analytic") or light["picture"]
 
     def rig_config(self):
         """Returns the keys of a farm's rig that the files, the effort and the options ask for."""
         request, effort = self.request, self.effort
-        source = [word for key, value in request.settings for word in (f"--{key[5:]}", str(value)) if key in ("bake.up", "bake.units")]
+        read = {key: value for key, value in request.settings if key in READING}
+        source = options({key.removeprefix("bake."): value for key, value in read.items()})
         self.survey = found = surveys.survey(self.planner, request.files, source)
         clips = surveys.spread(list(found.clips), effort.clips)
         wanted = [clip for clip in request.holdout or [] if clip in found.clips]
@@ -95,11 +99,13 @@ class MakePlan:
         if blocks > 1:
             config["bake"]["blocks"] = blocks
         if found.is_cache:
-            config["bake"]["two_sided"] = True
+            config["bake"]["two_sided"] = read.get("bake.one_sided") is not True
         elif found.parts > 1:
             config["fit"]["model"] = "composed"
             if effort.chooses_poses and holdout and blocks == 1 and len(clips) - len(holdout) >= 2:
                 config["bake"]["poses"] = "auto"
+            elif effort.chooses_poses:
+                self.facts.append("No poses were chosen: this needs a held-out clip and two clips to train on.")
         if found.slots:
             config["pack"].update(materials_of=request.files[0], textures="embed")
         for key, value in request.settings:

@@ -10,7 +10,7 @@ import sys
 import time
 
 from farm.child import stop_with_parent
-from farm.plan import stamped
+from farm.plan import ranges_of, stamped
 from farm.stamps import Digests, ForeignFile, read_stamp, remove, why_stale, write_whole
 from make.failure import FAILED, INVALID, Failure
 
@@ -82,7 +82,7 @@ class Runner:
         try:
             return why_stale(self.folder, job.output, job.command, [*job.inputs, *job.sources], digests, temporary=bool(gone))
         except ForeignFile as error:
-            raise Failure(f"{os.path.join(self.folder, job.output)}: {error}", INVALID) from None
+            raise Failure(os.path.join(self.folder, str(error)), INVALID) from None
         except FileNotFoundError:
             return "an input is not there"
         finally:
@@ -100,7 +100,7 @@ class Runner:
             self.progress.done += COSTS.get(job.rule, 1)
             self.progress.show(job.rule, 0, 0)
             if job.rule == "merge":
-                for piece in job.inputs:
+                for piece in ranges_of(job):
                     remove(os.path.join(self.folder, piece))
 
     def run_job(self, job):

@@ -2,6 +2,7 @@
 sampled, which clip is held out, which model. The farm's planner asks all questions and remembers the answers."""
 import json
 import math
+import os
 import re
 from dataclasses import dataclass
 
@@ -32,6 +33,10 @@ def survey(planner, files, source):
     found = Survey({}, False, 1, files[0].lower().endswith(MATERIALS), vertices)
     lengths = {}
     for path in files:
+        if not os.path.isfile(path):  # numbered files, one frame each
+            found.is_cache |= path == files[0]
+            lengths.setdefault(names[0], (len(files_of(path)) - 1) / CACHE_RATE)
+            continue
         try:
             text = planner.ask("make", [bake, "info", path], files_of(path))
         except ConfigError:  # a file of clips alone
@@ -41,7 +46,7 @@ def survey(planner, files, source):
             lengths.setdefault(name, float(value) if unit == "seconds" else (float(value) - 1) / CACHE_RATE)
     found.clips = {name: lengths.get(name, 1.0) for name in names}
     if not found.is_cache:
-        text = planner.ask("make", [bake, "fields", *files, "-o", ".farm/probe.fields.h5", "--dry-run"], read)
+        text = planner.ask("make", [bake, "fields", *files, *source, "-o", ".farm/probe.fields.h5", "--dry-run"], read)
         found.parts = int(re.match(r"(\d+) of", text)[1])
     return found
 

@@ -1,6 +1,7 @@
 """The command line of `penumbra`: its verbs, and which program does the work of each."""
 import difflib
 import os
+import re
 import sys
 
 from make import doctor, make, pictures, programs
@@ -46,10 +47,19 @@ def make_parser():
     parser.add_argument("--holdout", action="append", metavar="CLIP", help="clips that the model may not see, to measure it on; "
                         "several with commas between, auto or none (default: auto)")
     parser.add_argument("--fps", type=float, help="samples a second of the clips (default: by the effort)")
+    parser.add_argument("--nodes", action="append", metavar="NODE", help="only the meshes of these nodes and of those below them; names "
+                        "or globs; several with commas between")
+    parser.add_argument("--without", action="append", metavar="NODE", help="leave out the meshes of these nodes and of those below "
+                        "them; several with commas between")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="a key of a farm's rig (docs/farm.md), as "
                         "in bake.rays=512 or bake.up=z; or of its light, as in light.layout=angular")
     parser.add_argument("-q", "--quiet", action="store_true", help="no messages but errors")
     return parser
+
+
+def names_of(text):
+    """Splits names at commas, but not at \\, (docs/clips.md)."""
+    return [re.sub(r"\\([\\,])", r"\1", name) for name in re.findall(r"(?:\\[\\,]|[^,])+", text)]
 
 
 def request_of(words):
@@ -59,11 +69,12 @@ def request_of(words):
     output = given.output or os.path.basename(given.files[0].rstrip("/")).split(".")[0] + ".pnb"
     if not output.endswith(".pnb") or os.path.basename(output) == ".pnb":
         raise Failure(f"-o: takes a name that ends with .pnb, not '{output}'", USAGE)
-    clips = [clip for text in given.holdout or [] for clip in text.split(",")]
+    clips = [clip for text in given.holdout or [] for clip in names_of(text)]
+    chosen = [(f"bake.{key}", ",".join(texts)) for key in ("nodes", "without") if (texts := getattr(given, key))]
     holdout = None if not clips or clips == ["auto"] else [] if clips == ["none"] else clips
     light = given.light
     return make.Request([os.path.abspath(path) for path in given.files], os.path.abspath(output), light, given.effort, holdout,
-                        given.fps, [make.setting(text) for text in given.set], given.quiet)
+                        given.fps, [*chosen, *(make.setting(text) for text in given.set)], given.quiet)
 
 
 def has_screen():
@@ -75,25 +86,28 @@ def make_and_show(words):
     if len(request.files) == 1 and request.files[0].endswith(".pnb"):
         show(request.files[0])
     make.make(request)
-    show(request.output, make.truth_of(request.output))
+    show(request.output, make.truth_of(request.output), request.quiet)
 
 
-def show(asset, truth=None):
+def show(asset, truth=None, quiet=False):
     """Opens the window, where there is a screen. What was just made lies beside its page and pictures."""
     if has_screen():
         programs.become("penumbra-player", ["view", asset, *(["--truth", truth] if truth else [])])
     if not truth:
         raise Failure(f"{asset}: there is no screen for a window; penumbra render {asset} -o picture.png draws it", FAILED)
-    print("there is no screen for a window: look at the page or the pictures")
+    if not quiet:
+        print("there is no screen for a window: look at the page or the pictures")
 
 
 def info(words):
-    for path in words:
-        if os.path.isfile(path) and (lines := pictures.describe(path)):
-            for name, text in lines:
-                print(f"{name:<22} {text}")
-            return 0
-    return programs.become("penumbra-bake", ["info", *words])
+    shown = [path for path in words if os.path.isfile(path) and pictures.kind_of(path)]
+    others = [word for word in words if word not in shown]
+    if shown and any(word.startswith("-") for word in others):
+        raise Failure("info: takes no options beside a picture", USAGE)
+    for path in shown:
+        for name, text in pictures.describe(path):
+            print(f"{name:<22} {text}", flush=True)
+    return programs.become("penumbra-bake", ["info", *others]) if others or not shown else 0
 
 
 def run_doctor(words):

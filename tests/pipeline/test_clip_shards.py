@@ -3,15 +3,14 @@ nothing, and the merged bakes are those of one machine.
 
 usage: test_clip_shards.py BIN
 """
-import json
 import os
 import shutil
-import struct
 import subprocess
 import sys
 import tempfile
 
 from farm_folder import SCRIPTS, outputs_made, replace, skip_without, snakemake, write
+from glb import read_glb, write_glb
 from programs import digest
 
 sys.path.insert(0, SCRIPTS)
@@ -31,20 +30,6 @@ materials: {clay: {analytic: lambert}}
 lights: {grey: {analytic: "uniform:radiance=1"}}
 pictures: {frames: 1, size: 32}
 """ % {"files": ", ".join(f"{name}.glb" for name in CLIPS), "names": ", ".join(CLIPS)}
-
-
-def read_glb(path):
-    with open(path, "rb") as file:
-        data = file.read()
-    length = struct.unpack_from("<I", data, 12)[0]
-    return json.loads(data[20:20 + length]), data[20 + length:]
-
-
-def write_glb(path, description, rest):
-    text = json.dumps(description).encode()
-    text += b" " * (-len(text) % 4)
-    with open(path, "wb") as file:
-        file.write(b"glTF" + struct.pack("<3I", 2, 20 + len(text) + len(rest), len(text)) + b"JSON" + text + rest)
 
 
 def write_clip(path, name, source):

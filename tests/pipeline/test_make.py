@@ -10,6 +10,7 @@ import subprocess
 import sys
 import tempfile
 
+from glb import read_glb, write_glb
 from programs import BIN, digest, must, refused, run
 
 PENUMBRA = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts", "penumbra")
@@ -94,6 +95,52 @@ def cloth_and_still(folder):
         file.write("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
     said = make(still, "--effort", "draft", "-o", os.path.join(folder, "still.pnb"))
     assert "too little to hold out" in said and os.path.exists(os.path.join(folder, "still.html")), said
+    assert "a single pose: nothing is held out" in must(*PYTHON, "doctor", still)
+
+
+def numbered(folder):
+    """Numbered files are a cache, given as a folder or as a pattern."""
+    place = os.path.join(folder, "seq")
+    os.makedirs(place)
+    for i in range(12):
+        with open(os.path.join(place, f"a_{i:03}.obj"), "w") as file:
+            file.write(f"v 0 0 0\nv 1 {i / 10} 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+    quick = ["--effort", "draft", "--set", "bake.rays=16", "--fps", "24", "--light", "uniform+sun:direction=0/1/0"]
+    said = make(place, *quick, "-o", os.path.join(folder, "seq.pnb"))
+    assert "--two-sided" in said and "lights/uniform.light.h5" in said and "on: a#4" in said, said
+    pattern = os.path.join(place, "a_%03d.obj")
+    said = make(pattern, *quick, "-o", os.path.join(folder, "pattern.pnb"), "--holdout", "none")
+    assert "on: nothing, as asked" in said, said
+    assert re.search("clips +1: a", must(*PYTHON, "doctor", pattern))
+
+
+def files_of_clips(folder):
+    """A file of clips that changed bakes its own shards again, and no others. Names of clips may have commas."""
+    description, rest = read_glb(os.path.join(SAMPLES, "bend.glb"))
+    files = [os.path.join(folder, name) for name in ("rig.glb", "a.glb", "b.glb")]
+    animations, whole = description["animations"], {key: value for key, value in description.items() if key != "animations"}
+    bare = {key: value for key, value in whole.items() if key not in ("meshes", "skins")}
+    bare["nodes"] = [{key: value for key, value in node.items() if key not in ("mesh", "skin")} for node in whole["nodes"]]
+    write_glb(files[0], whole, rest)
+    write_glb(files[1], bare | {"animations": [animations[0] | {"name": "run, fast"}]}, rest)
+    write_glb(files[2], bare | {"animations": [animations[1] | {"name": "walk"}]}, rest)
+    words = [*files, *QUICK, "--fps", "4", "--set", "shards=4", "--holdout", "run\\, fast", "-o", os.path.join(folder, "clips.pnb")]
+    assert len([path for path in made(make(*words)) if "/clips/" in path]) == 4
+    said = must(*PYTHON, "doctor", *files)
+    assert "2: run, fast, walk" in said and "cannot" not in said, said
+    write_glb(files[2], bare | {"animations": [animations[2] | {"name": "walk"}]}, rest)
+    outputs = made(make(*words))
+    assert len([path for path in outputs if "/clips/" in path]) == 2 and "clips/clips.vis.h5" in outputs, outputs
+
+
+def chosen_meshes(folder):
+    """Meshes are chosen by their nodes, and paths of --set are those of the shell."""
+    with open(os.path.join(folder, "body.obj"), "w") as file:
+        file.write("v 5 0 0\nv 6 0 0\nv 5 1 0\nf 1 2 3\n")
+    result = run(*PYTHON, "make", os.path.join(SAMPLES, "props.glb"), *QUICK, "--without", "sword,shield", "--set",
+                 'bake.occluder=["body.obj"]', "-o", "props.pnb", cwd=folder)
+    assert result.returncode == 0 and "--without sword,shield" in result.stdout and "--occluder" in result.stdout, result
+    assert "sword" not in must(*PYTHON, "info", os.path.join(folder, "props.pnb"))
 
 
 def verbs(folder):
@@ -103,6 +150,8 @@ def verbs(folder):
     must(*PYTHON, "render", asset, "--size", "32x32", "-o", picture)
     text = must(*PYTHON, "info", picture)
     assert "32 x 32" in text and "alpha" in text, text
+    assert must(*PYTHON, "info", picture, picture).count("32 x 32") == 2
+    refused(1, "takes no options", *PYTHON, "info", picture, "-q")
     assert "clips" in must(*PYTHON, "info", os.path.join(SAMPLES, "bend.glb"))
     assert "penumbra-player view" in must(*PYTHON, "help", "view") and "--effort" in must(*PYTHON, "make", "--help")
     said = must(*PYTHON, "doctor", os.path.join(SAMPLES, "bend.glb"))
@@ -119,10 +168,16 @@ def rubbish(folder):
     broken = os.path.join(folder, "broken.glb")
     with open(broken, "wb") as file:
         file.write(open(rig, "rb").read()[:3000])
+    empty = os.path.join(folder, "empty")
+    os.makedirs(empty)
+    with open(os.path.join(folder, "foreign.html"), "w") as file:
+        file.write("of others")
     for code, part, words in [
             (1, "FILE", ["make"]), (1, "did you mean view", ["veiw"]), (2, "no such file", ["nope.glb"]), (1, "no verb", ["help", "x"]),
             (3, "cut short", ["make", broken, *out]), (3, "no clip 'nope'", ["make", rig, "--holdout", "nope", *out]),
             (3, "did you mean rays", ["make", rig, "--set", "bake.rayz=9", *out]), (1, "KEY=VALUE", ["make", rig, "--set", "x", *out]),
+            (3, "bake.rays.x: no such key", ["make", rig, "--set", "bake.rays.x=1", *out]),
+            (2, "numbered files", ["doctor", empty]), (2, "another -o", ["make", rig, "-o", os.path.join(folder, "foreign.pnb")]),
             (2, "--light: no such file", ["make", rig, "--light", "nope.exr", *out]), (1, "--fps", ["make", rig, "--fps", "0"]),
             (3, "no light 'blub'", ["make", rig, "--light", "blub:x=1", *out]), (1, ".pnb", ["make", rig, "-o", "x.txt"]),
             (2, "no such folder", ["make", rig, "-o", os.path.join(folder, "no", "x.pnb")]), (2, "no such file", ["doctor", "nope"])]:
@@ -139,7 +194,8 @@ def main():
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         os.environ.pop(name, None)
     with tempfile.TemporaryDirectory() as folder:
-        for check in (whole_run, changed_light, killed, composed, cloth_and_still, verbs, rubbish):
+        for check in (whole_run, changed_light, killed, composed, cloth_and_still, numbered, files_of_clips, chosen_meshes, verbs,
+                      rubbish):
             start = os.times().children_user
             check(folder)
             print(f"{check.__doc__.splitlines()[0]} ({os.times().children_user - start:.1f} s)", flush=True)
