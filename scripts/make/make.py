@@ -39,7 +39,8 @@ def truth_of(output):
 
 def missing(path):
     """Returns the failure of a path that names no file."""
-    return Failure(f"{path}: {'is a folder without numbered files' if os.path.isdir(path) else 'no such file'}", UNREADABLE)
+    what = "is a folder without numbered files" if os.path.isdir(path) else "no such file"
+    return Failure(f"{path}: {what}", UNREADABLE)
 
 
 def check_files(request):
@@ -54,7 +55,7 @@ def check_files(request):
     if not os.path.isdir(work_folder(request.output)):
         for path in (request.output, page_of(request.output)):
             if os.path.exists(path):
-                raise Failure(f"{path}: is there already, and was not made here; give another -o, or delete it", UNREADABLE)
+                raise Failure(f"{path}: is there, and was not made here; give another -o, or delete it", UNREADABLE)
 
 
 def plainly(error):

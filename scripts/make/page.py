@@ -83,7 +83,8 @@ def describe(plan, runner, jobs, request):
     figures = lambda rule: reports[by_rule[rule].output].get("figures", {})
     warned = warnings(folder, runner, jobs)
     rig = plan.planner.farm.rigs[plan.rig]
-    held = ", ".join(rig["holdout"]) or ("nothing, as asked" if request.holdout == [] else "nothing, as there is too little to hold out")
+    nothing = "nothing, as asked" if request.holdout == [] else "nothing, as there is too little to hold out"
+    held = ", ".join(rig["holdout"]) or nothing
     facts = [f"Made of {', '.join(os.path.basename(path) for path in request.files)} by penumbra make --effort {request.effort}.",
              f"Held out to measure the asset on: {held}.", *plan.facts]
     held_out = figures("check").get("held_out", {})
