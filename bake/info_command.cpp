@@ -71,7 +71,7 @@ void runInfo(const InfoCommand& command, const CommonOptions&, Report& report) {
 
 Verb infoVerb() {
     return verbOf<InfoCommand, const InfoCommand>(
-        "info", "What is in a Penumbra file of any kind, who made it and from what.", defineInfo, runInfo);
+        "info", "Tells what is in a Penumbra file of any kind, who made it and from what.", defineInfo, runInfo);
 }
 
 }  // namespace penumbra

@@ -259,9 +259,10 @@ void printComposed(const FitReport& fit) {
     }
     std::printf("near parts: %s", composed.near_kept ? "kept" : "none");
     if (composed.near)
-        std::printf("; blocked cross-validation leaves %.4f with them, %.4f without; hidden vertices %.4f, opened %.4f",
-                    composed.near->with_near, composed.near->local_alone, composed.near->hidden_learned,
-                    composed.near->hidden_opened);
+        std::printf(
+            "; blocked cross-validation leaves %.4f with them, %.4f without; hidden vertices learned %.4f, opened %.4f",
+            composed.near->with_near, composed.near->local_alone, composed.near->hidden_learned,
+            composed.near->hidden_opened);
     std::printf("\n");
     std::printf("residual model: %s; it leaves %.4f of the residual in blocked cross-validation\n",
                 composed.residual_kept ? "kept"

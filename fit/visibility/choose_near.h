@@ -11,8 +11,8 @@ struct NearChoice {
     std::optional<NearReport> report;  // where cross-validation chose
 };
 // Gives the model near parts with gains of 1, if they are asked for (FitOptions::near) or if cross-validation prefers
-// them. Vertices that other parts hide are opened unless cross-validation shows that it costs more than half a percent
-// of the error. A deforming mesh never has near parts.
+// them. Vertices that other parts hide are opened unless cross-validation shows that it costs more than a percent of
+// the error. A deforming mesh never has near parts.
 NearChoice chooseNearParts(const FitJob& job, Model& model);
 
 }  // namespace penumbra

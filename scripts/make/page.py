@@ -115,13 +115,11 @@ def embed(text, folder):
 
 
 def write_if_new(path, content):
-    """Writes a file unless it has this content already. Tells whether it did."""
-    mode = "rb" if isinstance(content, bytes) else "r"
+    """Writes a text file unless it has this content already."""
     try:
-        with open(path, mode) as file:
+        with open(path) as file:
             if file.read() == content:
-                return False
+                return
     except (OSError, ValueError):
         pass
     write_whole(path, content)
-    return True

@@ -100,6 +100,8 @@ def check_near(vis, fields, folder):
     assert figures["composed"].keys() == found["off"]["composed"].keys() - {"far_sample"}, figures
     assert digest(quick) == digest(os.path.join(folder, "near_off.model.h5"))
     two = found["auto"]["composed"]["near_cross_validated_relative_error"]
+    assert two["with_near_parts"] in (two["hidden_learned"], two["hidden_opened"]), two
+    assert two["with_near_parts"] <= 1.01 * two["hidden_learned"], two
     chosen = "on" if two["with_near_parts"] < two["local_alone"] else "off"
     assert found["auto"]["held_out"] == found[chosen]["held_out"], (found, two)
     for word, value in (("--near", "on"), ("--compared-vertices", "0")):

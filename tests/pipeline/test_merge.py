@@ -110,6 +110,21 @@ def check_choices(folder):
     assert digest(merged) == digest(listed)
 
 
+def check_standing(folder):
+    """Numbered files of which two have the same bytes: a mesh that stands still for a moment."""
+    os.mkdir(os.path.join(folder, "seq"))
+    for i, height in enumerate((1, 2, 2, 3)):
+        write_bytes(os.path.join(folder, "seq", f"s_{i}.obj"),
+                    b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 %d\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n" % height)
+    mesh = os.path.join(folder, "seq", "s_%d.obj")
+    cache = lambda name, *words: good("visibility", mesh, "-o", os.path.join(folder, name), "-q", "--rays", 16, "--order", 2, *words)
+    cache("whole.vis.h5")
+    for i, frames in enumerate(("0:2", "2:4")):
+        cache(f"s{i}.vis.h5", "--frames", frames)
+    good("merge", *(os.path.join(folder, f"s{i}.vis.h5") for i in range(2)), "-o", os.path.join(folder, "merged.vis.h5"))
+    assert digest(os.path.join(folder, "merged.vis.h5")) == digest(os.path.join(folder, "whole.vis.h5"))
+
+
 def count_frames(path):
     with h5py.File(path) as f:
         return len(f["frames/time"])
@@ -306,7 +321,7 @@ def check_all_named(folder):
 
 
 def main():
-    for check in (check_splits, check_choices, check_refusals, check_virtual, check_all_named):
+    for check in (check_splits, check_choices, check_standing, check_refusals, check_virtual, check_all_named):
         with tempfile.TemporaryDirectory() as folder:
             check(folder)
             print(f"{check.__name__}: ok")

@@ -59,6 +59,19 @@ def check_stamp():
     print("farm_stamp: content decides")
 
 
+def check_renamed():
+    """A renamed file from outside runs nothing, unless clips are named after it."""
+    stamp = lambda path: run(STAMP, "named.txt", "-i", os.path.abspath(path), "--", "sh", "-c", 'cp "$0" named.txt; echo ran',
+                             os.path.abspath(path))
+    for first, then, runs in (("a.glb", "b.glb", False), ("walk.bvh", "stroll.bvh", True)):
+        write(first, "some bytes")
+        assert "ran" in stamp(first)
+        os.rename(first, then)
+        assert ("ran" in stamp(then)) == runs, then
+        os.remove("named.txt")
+    print("farm_stamp: renamed files")
+
+
 def check_killed():
     """An output that was killed between its new name and its stamp is made again. It is neither foreign nor
     current."""
@@ -231,6 +244,7 @@ def main():
         os.mkdir(os.path.join(top, "stamps"))
         os.chdir(os.path.join(top, "stamps"))
         check_stamp()
+        check_renamed()
         check_killed()
         check_failed_report()
         check_memory()
