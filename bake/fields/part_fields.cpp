@@ -66,15 +66,18 @@ PartTable wholeAsOnePart(const Mesh& mesh) {
     return table;
 }
 
-// A part needs an extent, and boxes whose corners differ as floats do.
+// A part needs an extent, and boxes whose corners differ as floats do. The box of a flat part is as thick as its
+// borders, 0.24 radii (part_surface.cpp).
 void checkPart(const std::filesystem::path& file, const FieldFile& fields, std::size_t part) {
     const PartField& field = fields.fields.parts[part];
+    constexpr float kThinnest = 0.12f;  // in radii
     bool usable = std::isfinite(field.radius) && field.radius > 0;
     for (const FieldBox& box : field.boxes)
-        for (int axis = 0; axis < 3; ++axis) usable = usable && box.high[axis] - box.low[axis] > 0.25f * field.radius;
+        for (int axis = 0; axis < 3; ++axis)
+            usable = usable && box.high[axis] - box.low[axis] > kThinnest * field.radius;
     if (!usable)
         throw InvalidInput(file.string() + ": part '" + fields.partName(part) +
-                           "' is too small, or too far from the origin for its size");
+                           "' is too small, or too far from the origin for its size; --without leaves a mesh out");
 }
 
 // The triangles of a source as they face outwards in the space of the rest positions, where the parts are, with the

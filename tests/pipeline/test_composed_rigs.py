@@ -1,4 +1,4 @@
-"""Composed models of odd rigs: one bone, 200 bones, bones that scale or mirror; damaged fields are refused.
+"""Composed models of odd rigs: one bone, 200 bones, bones that scale or mirror, flat parts; damaged fields are refused.
 
 usage: test_composed_rigs.py BIN
 """
@@ -101,6 +101,31 @@ def check_rigs(folder):
     assert rms["scaled"] < 2 * rms["plain"], rms
 
 
+def check_flat_part(folder):
+    """A card, or a disc that marks a footstep, has no volume, and it is a part as any other."""
+    rig, fields = os.path.join(folder, "card.glb"), os.path.join(folder, "card.fields.h5")
+    g = Gltf()
+    hand = g.node("hand")
+    card = g.node("card", hand, translation=[0, 1, 0])
+    for node, (points, triangles) in ((hand, tube(1.0, 0.1, 5, 8)), (card, flat_disc(0.2))):
+        bone = np.zeros((len(points), 4), np.uint8)
+        bone[:, 0] = node == card
+        weights = np.eye(1, 4, dtype=np.float32).repeat(len(points), 0)
+        skin = g.skin([hand, card], translation_to([[0, 0, 0], [0, 1, 0]]))
+        g.node(f"mesh{node}", mesh=g.mesh(primitive(g, points, triangles, bone, weights)), skin=skin)
+    t = np.linspace(0, 1, 5)
+    g.clip("turn", (card, "rotation", t, turn("z", 90 * t)))
+    g.save(rig)
+    must(BAKE, "fields", rig, "-o", fields, "--rays", 64)
+    assert part_count(folder, "card") == 2
+
+
+def flat_disc(radius):
+    angle = 2 * np.pi * np.arange(8) / 8
+    rim = radius * np.stack([np.sin(angle), 0 * angle, np.cos(angle)], 1)
+    return np.concatenate([[[0, 0, 0]], rim]), np.array([[0, 1 + i, 1 + (i + 1) % 8] for i in range(8)], np.uint16)
+
+
 def check_damage(folder):
     vis, fields, out = (os.path.join(folder, name) for name in ("plain.vis.h5", "plain.fields.h5", "no.model.h5"))
     whole = open(fields, "rb").read()
@@ -121,5 +146,6 @@ def check_damage(folder):
 
 with tempfile.TemporaryDirectory() as folder:
     check_rigs(folder)
+    check_flat_part(folder)
     check_damage(folder)
 print("composed models of odd rigs: ok")
