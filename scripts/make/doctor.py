@@ -158,10 +158,13 @@ def check_rig(files):
             if path == files[0]:
                 facts_of(said, ("format", "vertices", "triangles", "size", "slots", "joints"))
     with tempfile.TemporaryDirectory() as folder:
-        dry = programs.ask(bake, "visibility", *files, "--rays", "256", "-o", os.path.join(folder, "x.vis.h5"), "--dry-run")
-    if dry.returncode != 0:
-        line("cannot be baked", programs.complaint(dry).removeprefix("penumbra-bake: "))
-        return 1
+        probes = [programs.ask(bake, *words, "-o", os.path.join(folder, "x.h5"), "--dry-run")
+                  for words in (["visibility", *files, "--rays", "256"], ["fields", *files])]
+    for probe in probes:
+        if probe.returncode != 0:
+            line("cannot be baked", programs.complaint(probe).removeprefix("penumbra-bake: "))
+            return 1
+    dry = probes[0]
     clips = json.loads(re.search("^clips: (.*)$", dry.stdout, re.M)[1])
     still = dry.stdout.startswith("1 frames ")
     line("clips", "none" if still else f"{len(clips)}: {', '.join(clips)}"[:110])
