@@ -294,8 +294,9 @@ void run(const VisibilityCommand& command, const CommonOptions& common, Report& 
     if (command.model == kZhLobes)
         return runLobes({command.app, command.input, command.output, command.inputs(), command.lobes}, shared, common,
                         report);
-    const FitOptions options = resolveOptions(command, shared);
+    FitOptions options = resolveOptions(command, shared);
     const VisibilityReader reader(command.input);
+    if (command.app->count("--features") == 0) options.features = defaultFeatures(reader.header());
     checkFit(reader.header(), command.input, options);
     if (common.dry_run) return printFitPlan(reader.header(), command.output);
     Progress progress = progressOf(common, "fit");

@@ -11,6 +11,7 @@
 #include "formats/common/far_by_rays.h"
 #include "formats/stage/field_file.h"
 #include "formats/stage/model_file.h"
+#include "formats/stage/visibility_file.h"
 
 namespace penumbra {
 
@@ -52,5 +53,8 @@ struct FitOptions {
 };
 
 double inputVariance(const FitOptions& options);  // with the default resolved
+
+// Relative bones; joint angles where a skeleton has one joint and no inputs beside it, which is relative to nothing.
+FeatureKind defaultFeatures(const VisibilityHeader& header);
 
 }  // namespace penumbra

@@ -67,6 +67,11 @@ void checkComposed(const VisibilityHeader& header, const std::string& file, cons
     checkFields(header, file, options.fields);
 }
 
+// Weights of morph targets and other inputs are joints of their own (input_names).
+bool hasOneJoint(const VisibilityHeader& header) {
+    return header.skin && header.skin->jointCount() + header.input_names.size() < 2;
+}
+
 void checkInput(const VisibilityHeader& header, const std::string& file, const FitOptions& options) {
     if (header.quantity != "hemisphere_visibility")
         throw InvalidInput(file + ": quantity '" + header.quantity + "': a fit needs baked hemisphere_visibility");
@@ -81,9 +86,7 @@ void checkInput(const VisibilityHeader& header, const std::string& file, const F
                                         std::to_string(header.mesh.vertexCount()) + " vertices");
     if (options.features == FeatureKind::kJointAngles && header.pose_size == 0)
         throw InvalidInput(file + ": /frames/pose: empty, but joint-angles are read from it");
-    // Weights of morph targets and other inputs are joints of their own (input_names).
-    if (header.skin && options.features == FeatureKind::kRelativeBones &&
-        header.skin->jointCount() + header.input_names.size() < 2)
+    if (options.features == FeatureKind::kRelativeBones && hasOneJoint(header))
         throw InvalidInput(file + ": /skin/joint_names: relative-bones need at least two joints; take joint-angles");
 }
 
@@ -241,6 +244,10 @@ double inputVariance(const FitOptions& options) {
     if (options.input_variance != 0) return options.input_variance;
     if (options.features != FeatureKind::kRelativeBones) return 0.9;
     return options.model == ModelKind::kNeural ? 0.95 : 0.99;
+}
+
+FeatureKind defaultFeatures(const VisibilityHeader& header) {
+    return hasOneJoint(header) ? FeatureKind::kJointAngles : FeatureKind::kRelativeBones;
 }
 
 void checkFit(const VisibilityHeader& header, const std::string& file, const FitOptions& options) {

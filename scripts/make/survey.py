@@ -11,6 +11,7 @@ from farm.config import ConfigError, files_of
 CLIP = re.compile(r"^\s+-\s+name (.*), (seconds|keys) ([-+.\de]+)$", re.M)
 MATERIALS = (".glb", ".gltf", ".vrm", ".fbx", ".dae", ".x")  # penumbra-pack asset --materials-of
 CACHE_RATE = 24  # keys a second that the bake takes where a point cache does not say
+RATE = 30        # samples a second by which the length of any other clip is measured
 
 
 @dataclass
@@ -44,7 +45,13 @@ def survey(planner, files, source):
         found.is_cache |= path == files[0] and bool(re.search("^format +point cache", text, re.M))
         for name, unit, value in CLIP.findall(text):
             lengths.setdefault(name, float(value) if unit == "seconds" else (float(value) - 1) / CACHE_RATE)
-    found.clips = {name: lengths.get(name, 1.0) for name in names}
+    for name in names:  # of files that `info` tells nothing about, and the rest pose where there are no clips
+        if name not in lengths:
+            chosen = ["--clips", name] if len(names) > 1 else []
+            text = planner.ask("make", [bake, "visibility", *files, "--rays", "16", *chosen, "--fps", str(RATE),
+                                        *source, *probe], read)
+            lengths[name] = (int(re.match(r"(\d+) frames", text)[1]) - 1) / RATE
+    found.clips = {name: lengths[name] for name in names}
     if not found.is_cache:
         text = planner.ask("make", [bake, "fields", *files, *source, "-o", ".farm/probe.fields.h5", "--dry-run"], read)
         found.parts = int(re.match(r"(\d+) of", text)[1])

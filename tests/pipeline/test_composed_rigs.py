@@ -94,9 +94,11 @@ def check_rigs(folder):
         # The asset comes to what the model comes to.
         assert abs(check["held_out"]["rms_v"] - rms[name]) < 0.1 * rms[name] + 0.003, (name, check["held_out"])
     assert part_count(folder, "one") == 1
-    # A single bone has no others to be relative to, and the message says what to do.
-    refused(3, "take joint-angles", FIT, "visibility", os.path.join(folder, "one.vis.h5"), "-o",
-            os.path.join(folder, "no.model.h5"))
+    # A single bone has no others to be relative to. The default suits it, and the message says what to do.
+    lone = [FIT, "visibility", os.path.join(folder, "one.vis.h5"), "-o", os.path.join(folder, "lone.model.h5")]
+    must(*lone)
+    assert "features joint-angles" in " ".join(must(BAKE, "info", lone[-1]).split())
+    refused(3, "take joint-angles", *lone, "--features", "relative-bones")
     assert rms["mirrored"] < 1.5 * rms["plain"], rms
     assert rms["scaled"] < 2 * rms["plain"], rms
 

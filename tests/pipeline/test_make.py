@@ -16,6 +16,19 @@ from programs import BIN, digest, must, refused, run
 PENUMBRA = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts", "penumbra")
 SAMPLES = os.path.join(BIN, "..", "samples")
 PYTHON = [sys.executable, PENUMBRA]
+STILL_COLLADA = """<?xml version="1.0"?>
+<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+<asset><up_axis>Y_UP</up_axis></asset>
+<library_geometries><geometry id="g"><mesh>
+<source id="p"><float_array id="a" count="12">0 0 0 1 0 0 0 1 0 0 0 1</float_array><technique_common>
+<accessor source="#a" count="4" stride="3"><param name="X" type="float"/><param name="Y" type="float"/>
+<param name="Z" type="float"/></accessor></technique_common></source>
+<vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
+<triangles count="4"><input semantic="VERTEX" source="#v" offset="0"/><p>0 2 1 0 1 3 0 3 2 1 2 3</p></triangles>
+</mesh></geometry></library_geometries>
+<library_visual_scenes><visual_scene id="s"><node id="n"><instance_geometry url="#g"/></node></visual_scene>
+</library_visual_scenes><scene><instance_visual_scene url="#s"/></scene></COLLADA>
+"""
 QUICK = ["--effort", "draft", "--set", "bake.rays=16", "--set", "fit.model=linear", "--set", "fit.clusters=2"]
 
 
@@ -96,6 +109,11 @@ def cloth_and_still(folder):
     said = make(still, "--effort", "draft", "-o", os.path.join(folder, "still.pnb"))
     assert "too little to hold out" in said and os.path.exists(os.path.join(folder, "still.html")), said
     assert "a single pose: nothing is held out" in must(*PYTHON, "doctor", still)
+    collada = os.path.join(folder, "lone.dae")  # read as a rig with one joint and no clips
+    with open(collada, "w") as file:
+        file.write(STILL_COLLADA)
+    said = make(collada, "--effort", "draft", "--set", "bake.rays=16", "-o", os.path.join(folder, "lone.pnb"))
+    assert "too little to hold out" in said and os.path.exists(os.path.join(folder, "lone.html")), said
 
 
 def numbered(folder):
