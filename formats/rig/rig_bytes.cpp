@@ -210,7 +210,7 @@ void checkColor(const RigSource& source, const SourcePart& part) {
     const MaterialColor& color = part.color.material;
     requireSound(source, color.wrap_u <= TextureWrap::kClamp && color.wrap_v <= TextureWrap::kClamp);
     requireSound(source, color.alpha_mode <= AlphaMode::kBlend);
-    requireSound(source, part.color.uv.empty() || part.color.uv.size() == part.positions.size());
+    requireSound(source, part.color.uv.size() == (color.texture ? part.positions.size() : 0));
     for (const auto& uv : part.color.uv) requireSound(source, allFinite(uv));
 }
 

@@ -45,7 +45,8 @@ def survey(planner, files, source):
         found.is_cache |= path == files[0] and bool(re.search("^format +point cache", text, re.M))
         for name, unit, value in CLIP.findall(text):
             lengths.setdefault(name, float(value) if unit == "seconds" else (float(value) - 1) / CACHE_RATE)
-    for name in names:  # of files that `info` tells nothing about, and the rest pose where there are no clips
+    # `info` tells nothing about files of clips alone, and nothing about the rest pose where there are no clips.
+    for name in names:
         if name not in lengths:
             chosen = ["--clips", name] if len(names) > 1 else []
             text = planner.ask("make", [bake, "visibility", *files, "--rays", "16", *chosen, "--fps", str(RATE),

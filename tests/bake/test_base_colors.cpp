@@ -8,6 +8,7 @@
 #include "bake/source/surface_colors.h"
 #include "formats/common/errors.h"
 #include "formats/image/texture_file.h"
+#include "formats/rig/rig_surface.h"
 #include "formats/source/source_readers.h"
 #include "tests/formats/textured_rig.h"
 #include "tests/formats/tiny_jpeg.h"
@@ -294,6 +295,29 @@ TEST(BaseColors, DiffuseTexturesOfColladaDirectXAndFbxLieBesideTheFile) {
     std::filesystem::remove(std::filesystem::path(testing::TempDir()) / "quarters.png");
     const Rig rig = readRig({placed("paint.x", kDirectX)});
     EXPECT_THROW(readBaseColors(rig, "paint.x"), IoError);
+}
+
+// Returns the text with these lines cut out that begin so.
+std::string withoutLine(std::string text, const std::string& begin) {
+    const std::size_t at = text.find(begin);
+    return text.erase(at, text.find('\n', at) + 1 - at);
+}
+
+TEST(BaseColors, APictureWithoutCoordinatesOrFarOnesIsToldAndLeftOut) {
+    const std::string bare = withoutLine(kDirectX, "MeshTextureCoords"), collada = kCollada;
+    std::string far = kCollada;
+    far.replace(far.find("0.25 0.25"), 9, "0.25 1e30");
+    std::string none = collada;
+    none.replace(none.find("<input semantic=\"TEXCOORD\""), 58, "<p>0 1 2</p></triangles>\n<!--");
+    none.replace(none.find("<p>0 0 1 0 2 0</p></triangles>"), 30, "-->");
+    for (const auto& [name, text, said] :
+         {std::tuple("bare.x", bare, "no texture coordinates"), std::tuple("none.dae", none, "no texture coordinates"),
+          std::tuple("far.dae", far, "out of range")}) {
+        const RigSurface out = surfaceOf(readRig({placed(name, text.c_str())}), name);
+        EXPECT_TRUE(out.surface.textures.empty()) << name;
+        ASSERT_EQ(out.notes.size(), 1u) << name;
+        EXPECT_NE(out.notes[0].find(said), std::string::npos) << out.notes[0];
+    }
 }
 
 }  // namespace

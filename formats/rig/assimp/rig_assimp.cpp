@@ -152,22 +152,19 @@ unsigned readTexture(AssimpImport& import, const aiMaterial& material, aiTexture
     return uv_set;
 }
 
-// Reads the texture coordinates. assimp's point up in every format that we read.
-void readUv(const AssimpImport& import, const aiMesh& mesh, unsigned uv_set, PartColor& color) {
+// Reads the texture coordinates. assimp's point up in every format that we read. Returns why they cannot be used, or
+// "".
+std::string readUv(const AssimpImport& import, const aiMesh& mesh, unsigned uv_set, PartColor& color) {
     const std::string where = import.source.file.string() + ": mesh '" + textOf(mesh.mName) + "': ";
-    if (uv_set >= AI_MAX_NUMBER_OF_TEXTURECOORDS || mesh.mTextureCoords[uv_set] == nullptr) {
-        color.material.problem = where + "has no texture coordinates for its picture";
-        return;
-    }
+    if (uv_set >= AI_MAX_NUMBER_OF_TEXTURECOORDS || mesh.mTextureCoords[uv_set] == nullptr)
+        return where + "has no texture coordinates for its picture";
     for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
         const aiVector3D& uv = mesh.mTextureCoords[uv_set][v];
-        if (!(std::abs(uv.x) < kFarthestUv && std::abs(uv.y) < kFarthestUv)) {
-            color.material.problem =
-                where + "the texture coordinates of vertex " + std::to_string(v) + " are out of range";
-            return;
-        }
+        if (!(std::abs(uv.x) < kFarthestUv && std::abs(uv.y) < kFarthestUv))
+            return where + "the texture coordinates of vertex " + std::to_string(v) + " are out of range";
         color.uv.push_back({double(uv.x), 1 - double(uv.y)});
     }
+    return "";
 }
 
 bool isSolid(const aiMaterial& material) {
@@ -198,7 +195,10 @@ PartColor colorOf(AssimpImport& import, const aiMaterial& material, const aiMesh
         out.material.base = Vec3{color.r, color.g, color.b};
     for (const aiTextureType type : {aiTextureType_DIFFUSE, aiTextureType_BASE_COLOR}) {
         if (out.material.texture || material.GetTextureCount(type) == 0) continue;
-        readUv(import, mesh, readTexture(import, material, type, out.material), out);
+        out.material.problem = readUv(import, mesh, readTexture(import, material, type, out.material), out);
+        if (out.material.problem.empty()) continue;
+        out.material.texture = nullptr;  // a picture that lies nowhere
+        out.uv.clear();
     }
     if (!isExtension(import.source.file, ".fbx")) readOpacity(material, out.material);
     int two_sided = 0;
