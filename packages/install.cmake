@@ -1,5 +1,5 @@
 # `cmake --install build/release --prefix DIR [--component NAME]` copies, by component:
-#   player       penumbra-player
+#   player       penumbra-player, and the materials that its window offers
 #   programs     the other three programs, `penumbra`, the farm and the add-on for Blender
 #   library      libpenumbra.so (runtime/CMakeLists.txt has this one and the next)
 #   development  its header, package files and static library
@@ -37,6 +37,9 @@ function(penumbra_manual_page name path component)
 endfunction()
 
 install(TARGETS penumbra-player COMPONENT player)
+if(PENUMBRA_MATERIALS)
+    install(FILES ${PENUMBRA_MATERIALS} DESTINATION ${CMAKE_INSTALL_DATADIR}/penumbra COMPONENT player)
+endif()
 penumbra_manual_page(penumbra-player $<TARGET_FILE:penumbra-player> player)
 foreach(program penumbra-bake penumbra-fit penumbra-pack)
     install(TARGETS ${program} COMPONENT programs)

@@ -92,6 +92,7 @@ def check_programs():
     found = run(sys.executable, "-c", "from farm.config import programs_folder; print(programs_folder('', '.'))",
                 cwd="moved/share/penumbra/scripts", env={k: v for k, v in os.environ.items() if k != "PENUMBRA_BIN"})
     assert os.path.realpath(found.strip()) == os.path.realpath("moved/bin"), found
+    assert "name red paint" in " ".join(run("moved/bin/penumbra-bake", "info", "moved/share/penumbra/materials.pnb").split())
     assert os.path.exists("moved/share/doc/penumbra/docs/install.md")
     if os.path.exists(SOURCE + "/scripts/penumbra"):
         run("moved/bin/penumbra", "--help")

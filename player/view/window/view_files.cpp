@@ -46,6 +46,10 @@ void filePanel(const FolderList& list, ViewState& state) {
     ImGui::TextWrapped(
         "A character stands beside the others, and a scene takes the place of all. Lights, materials and baked truth "
         "come to what is shown. Files can also be dropped onto the picture.");
+    fileLists(list, state);
+}
+
+void fileLists(const FolderList& list, ViewState& state) {
     if (!state.window.recent.empty()) recentFiles(state);
     ImGui::TextDisabled("Folder");
     ImGui::TextWrapped("%s", list.folder.c_str());

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <functional>
 #include <numbers>
 #include <utility>
 
@@ -15,6 +16,7 @@
 #include "player/gl/screenshot.h"
 #include "player/view/folder_list.h"
 #include "player/view/shown_files.h"
+#include "player/view/view_actions.h"
 #include "player/view/view_history.h"
 #include "player/view/view_look.h"
 #include "player/view/view_settings.h"
@@ -80,7 +82,7 @@ public:
           quiet_(options.quiet),
           settings_(options.settings ? readSettings(settingsPath(), result_.problem) : ViewSettings()),
           files_(options.files),
-          scene_(std::make_unique<Scene>(openScene(files_, threads, openChoice()))),
+          scene_(openFirst()),
           state_(startState(*scene_, settings_, options)) {
         for (const std::filesystem::path& file : files_) noteRecent(state_.window.recent, file);
         openWindow();
@@ -117,6 +119,9 @@ private:
 
     void openWindow();
     OpenChoice openChoice();
+    std::filesystem::path chooseFirst(const std::string& problem);
+    std::unique_ptr<Scene> openFirst();
+    void drawAlone(const std::function<void()>& build);
     void showReading(const std::filesystem::path& file, double share);
     void tellSettingsProblem();
     void handle(const ViewEvents& events);
@@ -138,8 +143,50 @@ private:
 
 void ViewLoop::openWindow() {
     if (window_) return;
-    const std::string title = "Penumbra: " + options_.files.front().filename().string();
-    window_ = std::make_unique<ViewWindow>(title, placeFor(options_, settings_));
+    const std::string title = files_.empty() ? "" : ": " + files_.front().filename().string();
+    window_ = std::make_unique<ViewWindow>("Penumbra" + title, placeFor(options_, settings_));
+}
+
+// Draws panels where there is no scene yet.
+void ViewLoop::drawAlone(const std::function<void()>& build) {
+    if (!window_->visible()) return;
+    gl::BindFramebuffer(GL_FRAMEBUFFER, 0);
+    gl::Viewport(0, 0, window_->width(), window_->height());
+    gl::ClearColor(0.1f, 0.1f, 0.1f, 1);
+    gl::Clear(GL_COLOR_BUFFER_BIT);
+    window_->beginPanels();
+    build();
+    window_->drawPanels();
+    window_->present();
+}
+
+// Shows the files of a folder until one is chosen or dropped. `problem` says why the last one could not be opened.
+std::filesystem::path ViewLoop::chooseFirst(const std::string& problem) {
+    openWindow();
+    ViewState state = settings_.state;
+    browseFiles(state);
+    Cached<std::filesystem::path, FolderList> folder;
+    while (!state.window.chosen) {
+        throwIfInterrupted();
+        const ViewEvents events = window_->poll(kIdleWait);
+        if (events.close) throw ClosedWhileReading();
+        if (!events.dropped.empty()) state.window.chosen = events.dropped.front();
+        folder.update(*state.window.browsed, [&](FolderList& list) { list = listFolder(*state.window.browsed); });
+        drawAlone([&] { buildFirstPanel(*folder, problem, state, window_->unitScale()); });
+    }
+    return *state.window.chosen;
+}
+
+// Opens the files that were named. Without any the user chooses one, and another one where that cannot be shown.
+std::unique_ptr<Scene> ViewLoop::openFirst() {
+    std::string problem;
+    for (;;) try {
+            if (options_.files.empty()) files_ = {shownFile(chooseFirst(problem))};
+            return std::make_unique<Scene>(openScene(files_, threads_, openChoice()));
+        } catch (const std::runtime_error& error) {
+            if (!options_.files.empty() || !window_) throw;
+            problem = error.what();
+        }
 }
 
 OpenChoice ViewLoop::openChoice() {
@@ -155,15 +202,7 @@ void ViewLoop::showReading(const std::filesystem::path& file, double share) {
     openWindow();
     last_bar_ = Clock::now();
     if (window_->poll(0).close) throw ClosedWhileReading();
-    if (!window_->visible()) return;
-    gl::BindFramebuffer(GL_FRAMEBUFFER, 0);
-    gl::Viewport(0, 0, window_->width(), window_->height());
-    gl::ClearColor(0.1f, 0.1f, 0.1f, 1);
-    gl::Clear(GL_COLOR_BUFFER_BIT);
-    window_->beginPanels();
-    buildReadingPanel(file.filename().string(), float(share), window_->unitScale());
-    window_->drawPanels();
-    window_->present();
+    drawAlone([&] { buildReadingPanel(file.filename().string(), float(share), window_->unitScale()); });
 }
 
 // Tells the problem at the start, since a window may stay open for long.

@@ -8,6 +8,7 @@
 #include <cstdio>
 
 #include "player/frame/truth_frames.h"
+#include "player/view/material_library.h"
 #include "player/view/shown_files.h"
 #include "player/view/view_actions.h"
 #include "player/view/view_pick.h"
@@ -165,6 +166,9 @@ void savePanel(ViewState& state) {
 void scenePanel(const Scene& scene, ViewState& state, const ViewFigures& figures) {
     if (ImGui::Button("Open (F2)")) browseFiles(state);
     if (rowButton("Keys (F1)", "All keys, and what the mouse does")) state.window.help = true;
+    if (const std::optional<std::filesystem::path> library = libraryToOpen(scene))
+        if (rowButton("More materials", "Adds paints, metals and cloth to the list of materials; some have a slider"))
+            state.window.chosen = library;
     characterPanel(scene, state);
     constexpr ImGuiTreeNodeFlags kOpen = ImGuiTreeNodeFlags_DefaultOpen;
     if (state.inspect.picked && ImGui::CollapsingHeader("Vertex", kOpen)) vertexPanel(scene, *state.inspect.picked);
@@ -188,6 +192,18 @@ void buildReadingPanel(const std::string& file, float share, float unit) {
     ImGui::Begin("reading", nullptr, kFixed);
     ImGui::Text("Reading %s", file.c_str());
     ImGui::ProgressBar(share);
+    ImGui::End();
+}
+
+void buildFirstPanel(const FolderList& list, const std::string& problem, ViewState& state, float unit) {
+    const ImVec2 size = ImGui::GetIO().DisplaySize;
+    const float width = std::min(560 * unit, size.x);
+    beginFixed("first", (size.x - width) / 2, 0, width, size.y);
+    ImGui::PushTextWrapPos(0);
+    ImGui::TextWrapped("Choose a character (.pnb) or a scene (.json), or drop a file onto this window.");
+    if (!problem.empty()) ImGui::TextColored(ImColor(kMarked), "%s", problem.c_str());
+    fileLists(list, state);
+    ImGui::PopTextWrapPos();
     ImGui::End();
 }
 

@@ -25,6 +25,8 @@ void buildPanels(const Scene& scene, ViewState& state, const ViewFigures& figure
 
 // Draws a bar while a file is read; `share` lies in [0, 1].
 void buildReadingPanel(const std::string& file, float share, float unit);
+// Builds the window where no file was named: the files of a folder, and why the last choice could not be shown.
+void buildFirstPanel(const FolderList& list, const std::string& problem, ViewState& state, float unit);
 
 // Draws a slider for each morph target of the selected character.
 void morphPanel(const Scene& scene, ViewState& state);
