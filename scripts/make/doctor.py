@@ -129,7 +129,7 @@ def facts_of(said, names):
     for name in names:
         if name in found:
             text = found[name] + (" m" if name == "size" else "")
-            line(name, text if len(text) < 100 else text[:97] + "...")
+            line(name, text if len(text) < 100 or name == "slots" else text[:97] + "...")
     return found
 
 
@@ -148,8 +148,9 @@ def is_own(path):
     return True
 
 
-def check_rig(files):
-    """Says what would go wrong with a mesh and the files of its clips. Returns whether something stops `make`."""
+def check_rig(files, meshes):
+    """Says what would go wrong with a mesh and the files of its clips. `meshes` are words that choose parts of it.
+    Returns whether something stops `make`."""
     bake, said = programs.find("penumbra-bake"), ""
     for path in files:
         known = programs.ask(bake, "info", path) if os.path.isfile(path) else None
@@ -159,7 +160,7 @@ def check_rig(files):
                 facts_of(said, ("format", "vertices", "triangles", "size", "slots", "joints"))
     with tempfile.TemporaryDirectory() as folder:
         probes = [programs.ask(bake, *words, "-o", os.path.join(folder, "x.h5"), "--dry-run")
-                  for words in (["visibility", *files, "--rays", "256"], ["fields", *files])]
+                  for words in (["visibility", *files, "--rays", "256", *meshes], ["fields", *files, *meshes])]
     for probe in probes:
         if probe.returncode != 0:
             line("cannot be baked", programs.complaint(probe).removeprefix("penumbra-bake: "))
@@ -190,7 +191,7 @@ def warn(said, complaints, files):
         line("warnings", "none")
 
 
-def doctor(files):
+def doctor(files, meshes=()):
     """Returns the exit code."""
     if not files:
         return INVALID if check_machine() else 0
@@ -198,4 +199,4 @@ def doctor(files):
         if not files_of(path):
             raise missing(path)
     rig = [path for path in files if not is_own(path)]
-    return INVALID if rig and check_rig(rig) else 0
+    return INVALID if rig and check_rig(rig, meshes) else 0

@@ -21,6 +21,7 @@ class Request:
     output: str     # absolute, X.pnb
     light: str      # a picture, a text as of --analytic, or None
     effort: str     # a key of EFFORTS
+    clips: list     # or None to choose
     holdout: list   # clips, or None to choose
     fps: float      # or None to choose
     settings: list  # (key of a farm's rig, value)
@@ -67,7 +68,7 @@ def plainly(error):
     text = re.sub(r"^lights\.[^.: ]+(\.picture: |: )", "--light: ", text)
     text = re.sub(r"^lights\.[^.: ]+\.", "light.", text)
     text = re.sub(r"^([\w-]+: )?penumbra-\w+: ", r"\1", text)
-    return re.sub(r"^(holdout|fps): ", r"--\1: ", text)
+    return re.sub(r"^(clips|holdout|fps): ", r"--\1: ", text)
 
 
 def make(request):

@@ -83,7 +83,9 @@ class MakePlan:
         read = {key: value for key, value in request.settings if key in READING}
         source = options({key.removeprefix("bake."): value for key, value in read.items()})
         self.survey = found = surveys.survey(self.planner, request.files, source)
-        clips = surveys.spread(list(found.clips), effort.clips)
+        if strange := [clip for clip in request.clips or [] if clip not in found.clips]:
+            raise ConfigError(f"clips: no clip '{strange[0]}'; the files have {', '.join(found.clips)}")
+        clips = request.clips or surveys.spread(list(found.clips), effort.clips)
         wanted = [clip for clip in request.holdout or [] if clip in found.clips]
         clips = [clip for clip in found.clips if clip in {*clips, *wanted}]
         seconds = {clip: found.clips[clip] for clip in clips}
@@ -95,7 +97,8 @@ class MakePlan:
             config["pack"]["max_bytes_per_vertex"] = BYTES_PER_VERTEX
         if len(clips) < len(found.clips):
             config["clips"] = clips
-            self.facts.append(f"{len(clips)} of {len(found.clips)} clips are baked at this effort: {', '.join(clips)}.")
+            why = "as asked" if request.clips else "at this effort"
+            self.facts.append(f"{len(clips)} of {len(found.clips)} clips are baked {why}: {', '.join(clips)}.")
         if blocks > 1:
             config["bake"]["blocks"] = blocks
         if found.is_cache:

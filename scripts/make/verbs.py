@@ -37,6 +37,18 @@ def verb_parser(verb, description):
     return parser
 
 
+def add_meshes(parser):
+    parser.add_argument("--nodes", action="append", metavar="NODE", help="only the meshes of these nodes and of those below them; names "
+                        "or globs; several with commas between")
+    parser.add_argument("--without", action="append", metavar="NODE", help="leave out the meshes of these nodes and of those below "
+                        "them; several with commas between")
+
+
+def meshes_of(given):
+    """Returns (key of a farm's rig, value) of what add_meshes() has added."""
+    return [(f"bake.{key}", ",".join(texts)) for key in ("nodes", "without") if (texts := getattr(given, key))]
+
+
 def make_parser():
     parser = verb_parser("make", MAKE)
     parser.add_argument("files", nargs="+", metavar="FILE", help="the mesh and its clips; further files may bring clips only")
@@ -44,13 +56,12 @@ def make_parser():
     parser.add_argument("--light", help="a picture (.exr, .hdr), or a text as of penumbra-fit light --analytic (default: a clear sky)")
     parser.add_argument("--effort", choices=EFFORTS, default="good", help="draft: a first picture soon; best: more rays, and poses that "
                         "trial fits choose (default: good)")
+    parser.add_argument("--clips", action="append", metavar="CLIP", help="only these clips; several with commas between (default: all; "
+                        "draft takes 6, spread over the list)")
     parser.add_argument("--holdout", action="append", metavar="CLIP", help="clips that the model may not see, to measure it on; "
                         "several with commas between, auto or none (default: auto)")
     parser.add_argument("--fps", type=float, help="samples a second of the clips (default: by the effort)")
-    parser.add_argument("--nodes", action="append", metavar="NODE", help="only the meshes of these nodes and of those below them; names "
-                        "or globs; several with commas between")
-    parser.add_argument("--without", action="append", metavar="NODE", help="leave out the meshes of these nodes and of those below "
-                        "them; several with commas between")
+    add_meshes(parser)
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="a key of a farm's rig (docs/farm.md), as "
                         "in bake.rays=512 or bake.up=z; or of its light, as in light.layout=angular")
     parser.add_argument("-q", "--quiet", action="store_true", help="no messages but errors")
@@ -69,12 +80,11 @@ def request_of(words):
     output = given.output or os.path.basename(given.files[0].rstrip("/")).split(".")[0] + ".pnb"
     if not output.endswith(".pnb") or os.path.basename(output) == ".pnb":
         raise Failure(f"-o: takes a name that ends with .pnb, not '{output}'", USAGE)
-    clips = [clip for text in given.holdout or [] for clip in names_of(text)]
-    chosen = [(f"bake.{key}", ",".join(texts)) for key in ("nodes", "without") if (texts := getattr(given, key))]
-    holdout = None if not clips or clips == ["auto"] else [] if clips == ["none"] else clips
+    clips, held = ([name for text in texts or [] for name in names_of(text)] for texts in (given.clips, given.holdout))
+    holdout = None if not held or held == ["auto"] else [] if held == ["none"] else held
     light = given.light
-    return make.Request([os.path.abspath(path) for path in given.files], os.path.abspath(output), light, given.effort, holdout,
-                        given.fps, [*chosen, *(make.setting(text) for text in given.set)], given.quiet)
+    return make.Request([os.path.abspath(path) for path in given.files], os.path.abspath(output), light, given.effort,
+                        clips or None, holdout, given.fps, [*meshes_of(given), *(make.setting(text) for text in given.set)], given.quiet)
 
 
 def has_screen():
@@ -113,7 +123,9 @@ def info(words):
 def run_doctor(words):
     parser = verb_parser("doctor", "Says what is installed and what is missing; with files, what would go wrong with them.")
     parser.add_argument("files", nargs="*", metavar="FILE")
-    return doctor.doctor(parser.parse_args(words).files)
+    add_meshes(parser)
+    given = parser.parse_args(words)
+    return doctor.doctor(given.files, [word for key, text in meshes_of(given) for word in (f"--{key[5:]}", text)])
 
 
 def version():

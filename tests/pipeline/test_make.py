@@ -155,8 +155,12 @@ def chosen_meshes(folder):
     """Meshes are chosen by their nodes, and paths of --set are those of the shell."""
     with open(os.path.join(folder, "body.obj"), "w") as file:
         file.write("v 5 0 0\nv 6 0 0\nv 5 1 0\nf 1 2 3\n")
-    result = run(*PYTHON, "make", os.path.join(SAMPLES, "props.glb"), *QUICK, "--without", "sword,shield", "--set",
-                 'bake.occluder=["body.obj"]', "-o", "props.pnb", cwd=folder)
+    props = os.path.join(SAMPLES, "props.glb")
+    must(*PYTHON, "doctor", props, "--without", "sword,shield")
+    result = run(*PYTHON, "doctor", props, "--without", "nope")
+    assert result.returncode == 3 and "'nope' matches no node" in result.stdout, result
+    result = run(*PYTHON, "make", props, *QUICK, "--without", "sword,shield", "--set", 'bake.occluder=["body.obj"]', "-o",
+                 "props.pnb", cwd=folder)
     assert result.returncode == 0 and "--without sword,shield" in result.stdout and "--occluder" in result.stdout, result
     assert "sword" not in must(*PYTHON, "info", os.path.join(folder, "props.pnb"))
 
@@ -193,6 +197,7 @@ def rubbish(folder):
     for code, part, words in [
             (1, "FILE", ["make"]), (1, "did you mean view", ["veiw"]), (2, "no such file", ["nope.glb"]), (1, "no verb", ["help", "x"]),
             (3, "cut short", ["make", broken, *out]), (3, "no clip 'nope'", ["make", rig, "--holdout", "nope", *out]),
+            (3, "--clips: no clip 'nope'", ["make", rig, "--clips", "bend,nope", *out]),
             (3, "did you mean rays", ["make", rig, "--set", "bake.rayz=9", *out]), (1, "KEY=VALUE", ["make", rig, "--set", "x", *out]),
             (3, "bake.rays.x: no such key", ["make", rig, "--set", "bake.rays.x=1", *out]),
             (2, "numbered files", ["doctor", empty]), (2, "another -o", ["make", rig, "-o", os.path.join(folder, "foreign.pnb")]),
