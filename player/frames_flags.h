@@ -14,8 +14,8 @@ struct FramesFlags {
 
 inline void addFramesFlags(CLI::App& app, FramesFlags& flags) {
     app.add_option("--clip", flags.choice.clips,
-                   "name of a clip, or a unique prefix; any number of them, or all (default: the first for one frame, "
-                   "all for a sequence)")
+                   "name of a clip, or a beginning of it that no other has; any number of them, or all (default: the "
+                   "first for one frame, all for a sequence)")
         ->allow_extra_args(false)
         ->group(kFramesGroup);
     CLI::Option* frame = app.add_option("--frame", flags.choice.frame, "one sampled frame of the clip, from 0")

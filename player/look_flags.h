@@ -30,13 +30,15 @@ inline void addTextureFlag(CLI::App& app, bool& textures) {
 inline void addMaterialFlags(CLI::App& app, RenderOptions& options) {
     addTextureFlag(app, options.textures);
     app.add_option("--brdf", options.brdf,
-                   "name of one material for all parts, or a unique prefix (default: what the asset gives each)")
+                   "name of one material for all parts, or a beginning of it that no other has (default: what the "
+                   "asset gives each)")
         ->group(kLookGroup);
     app.add_option("--slot", options.slots,
                    "SLOT=NAME: the material of a part of the mesh (penumbra-bake info lists the slots); any number")
         ->allow_extra_args(false)
         ->group(kLookGroup);
-    app.add_option("--light", options.light, "name of the light, or a unique prefix (default: the first)")
+    app.add_option("--light", options.light,
+                   "name of the light, or a beginning of it that no other has (default: the first)")
         ->group(kLookGroup);
 }
 

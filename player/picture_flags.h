@@ -48,12 +48,12 @@ inline void addOverlayFlags(CLI::App& app, RenderOptions& options) {
                             ->group(kOverlayGroup);
     app.add_option("--lobe-of", options.lobe_of,
                    "which part of a composed visibility: whole, local, far, residual, or the visibility past one far "
-                   "part (its joint, or a unique prefix)")
+                   "part (its joint, or a beginning of it that no other has)")
         ->needs(lobe)
         ->group(kOverlayGroup);
     addNameListOption(app, "--boxes", options.boxes,
-                      "draw the boxes of the fields of these parts of a composed asset (their joints, or unique "
-                      "prefixes), or all")
+                      "draw the boxes of the fields of these parts of a composed asset (their joints, or "
+                      "beginnings that no other has), or all")
         ->group(kOverlayGroup);
 }
 

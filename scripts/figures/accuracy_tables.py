@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Prints the tables of materials and lights of docs/accuracy.md from the rows that the benchmarks keep.
+"""Prints the tables of materials and lights of docs/shading.md from the rows that the benchmarks keep.
 
 accuracy_tables.py [tests/bench/results/epyc-2-cores]     reads brdf.csv and lights.csv there, the last commit's rows of
                                                           each"""
