@@ -35,7 +35,7 @@ void evaluateValues(Subject& subject, Evaluator& evaluator, std::size_t frame) {
     evaluator.setFrame(subject.shot.frame);
     skinFrame(evaluator, subject.threads, subject.vertices);
     if (shaded && shadeTransfer(evaluator, *subject.shading, subject.threads, subject.values)) return;
-    evaluateCoefficients(evaluator, subject.threads, subject.vertices);
+    evaluateSkinned(evaluator, subject.threads, subject.vertices);
     evaluateIndirect(evaluator, subject.threads, subject.vertices.indirect);
     if (shaded)
         shadeFrame(*subject.shading, subject.vertices, subject.view.eye, subject.threads, subject.values);

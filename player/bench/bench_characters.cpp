@@ -68,7 +68,7 @@ public:
         });
     }
     void evaluate() {
-        each([&](std::size_t, Character& c, int threads) { evaluateCoefficients(c.evaluator, threads, c.vertices); });
+        each([&](std::size_t, Character& c, int threads) { evaluateSkinned(c.evaluator, threads, c.vertices); });
     }
     void shade() {
         if (!shading_) return;

@@ -192,7 +192,8 @@ void PhotographFrames::findEmitters() {
         addShining({from.positions, from.normals, frames_.lookOf(m).view.mesh.triangles, sunlit_[m]}, vertices);
         radius = std::max(radius, float(boundsOf(frames_.members()[m].positions).radius()));
     }
-    emitters_ = radius > 0 ? emittersOf(vertices, 2 * radius / kCells) : std::vector<Emitter>();
+    emitters_.clear();
+    if (radius > 0) emittersOf(vertices, 2 * radius / kCells, emitters_);
 }
 
 GroundLight PhotographFrames::groundLight() const {

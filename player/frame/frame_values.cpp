@@ -37,14 +37,27 @@ void skinFrame(const Evaluator& evaluator, int threads, FrameVertices& vertices)
     });
 }
 
-void evaluateCoefficients(const Evaluator& evaluator, int threads, FrameVertices& vertices) {
+namespace {
+
+void evaluateClusters(const Evaluator& evaluator, int threads, const SkinnedVertices& skinned,
+                      FrameVertices& vertices) {
     vertices.coefficients.resize(evaluator.vertexCount() * std::size_t(evaluator.asset().model.stride));
     parallelFor(evaluator.clusterCount(), threads,
-                [&](std::size_t cluster) { evaluator.evaluateCluster(cluster, vertices.coefficients); });
+                [&](std::size_t cluster) { evaluator.evaluateCluster(cluster, vertices.coefficients, skinned); });
     const std::size_t first = evaluator.firstFollower();
     overVertices(evaluator.vertexCount() - first, threads, [&](std::size_t begin, std::size_t end) {
         evaluator.follow(first + begin, first + end, {vertices.normals, vertices.tangents}, vertices.coefficients);
     });
+}
+
+}  // namespace
+
+void evaluateCoefficients(const Evaluator& evaluator, int threads, FrameVertices& vertices) {
+    evaluateClusters(evaluator, threads, {}, vertices);
+}
+
+void evaluateSkinned(const Evaluator& evaluator, int threads, FrameVertices& vertices) {
+    evaluateClusters(evaluator, threads, {vertices.positions, vertices.normals, vertices.tangents}, vertices);
 }
 
 void evaluateIndirect(const Evaluator& evaluator, int threads, std::vector<float>& indirect) {
@@ -59,7 +72,7 @@ void evaluateFrame(const Shot& shot, VisibilitySource source, Evaluator& evaluat
     evaluator.setFrame(shot.frame);
     skinFrame(evaluator, threads, vertices);
     if (source == VisibilitySource::kModel)
-        evaluateCoefficients(evaluator, threads, vertices);
+        evaluateSkinned(evaluator, threads, vertices);
     else
         vertices.coefficients = truthCoefficients(shot, vertices, threads);
     evaluateIndirect(evaluator, threads, vertices.indirect);
@@ -96,6 +109,13 @@ void shadeFrame(const ShadingSet& shading, const FrameVertices& vertices, Vec3 e
                 clampAtZero(std::span(radiance).subspan(term * count + order[at], 1));
         }
     });
+}
+
+void shadeSome(const ShadingSet& shading, std::span<const std::uint32_t> some, const FrameVertices& vertices, Vec3 eye,
+               std::vector<Vec3>& radiance) {
+    radiance.resize(vertices.positions.size());
+    shading.shadeSome(some, vertices.range(0, radiance.size()), eye, radiance);
+    for (const std::uint32_t v : some) clampAtZero(std::span(radiance).subspan(v, 1));
 }
 
 std::vector<std::uint32_t> clusterOfVertex(const AssetView& asset) {

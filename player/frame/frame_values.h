@@ -29,6 +29,8 @@ void evaluateFrame(const Shot& shot, VisibilitySource source, Evaluator& evaluat
 // empty where the asset has none.
 void skinFrame(const Evaluator& evaluator, int threads, FrameVertices& vertices);
 void evaluateCoefficients(const Evaluator& evaluator, int threads, FrameVertices& vertices);
+// The same where `vertices` are those that skinFrame() has written in this pose, so that nothing is skinned twice.
+void evaluateSkinned(const Evaluator& evaluator, int threads, FrameVertices& vertices);
 void evaluateIndirect(const Evaluator& evaluator, int threads, std::vector<float>& indirect);
 
 // Returns the baked truth as numbers of the model's convention, in the local frames of `vertices`. shot.truth must be
@@ -42,6 +44,10 @@ std::vector<float> ambientOf(const Shot& shot, const std::vector<float>& coeffic
 // V].
 void shadeFrame(const ShadingSet& shading, const FrameVertices& vertices, Vec3 eye, int threads,
                 std::vector<Vec3>& radiance);
+
+// The same of `some` vertices alone (ShadingSet::shadeSome()); the others are undefined. Sizes `radiance`: [V].
+void shadeSome(const ShadingSet& shading, std::span<const std::uint32_t> some, const FrameVertices& vertices, Vec3 eye,
+               std::vector<Vec3>& radiance);
 
 // Returns what the picture shows of every vertex, as the fragment shader takes it: radiance ([terms, V]), normal, or a
 // number in x. Reads `shading` only for kShaded, and `true_ambient` only for kError.

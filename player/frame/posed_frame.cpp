@@ -28,7 +28,7 @@ const FrameVertices& PosedFrame::vertices(VisibilitySource source) {
     Source& wanted = sources_[std::size_t(source)];
     if (wanted.known) return vertices_;
     if (source == VisibilitySource::kModel)
-        evaluateCoefficients(evaluator_, threads_, vertices_);
+        evaluateSkinned(evaluator_, threads_, vertices_);
     else
         vertices_.coefficients = truthCoefficients(shot_, vertices_, threads_);
     wanted.known = true;

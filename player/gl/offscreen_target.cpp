@@ -41,13 +41,15 @@ void checkLimit(const char* what, int value, GLenum limit_name) {
 
 }  // namespace
 
-OffscreenTarget::OffscreenTarget(int width, int height, int samples, GLenum color) : width_(width), height_(height) {
+OffscreenTarget::OffscreenTarget(int width, int height, int samples, GLenum color)
+    : width_(width), height_(height), samples_(samples) {
     checkLimit("the picture's width", width, GL_MAX_RENDERBUFFER_SIZE);
     checkLimit("the picture's height", height, GL_MAX_RENDERBUFFER_SIZE);
     checkLimit("the number of samples a pixel,", samples, GL_MAX_SAMPLES);
     color_ = makeRenderbuffer(color, width, height, samples);
     depth_ = makeRenderbuffer(GL_DEPTH_COMPONENT32F, width, height, samples);
     framebuffer_ = makeFramebuffer(color_, &depth_);
+    if (samples == 1) return;
     resolved_color_ = makeRenderbuffer(color, width, height, 1);
     resolved_framebuffer_ = makeFramebuffer(resolved_color_, nullptr);
 }
@@ -62,6 +64,7 @@ void OffscreenTarget::begin() const {
 }
 
 void OffscreenTarget::resolve() const {
+    if (samples_ == 1) return gl::BindFramebuffer(GL_FRAMEBUFFER, framebuffer_.id());
     gl::BindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer_.id());
     gl::BindFramebuffer(GL_DRAW_FRAMEBUFFER, resolved_framebuffer_.id());
     gl::BlitFramebuffer(0, 0, width_, height_, 0, 0, width_, height_, GL_COLOR_BUFFER_BIT, GL_NEAREST);

@@ -1,6 +1,6 @@
 #pragma once
 // An offscreen target is where a frame is drawn without a window: a multisampled colour and depth buffer, and the
-// picture that it resolves to.
+// picture that it resolves to, which with one sample a pixel is the buffer itself.
 #include <cstdint>
 #include <vector>
 
@@ -25,8 +25,8 @@ public:
     void readBytes(std::vector<std::uint8_t>& out) const;
 
 private:
-    void resolve() const;  // resolves, and binds the result
-    int width_, height_;
+    void resolve() const;  // binds the samples' means
+    int width_, height_, samples_;
     GlObject color_, depth_, resolved_color_, framebuffer_, resolved_framebuffer_;
 };
 

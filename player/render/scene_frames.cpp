@@ -27,6 +27,9 @@ SceneFrames::SceneFrames(const PosedScene& scene, const RenderOptions& options, 
     if (compares()) casts_.resize(values_.size());
     if (truth) attachTruth(*truth);
     hidden_.resize(looks_.size());
+    sent_.resize(looks_.size());
+    for (const std::unique_ptr<SceneLook>& look : looks_)
+        shining_vertices_.push_back(shiningVertices(look->view.mesh.positions.size(), look->view.mesh.slot_of_vertex));
     if (scene.light()) whole_light_ = *scene.light();
     sunlight_ = sceneSunlight(scene, looks_);
     if (scene.field()) makeField();
@@ -110,12 +113,12 @@ bool SceneFrames::receives() const {
 }
 
 void SceneFrames::castOnGlow() {
-    std::vector<Vec3> corners;
+    standing_.clear();
     for (const FrameVertices& member : members_) {
         const BoundingBox box = boundsOf(member.positions);
-        corners.insert(corners.end(), {box.low, box.high});
+        standing_.insert(standing_.end(), {box.low, box.high});
     }
-    glow_.cast(scene_.cast(), scene_.file().ground->height, corners, threads_);
+    glow_.cast(scene_.cast(), scene_.file().ground->height, standing_, threads_);
 }
 
 void SceneFrames::evaluateGround() {
@@ -215,18 +218,19 @@ std::vector<float> SceneFrames::memberAmbient(std::size_t m, const FrameVertices
     return castAmbient(scene_.castWay().mode, looks_[m]->view.model, vertices, casts_[m]);
 }
 
-std::vector<Vec3> SceneFrames::memberValues(std::size_t m) {
+void SceneFrames::findMemberValues(std::size_t m) {
     SceneLook& look = *looks_[m];
-    std::vector<Vec3> values;
+    std::vector<Vec3>& values = values_[m];
     if (options_.channel != Channel::kShaded) {
+        values.clear();
         std::vector<float> ambient = memberAmbient(m, members_[m]);
         if (options_.channel == Channel::kBouncedAmbient)
             addBouncedAmbient(look.view.model.indirect->axes, members_[m].indirect, ambient);
         for (const float e : ambient) values.push_back({e, 0, 0});
-        if (channelOf(m) != Channel::kError) return values;
+        if (channelOf(m) != Channel::kError) return;
         const std::vector<float> truth = memberAmbient(m, trueMember(m));
         for (std::size_t v = 0; v < truth.size(); ++v) values[v].x = std::abs(values[v].x - truth[v]);
-        return values;
+        return;
     }
     if (compares())
         look.cast_shader->shade(members_[m], casts_[m], view_.eye, threads_, values);
@@ -235,31 +239,32 @@ std::vector<Vec3> SceneFrames::memberValues(std::size_t m) {
     if (!suns().empty())
         sight_[m] = takeMirrorsOut(look.view.model.convention, look.view.model.stride, members_[m], view_.eye, threads_,
                                    sunlight_.lobes, look.lobes, values);
-    return values;
 }
 
-std::vector<Vec3> SceneFrames::groundValues() {
+void SceneFrames::findGroundValues() {
     const bool shaded = options_.channel == Channel::kShaded;
-    std::vector<Vec3> values;
+    std::vector<Vec3>& values = values_.back();
     if (field_look_) {
         field_look_->shade(field_, view_.eye, threads_, values);
         if (!suns().empty())
             field_sight_ = takeMirrorsOut(scene_.field()->convention(), kFieldStride, field_, view_.eye, threads_,
                                           sunlight_.lobes, ground_lobes_, values);
-        return values;
+        return;
     }
-    if (compares())
-        return groundInMode(scene_.castWay().mode, casts_.back(), shaded ? scene_.light() : nullptr,
-                            scene_.lightRotation(), scene_.file().ground->albedo);
+    if (compares()) {
+        values = groundInMode(scene_.castWay().mode, casts_.back(), shaded ? scene_.light() : nullptr,
+                              scene_.lightRotation(), scene_.file().ground->albedo);
+        return;
+    }
     if (shaded) {
         const Vec3 albedo = scene_.file().ground->albedo;
-        values = groundRadiance(ground_, sunlight_.light, scene_.lightRotation(), albedo, threads_);
+        groundRadiance(ground_, {sunlight_.light, scene_.lightRotation(), albedo}, threads_, values);
         if (receives() && scene_.groundCasts()) addMembersLight(ground_, shining_, albedo, threads_, values);
-        return values;
+        return;
     }
+    values.clear();
     for (const float e : scene_.field() ? fieldAmbient(scene_.field()->convention(), field_) : groundAmbient(ground_))
         values.push_back({e, 0, 0});
-    return values;
 }
 
 void SceneFrames::frameCamera() {
@@ -269,7 +274,7 @@ void SceneFrames::frameCamera() {
 
 void SceneFrames::shade() {
     shadeMembers();
-    if (scene_.file().ground && (scene_.field() || !scene_.file().ground->catcher)) values_.back() = groundValues();
+    if (scene_.file().ground && (scene_.field() || !scene_.file().ground->catcher)) findGroundValues();
 }
 
 void SceneFrames::shadeMembers() {
@@ -279,51 +284,46 @@ void SceneFrames::shadeMembers() {
         members_[m].received.clear();
         if (!looks_[m]->drawn) continue;
         if (glows) receiveFromGround(glow_, hidden_[m], threads_, members_[m]);
-        values_[m] = memberValues(m);
     }
-    if (receives()) addOthersLight();
+    if (receives()) receiveFromMembers();
+    for (std::size_t m = 0; m < members_.size(); ++m)
+        if (looks_[m]->drawn) findMemberValues(m);
 }
 
-// Finds what members send to others: what they show under the whole light.
+// Finds what members send to others: what they show under the whole light, but for that of others.
 void SceneFrames::findShining() {
-    shining_.assign(members_.size(), {});
+    shines_ = true;
+    shining_.resize(members_.size());
     parallelFor(members_.size(), threads_, [&](std::size_t m) {
         SceneLook& look = *looks_[m];
         if (!look.drawn) return;
-        if (suns().empty()) {
-            shining_[m] = shiningMember(members_[m], look.view.mesh.triangles, values_[m]);
-            return;
-        }
-        std::vector<Vec3> whole;
-        look.shading->setSuns(false);
-        shadeFrame(*look.shading, members_[m], view_.eye, 1, whole);
-        look.shading->setSuns(true);
-        shining_[m] = shiningMember(members_[m], look.view.mesh.triangles, whole);
+        if (!suns().empty()) look.shading->setSuns(false);
+        shadeSome(*look.shading, shining_vertices_[m], members_[m], view_.eye, sent_[m]);
+        if (!suns().empty()) look.shading->setSuns(true);
+        shiningMember(members_[m], look.view.mesh.triangles, sent_[m], shining_[m]);
     });
 }
 
 SentLight SceneFrames::sentLight() {
     if (!receives()) return {};
-    if (shining_.empty()) findShining();
+    if (!shines_) findShining();
     return {scene_.groundCasts() ? &glow_ : nullptr, shining_};
 }
 
-// Shades once more who receives light from others.
-void SceneFrames::addOthersLight() {
+void SceneFrames::receiveFromMembers() {
     const auto wants = [&](std::size_t m) { return looks_[m]->drawn && hidden_[m].fromOthers(); };
-    std::vector<std::size_t> receivers;
+    receivers_.clear();
     for (std::size_t m = 0; m < members_.size(); ++m)
-        if (wants(m)) receivers.push_back(m);
-    shining_.clear();
+        if (wants(m)) receivers_.push_back(m);
+    shines_ = false;
     const bool ground = scene_.groundCasts() && !scene_.file().ground->catcher;
-    if (receivers.empty() && !ground) return;
+    if (receivers_.empty() && !ground) return;
     findShining();
-    parallelFor(receivers.size(), threads_, [&](std::size_t n) {
-        const std::size_t m = receivers[n];
+    parallelFor(receivers_.size(), threads_, [&](std::size_t n) {
+        const std::size_t m = receivers_[n];
         members_[m].received.resize(members_[m].positions.size());
         receiveFromOthers(scene_.members()[m]->evaluator, m, shining_, hidden_[m], members_[m]);
     });
-    for (const std::size_t m : receivers) values_[m] = memberValues(m);
 }
 
 std::vector<SceneMesh> SceneFrames::meshes() const {

@@ -87,8 +87,13 @@ private:
     // Light that the ground and members send to one another.
     std::vector<HiddenSky> hidden_;  // one for each member
     GroundGlow glow_;
-    std::vector<ShiningMember> shining_;
-    LightView whole_light_;  // with its suns
+    std::vector<ShiningMember> shining_;                        // one for each member
+    bool shines_ = false;                                       // they are those of this frame
+    std::vector<std::size_t> receivers_;                        // members that others hide something of the sky from
+    std::vector<Vec3> standing_;                                // corners of the boxes of all members
+    std::vector<std::vector<std::uint32_t>> shining_vertices_;  // those of each member
+    std::vector<std::vector<Vec3>> sent_;                       // their radiance, [V]
+    LightView whole_light_;                                     // with its suns
     SceneSunlight sunlight_;
     std::vector<LobeRange> ground_lobes_;    // one for each vertex
     std::vector<std::vector<float>> sight_;  // sight of each member's mirrors
@@ -98,13 +103,13 @@ private:
     void attachTruth(const AssetView& truth);
     bool receives() const;
     void castOnGlow();
-    void addOthersLight();
+    void receiveFromMembers();
     void findShining();
     Channel channelOf(std::size_t member) const;
     FrameVertices trueMember(std::size_t member) const;
     std::vector<float> memberAmbient(std::size_t member, const FrameVertices& vertices) const;
-    std::vector<Vec3> memberValues(std::size_t member);
-    std::vector<Vec3> groundValues();
+    void findMemberValues(std::size_t member);
+    void findGroundValues();
     void makeField();
 };
 

@@ -26,12 +26,15 @@ float shareOf(const CastBlock& block, int axis, std::uint32_t at) {
     return float(at - block.low[axis]) / float(std::max(block.high[axis] - block.low[axis], 1u));
 }
 
+// Keeps its room from grid to grid.
 class Blocks {
 public:
-    Blocks(const CastShadow& cast, const CastGrid& grid, int threads)
-        : grid_(grid), tiles_(cast, grid, threads), done_(grid.vertices.positions.size()) {}
-
-    std::size_t run(std::span<CastBlock> blocks) {
+    std::size_t run(const CastShadow& cast, const CastGrid& grid, std::span<CastBlock> blocks, int threads) {
+        grid_ = grid;
+        tiles_.begin(cast, grid_, threads);
+        done_.assign(grid.vertices.positions.size(), 0);
+        wanted_.clear();
+        evaluated_ = 0;
         for (const CastBlock& block : blocks) {
             if (!block.wanted) continue;
             for (const std::uint32_t i : {block.low[0], block.high[0]})
@@ -55,9 +58,9 @@ public:
     }
 
 private:
-    const CastGrid& grid_;
+    CastGrid grid_;
     CastTiles tiles_;
-    std::vector<bool> done_;             // a vertex is evaluated, or about to be
+    std::vector<std::uint8_t> done_;     // a vertex is evaluated, or about to be
     std::vector<std::uint32_t> wanted_;  // vertices
     std::size_t evaluated_ = 0;
 
@@ -66,8 +69,8 @@ private:
         return Row(grid_.mirrored.data() + vertex(i, j) * kFarCoefficients, kFarCoefficients);
     }
     void want(std::uint32_t i, std::uint32_t j) {
-        if (done_[vertex(i, j)]) return;
-        done_[vertex(i, j)] = true;
+        if (done_[vertex(i, j)] != 0) return;
+        done_[vertex(i, j)] = 1;
         wanted_.push_back(vertex(i, j));
     }
 
@@ -118,7 +121,7 @@ private:
     void interpolate(const CastBlock& block) {
         for (std::uint32_t i = block.low[0]; i <= block.high[0]; ++i)
             for (std::uint32_t j = block.low[1]; j <= block.high[1]; ++j) {
-                if (done_[vertex(i, j)]) continue;
+                if (done_[vertex(i, j)] != 0) continue;
                 const std::array<float, kFarCoefficients> coefficients = betweenCorners(grid_, block, i, j);
                 std::copy(coefficients.begin(), coefficients.end(), &grid_.mirrored[vertex(i, j) * kFarCoefficients]);
             }
@@ -157,7 +160,8 @@ std::array<float, kFarCoefficients> betweenCorners(const CastGrid& grid, const C
 }
 
 std::size_t castOnBlocks(const CastShadow& cast, const CastGrid& grid, std::span<CastBlock> blocks, int threads) {
-    return Blocks(cast, grid, threads).run(blocks);
+    thread_local Blocks room;
+    return room.run(cast, grid, blocks, threads);
 }
 
 }  // namespace penumbra

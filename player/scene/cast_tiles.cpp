@@ -29,6 +29,7 @@ struct TileLines {
     std::array<std::uint32_t, kTile / kStep + 1> at{};
     std::uint32_t count = 0;
 
+    TileLines() = default;
     TileLines(std::uint32_t tile, std::uint32_t size) {
         const std::uint32_t first = tile * kTile, last = std::min(first + kTile, size - 1);
         for (std::uint32_t i = first; i < last; i += kStep) at[count++] = i;
@@ -71,9 +72,15 @@ struct Batch {
 struct CastTiles::Tile {
     TileLines rows, columns;
     CastAnchors anchors;
+    bool has_anchors = false;           // they were asked for; there may be none
+    std::vector<std::uint32_t> wanted;  // vertices
 
-    Tile(std::uint32_t row, std::uint32_t column, const CastGrid& grid)
-        : rows(row, grid.rows), columns(column, grid.columns) {}
+    void begin(std::uint32_t row, std::uint32_t column, const CastGrid& grid) {
+        rows = TileLines(row, grid.rows);
+        columns = TileLines(column, grid.columns);
+        anchors.sums = has_anchors = false;
+        anchors.choice = {};
+    }
 
     // Without anchors every vertex looks up all for itself: on curved grounds, where what the anchors see is not what
     // lies between them, and where they are farther apart than `widest`.
@@ -129,7 +136,7 @@ struct CastTiles::Tile {
         return side;
     }
 
-    void castOn(const CastShadow& cast, const CastGrid& grid, std::span<const std::uint32_t> wanted) const {
+    void castOn(const CastShadow& cast, const CastGrid& grid) const {
         thread_local Batch batch;
         batch.clear();
         for (const std::uint32_t v : wanted) add(v / grid.columns, v % grid.columns, batch);
@@ -153,25 +160,30 @@ struct CastTiles::Tile {
     }
 };
 
-CastTiles::CastTiles(const CastShadow& cast, const CastGrid& grid, int threads)
-    : cast_(cast),
-      grid_(grid),
-      threads_(threads),
-      tiles_a_row_(grid.columns / kTile + 1),
-      tiles_(std::size_t(grid.rows / kTile + 1) * tiles_a_row_) {}
+CastTiles::CastTiles() = default;
 CastTiles::~CastTiles() = default;
 
+void CastTiles::begin(const CastShadow& cast, const CastGrid& grid, int threads) {
+    cast_ = &cast;
+    grid_ = &grid;
+    threads_ = threads;
+    tiles_a_row_ = grid.columns / kTile + 1;
+    tile_count_ = std::size_t(grid.rows / kTile + 1) * tiles_a_row_;
+    while (tiles_.size() < tile_count_) tiles_.push_back(std::make_unique<Tile>());
+    for (std::size_t t = 0; t < tile_count_; ++t)
+        tiles_[t]->begin(std::uint32_t(t / tiles_a_row_), std::uint32_t(t % tiles_a_row_), grid);
+}
+
 void CastTiles::castOn(std::span<const std::uint32_t> wanted) {
-    std::vector<std::vector<std::uint32_t>> of_tile(tiles_.size());
+    for (std::size_t t = 0; t < tile_count_; ++t) tiles_[t]->wanted.clear();
     for (const std::uint32_t v : wanted)
-        of_tile[v / grid_.columns / kTile * tiles_a_row_ + v % grid_.columns / kTile].push_back(v);
-    parallelFor(tiles_.size(), threads_, [&](std::size_t t) {
-        if (of_tile[t].empty()) return;
-        if (!tiles_[t]) {
-            tiles_[t] = std::make_unique<Tile>(std::uint32_t(t / tiles_a_row_), std::uint32_t(t % tiles_a_row_), grid_);
-            tiles_[t]->sumAnchors(cast_, grid_, cast_.smallestCaster());
-        }
-        tiles_[t]->castOn(cast_, grid_, of_tile[t]);
+        tiles_[v / grid_->columns / kTile * tiles_a_row_ + v % grid_->columns / kTile]->wanted.push_back(v);
+    parallelFor(tile_count_, threads_, [&](std::size_t t) {
+        Tile& tile = *tiles_[t];
+        if (tile.wanted.empty()) return;
+        if (!tile.has_anchors) tile.sumAnchors(*cast_, *grid_, cast_->smallestCaster());
+        tile.has_anchors = true;
+        tile.castOn(*cast_, *grid_);
     });
 }
 

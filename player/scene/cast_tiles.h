@@ -17,9 +17,10 @@ struct CastGrid {
 
 class CastTiles {
 public:
-    // The grid and the casters outlive this object, and neither moves.
-    CastTiles(const CastShadow& cast, const CastGrid& grid, int threads);
+    CastTiles();
     ~CastTiles();
+    // Forgets what was cast before, and keeps its room. The grid and the casters stay as they are until the next call.
+    void begin(const CastShadow& cast, const CastGrid& grid, int threads);
 
     // Writes what all casters leave visible at `wanted` vertices, as CastShadow::evaluate() does, but sums what is far
     // and hides little at every fourth vertex of every fourth row alone (CastShadow::sumAnchors()). Anchors are
@@ -28,11 +29,12 @@ public:
 
 private:
     struct Tile;
-    const CastShadow& cast_;
-    const CastGrid& grid_;
-    int threads_;
-    std::uint32_t tiles_a_row_;
-    std::vector<std::unique_ptr<Tile>> tiles_;  // row by row
+    const CastShadow* cast_ = nullptr;
+    const CastGrid* grid_ = nullptr;
+    int threads_ = 1;
+    std::uint32_t tiles_a_row_ = 0;
+    std::size_t tile_count_ = 0;
+    std::vector<std::unique_ptr<Tile>> tiles_;  // row by row; more than there are where a grid before had more
 };
 
 }  // namespace penumbra

@@ -10,8 +10,24 @@
 
 namespace penumbra {
 
-void addShining(const ShiningMesh& mesh, std::vector<ShiningVertex>& vertices) {
+namespace {
+
+// Vertices from one that stands for all to the next.
+std::size_t shiningStep(std::size_t vertices) {
     constexpr std::size_t kMax = 2000;  // vertices of a mesh that are looked at
+    return vertices / kMax + 1;
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> shiningVertices(std::size_t vertices, std::span<const std::uint16_t> slot_of_vertex) {
+    std::vector<std::uint32_t> out;
+    for (std::size_t v = 0; v < vertices; v += shiningStep(vertices)) out.push_back(std::uint32_t(v));
+    if (!slot_of_vertex.empty()) std::ranges::stable_sort(out, {}, [&](std::uint32_t v) { return slot_of_vertex[v]; });
+    return out;
+}
+
+void addShining(const ShiningMesh& mesh, std::vector<ShiningVertex>& vertices) {
     thread_local std::vector<float> areas;
     areas.assign(mesh.positions.size(), 0.0f);
     for (std::size_t t = 0; t + 2 < mesh.triangles.size(); t += 3) {
@@ -20,12 +36,12 @@ void addShining(const ShiningMesh& mesh, std::vector<ShiningVertex>& vertices) {
         const float third = length(cross(b - a, c - a)) / 6;
         for (std::size_t k = 0; k < 3; ++k) areas[mesh.triangles[t + k]] += third;
     }
-    const std::size_t step = areas.size() / kMax + 1;
+    const std::size_t step = shiningStep(areas.size());
     for (std::size_t v = 0; v < areas.size(); v += step)
         vertices.push_back({mesh.positions[v], mesh.normals[v] * (areas[v] * float(step)), mesh.radiance[v]});
 }
 
-std::vector<Emitter> emittersOf(std::span<const ShiningVertex> vertices, float cell) {
+void emittersOf(std::span<const ShiningVertex> vertices, float cell, std::vector<Emitter>& out) {
     struct Placed {
         std::tuple<int, int, int, int> cell;  // cell of space, and the octant of the normal
         std::size_t vertex;
@@ -41,7 +57,7 @@ std::vector<Emitter> emittersOf(std::span<const ShiningVertex> vertices, float c
     std::ranges::sort(placed, [](const Placed& a, const Placed& b) {
         return a.cell != b.cell ? a.cell < b.cell : a.vertex < b.vertex;
     });
-    std::vector<Emitter> out;
+    out.clear();
     for (std::size_t first = 0; first < placed.size();) {
         Emitter sum = {};
         float weights = 0;
@@ -56,7 +72,6 @@ std::vector<Emitter> emittersOf(std::span<const ShiningVertex> vertices, float c
         }
         out.push_back({sum.position / weights, sum.area, sum.radiance / weights});
     }
-    return out;
 }
 
 Vec3 meanRadiance(std::span<const Emitter> emitters, Vec3 point, Vec3 normal) {

@@ -37,11 +37,14 @@ struct ShiningMesh {
     std::span<const std::uint32_t> triangles;  // [3 T]
     std::span<const Vec3> radiance;
 };
-// Adds some vertices of a mesh, each for its neighbours as well.
+// Returns the vertices of a mesh of V that stand for all, each for its neighbours as well: a few, those of one slot
+// together. `slot_of_vertex` is [V], or empty where there is one slot.
+std::vector<std::uint32_t> shiningVertices(std::size_t vertices, std::span<const std::uint16_t> slot_of_vertex);
+// Adds the vertices of a mesh that stand for all. Only their radiance is read.
 void addShining(const ShiningMesh& mesh, std::vector<ShiningVertex>& vertices);
 
 // Joins vertices that are in one cube of `cell` metres a side and whose normals lie in one octant.
-std::vector<Emitter> emittersOf(std::span<const ShiningVertex> vertices, float cell);
+void emittersOf(std::span<const ShiningVertex> vertices, float cell, std::vector<Emitter>& out);
 
 // Returns the mean radiance of what a point sees of the emitters above its horizon, 0 where it sees none.
 Vec3 meanRadiance(std::span<const Emitter> emitters, Vec3 point, Vec3 normal);

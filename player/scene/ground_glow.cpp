@@ -15,23 +15,6 @@ namespace {
 // variances sum up to 1/6 of a cell's square, and between the points there is another 1/6.
 constexpr float kWidthOfCell = 0.57735f;
 
-std::uint32_t sideOf(std::uint32_t side, std::size_t level) { return ((side - 1) >> level) + 1; }
-
-// Blurs a level and keeps every second point. Nothing is missing outside.
-void halve(std::span<const Vec3> fine, std::uint32_t side, std::vector<Vec3>& coarse) {
-    const std::uint32_t half = sideOf(side, 1);
-    coarse.assign(std::size_t(half) * half, Vec3{});
-    for (std::uint32_t i = 0; i < half; ++i)
-        for (std::uint32_t j = 0; j < half; ++j)
-            for (int di = -1; di <= 1; ++di)
-                for (int dj = -1; dj <= 1; ++dj) {
-                    const auto row = std::int64_t(2 * i) + di, column = std::int64_t(2 * j) + dj;
-                    if (row < 0 || column < 0 || row >= side || column >= side) continue;
-                    coarse[i * half + j] += fine[std::size_t(row) * side + std::size_t(column)] *
-                                            (float((2 - di * di) * (2 - dj * dj)) / 16);
-                }
-}
-
 }  // namespace
 
 void GroundGlow::cast(const CastShadow& cast, double ground_height, std::span<const Vec3> standing, int threads) {
@@ -54,7 +37,7 @@ void GroundGlow::cast(const CastShadow& cast, double ground_height, std::span<co
             positions_[i * kSide + j] = {corner_[0] + float(i) * cell_, height_, corner_[1] + float(j) * cell_};
     mirrored_.assign(count * kFarCoefficients, 0.0f);
     for (std::size_t v = 0; v < count; ++v) mirrored_[v * kFarCoefficients] = kOpenSight;
-    blocks_ = castBlocks(kSide, kSide);
+    if (blocks_.empty()) blocks_ = castBlocks(kSide, kSide);
     castOnBlocks(cast, {kSide, kSide, {positions_, normals_, tangents_}, mirrored_}, blocks_, threads);
 }
 
@@ -67,11 +50,30 @@ void GroundGlow::light(const GroundWeights& weights, Vec3 albedo) {
     };
     std::array<float, kFarCoefficients> open{kOpenSight};
     open_ = radianceOf(open.data());
-    shade_[0].resize(positions_.size());
-    for (std::size_t v = 0; v < positions_.size(); ++v)
-        shade_[0][v] = open_ - radianceOf(&mirrored_[v * kFarCoefficients]);
-    for (std::size_t level = 1; level < kLevels; ++level)
-        halve(shade_[level - 1], sideOf(kSide, level - 1), shade_[level]);
+    const std::size_t wide = kSide + 2;
+    shade_[0].assign(wide * wide, Texel{});
+    for (std::size_t v = 0; v < positions_.size(); ++v) {
+        const Vec3 shade = open_ - radianceOf(&mirrored_[v * kFarCoefficients]);
+        shade_[0][(v / kSide + 1) * wide + v % kSide + 1] = {shade.x, shade.y, shade.z, 0};
+    }
+    for (std::size_t level = 1; level < kLevels; ++level) halve(level);
+}
+
+// Makes a level: blurs the one before it and keeps every second point.
+void GroundGlow::halve(std::size_t level) {
+    const std::uint32_t side = sideOf(level), wide = side + 2, fine_wide = sideOf(level - 1) + 2;
+    const std::vector<Texel>& fine = shade_[level - 1];
+    shade_[level].assign(std::size_t(wide) * wide, Texel{});
+    for (std::uint32_t i = 0; i < side; ++i)
+        for (std::uint32_t j = 0; j < side; ++j) {
+            Texel& out = shade_[level][(i + 1) * wide + j + 1];
+            for (std::uint32_t row = 0; row < 3; ++row)
+                for (std::uint32_t column = 0; column < 3; ++column) {
+                    const Texel& from = fine[(2 * i + row) * fine_wide + 2 * j + column];
+                    const float share = float((row == 1 ? 2 : 1) * (column == 1 ? 2 : 1)) / 16;
+                    for (std::size_t c = 0; c < 3; ++c) out[c] += from[c] * share;
+                }
+        }
 }
 
 void GroundGlow::light(const LightView& of_scene, const Mat3d& rotation, Vec3 albedo) {
@@ -81,27 +83,31 @@ void GroundGlow::light(const LightView& of_scene, const Mat3d& rotation, Vec3 al
     light(groundWeights(up, of_scene, rotation), albedo);
 }
 
-Vec3 GroundGlow::shadeOf(std::size_t level, float x, float z) const {
-    const std::uint32_t side = sideOf(kSide, level);
-    const float cell = cell_ * float(1u << level), row = (x - corner_[0]) / cell, column = (z - corner_[1]) / cell;
-    if (!(row > -1 && column > -1 && row < float(side) && column < float(side))) return {};
-    const float i = std::floor(row), j = std::floor(column), down = row - i, right = column - j;
-    Vec3 sum;
-    for (int k = 0; k < 4; ++k) {
-        const int r = int(i) + k / 2, c = int(j) + k % 2;
-        if (r < 0 || c < 0 || r >= int(side) || c >= int(side)) continue;
-        sum += shade_[level][std::size_t(r) * side + std::size_t(c)] *
-               ((k / 2 == 1 ? down : 1 - down) * (k % 2 == 1 ? right : 1 - right));
-    }
-    return sum;
+// Adds a share of what a level has between its points.
+void GroundGlow::addShade(std::size_t level, float x, float z, float share, Texel& sum) const {
+    const std::uint32_t side = sideOf(level), wide = side + 2;
+    const float cell = cell_ * float(1u << level), row = (x - corner_[0]) / cell + 1,
+                column = (z - corner_[1]) / cell + 1;
+    if (!(row > 0 && column > 0 && row < float(side + 1) && column < float(side + 1))) return;
+    const auto i = std::uint32_t(row), j = std::uint32_t(column);
+    const float down = row - float(i), right = column - float(j);
+    const Texel *const above = &shade_[level][std::size_t(i) * wide + j], *const below = above + wide;
+    const float weights[4] = {share * (1 - down) * (1 - right), share * (1 - down) * right, share * down * (1 - right),
+                              share * down * right};
+    for (std::size_t c = 0; c < 4; ++c)
+        sum[c] += (above[0][c] * weights[0] + above[1][c] * weights[1]) +
+                  (below[0][c] * weights[2] + below[1][c] * weights[3]);
 }
 
 // Mean over a spot of this standard deviation.
-Vec3 GroundGlow::shadeAt(float x, float z, float width) const {
+GroundGlow::Texel GroundGlow::shadeAt(float x, float z, float width) const {
     const float level = std::clamp(std::log2(std::max(width / (kWidthOfCell * cell_), 1.0f)), 0.0f, float(kLevels - 1));
     const auto low = std::min(std::size_t(level), kLevels - 2);
     const float share = level - float(low);
-    return shadeOf(low, x, z) * (1 - share) + shadeOf(low + 1, x, z) * share;
+    Texel sum{};
+    addShade(low, x, z, 1 - share, sum);
+    addShade(low + 1, x, z, share, sum);
+    return sum;
 }
 
 Vec3 GroundGlow::radianceAt(Vec3 position, Vec3 normal) const {
@@ -113,7 +119,8 @@ Vec3 GroundGlow::radianceAt(Vec3 position, Vec3 normal) const {
     Vec3 shade;
     for (const auto& [offset, width, more] : {std::array{0.88f, 0.6f, 0.2f}, std::array{3.87f, 1.32f, 1.1f}}) {
         const float away = offset * lean * h;
-        shade += shadeAt(position.x + x * away, position.z + z * away, (width + more * lean) * h) * 0.5f;
+        const Texel half = shadeAt(position.x + x * away, position.z + z * away, (width + more * lean) * h);
+        shade += Vec3{half[0], half[1], half[2]} * 0.5f;
     }
     return open_ - shade;
 }

@@ -39,11 +39,15 @@ private:
     std::vector<Vec3> positions_, normals_, tangents_;
     std::vector<float> mirrored_;
     std::vector<CastBlock> blocks_;
-    Vec3 open_;                                     // radiance of free sight
-    std::array<std::vector<Vec3>, kLevels> shade_;  // light that shadows take from it; columns along z
+    Vec3 open_;  // radiance of free sight
+    // Light that shadows take from it; columns along z. Around each level is a margin of one point without any.
+    using Texel = std::array<float, 4>;  // RGB, and 0
+    std::array<std::vector<Texel>, kLevels> shade_;
 
-    Vec3 shadeAt(float x, float z, float width) const;
-    Vec3 shadeOf(std::size_t level, float x, float z) const;
+    static std::uint32_t sideOf(std::size_t level) { return ((kSide - 1) >> level) + 1; }
+    void halve(std::size_t level);
+    Texel shadeAt(float x, float z, float width) const;
+    void addShade(std::size_t level, float x, float z, float share, Texel& sum) const;
 };
 
 }  // namespace penumbra

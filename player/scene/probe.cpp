@@ -217,7 +217,8 @@ std::vector<ProbeValue> probe(const PosedScene& scene, std::span<const ProbePoin
     for (ProbePoint& point : moved) point.position = toFloat(toDouble(point.position) - scene.file().origin);
     const std::span<const ProbePoint> points = moved;
     const Integrals integrals(scene, suns);
-    const std::vector<Emitter> emitters = emittersOf(sent.members);
+    std::vector<Emitter> emitters;
+    emittersOf(sent.members, emitters);
     std::vector<ProbeValue> values(points.size());
     parallelFor((points.size() + kMaxReceivers - 1) / kMaxReceivers, threads, [&](std::size_t piece) {
         const std::size_t first = piece * kMaxReceivers, count = std::min(kMaxReceivers, points.size() - first);

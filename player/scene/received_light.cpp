@@ -64,24 +64,22 @@ void receive(const HiddenSky& hidden, std::size_t v, Vec3 radiance, FrameVertice
 
 }  // namespace
 
-ShiningMember shiningMember(const FrameVertices& vertices, std::span<const std::uint32_t> triangles,
-                            std::span<const Vec3> values) {
+void shiningMember(const FrameVertices& vertices, std::span<const std::uint32_t> triangles,
+                   std::span<const Vec3> values, ShiningMember& out) {
     constexpr float kCells = 8;  // along the diagonal of the member's box
-    ShiningMember out;
+    thread_local std::vector<ShiningVertex> shining;
+    out.near.clear(), out.far.clear(), shining.clear();
     out.box = boundsOf(vertices.positions);
     const float diagonal = 2 * float(out.box.radius());
-    if (!(diagonal > 0)) return out;
-    std::vector<ShiningVertex> shining;
+    if (!(diagonal > 0)) return;
     addShining({vertices.positions, vertices.normals, triangles, values}, shining);
-    out.near = emittersOf(shining, diagonal / kCells);
-    out.far = emittersOf(shining, diagonal / 2);
-    return out;
+    emittersOf(shining, diagonal / kCells, out.near);
+    emittersOf(shining, diagonal / 2, out.far);
 }
 
-std::vector<Emitter> emittersOf(std::span<const ShiningMember> members) {
-    std::vector<Emitter> emitters;
-    for (const ShiningMember& member : members) emitters.insert(emitters.end(), member.near.begin(), member.near.end());
-    return emitters;
+void emittersOf(std::span<const ShiningMember> members, std::vector<Emitter>& out) {
+    out.clear();
+    for (const ShiningMember& member : members) out.insert(out.end(), member.near.begin(), member.near.end());
 }
 
 void receiveFromGround(const GroundGlow& glow, const HiddenSky& hidden, int threads, FrameVertices& vertices) {
@@ -156,15 +154,28 @@ struct GroundBlock {
     }
 };
 
+// The room that addMembersLight() works in, which a thread keeps.
+struct GroundRoom {
+    std::vector<Emitter> emitters;
+    std::vector<float> e;              // [side^2] of the ground
+    std::vector<std::uint8_t> shaded;  // one for each block
+    std::vector<std::uint32_t> corner_of;
+    Means corners;
+};
+
 }  // namespace
 
 void addMembersLight(const GroundVertices& ground, std::span<const ShiningMember> shining, Vec3 albedo, int threads,
                      std::span<Vec3> radiance) {
     constexpr std::uint32_t kMeanStep = 4;   // vertices between two where the mean is looked up
     constexpr std::size_t kMeanPiece = 128;  // points that a thread takes at once
-    const std::vector<Emitter> emitters = emittersOf(shining);
+    thread_local GroundRoom of_thread;
+    GroundRoom& room = of_thread;  // other threads have one of their own
+    std::vector<Emitter>& emitters = room.emitters;
+    std::vector<float>& e = room.e;
+    emittersOf(shining, emitters);
     if (emitters.empty()) return;
-    const std::vector<float> e = groundAmbient(ground);
+    groundAmbient(ground, e);
     const std::uint32_t side = ground.side, last = side - 1, blocks = (last + kMeanStep - 1) / kMeanStep;
     const std::uint32_t nodes = blocks + 1;  // corners of blocks, a side
     const auto place = [&](std::uint32_t node) { return std::min(node * kMeanStep, last); };
@@ -174,7 +185,8 @@ void addMembersLight(const GroundVertices& ground, std::span<const ShiningMember
         const std::uint32_t i = std::uint32_t(b) / blocks, j = std::uint32_t(b) % blocks;
         return GroundBlock{place(i), place(j), place(i + 1), place(j + 1)};
     };
-    std::vector<std::uint8_t> shaded(std::size_t(blocks) * blocks);
+    std::vector<std::uint8_t>& shaded = room.shaded;
+    shaded.assign(std::size_t(blocks) * blocks, 0);
     parallelFor(shaded.size(), threads, [&](std::size_t b) { shaded[b] = blockOf(b).any(side, isHidden); });
     // 2. Look up the mean at their corners, once for all blocks that share one.
     const auto isCorner = [&](std::uint32_t i, std::uint32_t j) {
@@ -183,16 +195,16 @@ void addMembersLight(const GroundVertices& ground, std::span<const ShiningMember
                 if (shaded[std::size_t(row) * blocks + column] != 0) return true;
         return false;
     };
-    thread_local Means at_corners;
-    at_corners.clear();
-    std::vector<std::uint32_t> corner_of(std::size_t(nodes) * nodes);
+    Means& corners = room.corners;
+    std::vector<std::uint32_t>& corner_of = room.corner_of;
+    corners.clear();
+    corner_of.assign(std::size_t(nodes) * nodes, 0);
     for (std::uint32_t i = 0; i < nodes; ++i)
         for (std::uint32_t j = 0; j < nodes; ++j) {
             if (!isCorner(i, j)) continue;
-            corner_of[std::size_t(i) * nodes + j] = std::uint32_t(at_corners.positions.size());
-            at_corners.add(ground.positions[std::size_t(place(i)) * side + place(j)], {0, 1, 0});
+            corner_of[std::size_t(i) * nodes + j] = std::uint32_t(corners.positions.size());
+            corners.add(ground.positions[std::size_t(place(i)) * side + place(j)], {0, 1, 0});
         }
-    Means& corners = at_corners;  // other threads have one of their own
     corners.means.resize(corners.positions.size());
     parallelFor((corners.positions.size() + kMeanPiece - 1) / kMeanPiece, threads, [&](std::size_t piece) {
         const std::size_t end = std::min((piece + 1) * kMeanPiece, corners.positions.size());

@@ -24,9 +24,9 @@ struct ShiningMember {
     std::vector<Emitter> near, far;
     BoundingBox box;
 };
-// `values` is what the vertices show, of which the first [V] count.
-ShiningMember shiningMember(const FrameVertices& vertices, std::span<const std::uint32_t> triangles,
-                            std::span<const Vec3> values);
+// Replaces `out`, which keeps its room. `values` is what shiningVertices() show, [V].
+void shiningMember(const FrameVertices& vertices, std::span<const std::uint32_t> triangles,
+                   std::span<const Vec3> values, ShiningMember& out);
 
 // The light that others may receive, from a level ground that casts (or null) and from members.
 struct SentLight {
@@ -34,7 +34,7 @@ struct SentLight {
     std::span<const ShiningMember> members;
 };
 // The surfaces of all members from near.
-std::vector<Emitter> emittersOf(std::span<const ShiningMember> members);
+void emittersOf(std::span<const ShiningMember> members, std::vector<Emitter>& out);
 
 // Writes vertices.received: what the ground sends, pi times hidden.by_ground times its mean radiance.
 void receiveFromGround(const GroundGlow& glow, const HiddenSky& hidden, int threads, FrameVertices& vertices);

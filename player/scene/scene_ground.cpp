@@ -7,7 +7,6 @@
 #include <numbers>
 
 #include "formats/common/parallel_for.h"
-#include "player/scene/cast_blocks.h"
 #include "sh/quadrature.h"
 #include "sh/sh_basis.h"
 
@@ -22,14 +21,15 @@ constexpr float kMaxTwist = 0.012f;
 // Draws smooth blocks with fewer triangles.
 class Fans {
 public:
-    Fans(GroundVertices& ground, const CastGrid& grid, std::span<const CastBlock> blocks)
-        : ground_(ground), grid_(grid), blocks_(blocks) {
-        while (blocks_a_side_ < blocks.size() && blocks[blocks_a_side_].low[0] == 0) ++blocks_a_side_;
-        for (const CastBlock& block : blocks) coarse_.push_back(block.smooth && isFlat(block));
+    Fans(GroundVertices& ground, const CastGrid& grid)
+        : ground_(ground), grid_(grid), blocks_(ground.blocks), coarse_(roomForCoarse()) {
+        while (blocks_a_side_ < blocks_.size() && blocks_[blocks_a_side_].low[0] == 0) ++blocks_a_side_;
+        coarse_.clear();
+        for (const CastBlock& block : blocks_) coarse_.push_back(block.smooth && isFlat(block) ? 1 : 0);
     }
 
     void add() {
-        for (std::size_t b = 0; b < blocks_.size(); ++b) coarse_[b] ? addFan(b) : addSquares(blocks_[b]);
+        for (std::size_t b = 0; b < blocks_.size(); ++b) coarse_[b] != 0 ? addFan(b) : addSquares(blocks_[b]);
     }
 
 private:
@@ -37,7 +37,12 @@ private:
     const CastGrid& grid_;
     std::span<const CastBlock> blocks_;  // row by row
     std::size_t blocks_a_side_ = 0;
-    std::vector<bool> coarse_;  // one for each block: a fan shows it
+    std::vector<std::uint8_t>& coarse_;  // one for each block: a fan shows it
+
+    static std::vector<std::uint8_t>& roomForCoarse() {
+        thread_local std::vector<std::uint8_t> room;
+        return room;
+    }
 
     std::uint32_t vertex(std::uint32_t i, std::uint32_t j) const { return i * ground_.side + j; }
 
@@ -69,8 +74,8 @@ private:
         const CastBlock& block = blocks_[index];
         const std::uint32_t middle = vertex(block.middle(0), block.middle(1));
         const std::size_t i = index / blocks_a_side_, j = index % blocks_a_side_, last = blocks_a_side_ - 1;
-        const bool fine[4] = {i > 0 && !coarse_[index - blocks_a_side_], j < last && !coarse_[index + 1],
-                              i < last && !coarse_[index + blocks_a_side_], j > 0 && !coarse_[index - 1]};
+        const bool fine[4] = {i > 0 && coarse_[index - blocks_a_side_] == 0, j < last && coarse_[index + 1] == 0,
+                              i < last && coarse_[index + blocks_a_side_] == 0, j > 0 && coarse_[index - 1] == 0};
         const std::uint32_t corner[4][2] = {{block.low[0], block.low[1]},
                                             {block.low[0], block.high[1]},
                                             {block.high[0], block.high[1]},
@@ -117,10 +122,10 @@ void castOnGround(const CastShadow& cast, int threads, GroundVertices& ground) {
     std::ranges::fill(ground.mirrored, 0.0f);
     for (std::size_t v = 0; v < ground.positions.size(); ++v) ground.mirrored[v * kFarCoefficients] = kOpenSight;
     const CastGrid grid{ground.side, ground.side, {ground.positions, ground.normals, ground.tangents}, ground.mirrored};
-    std::vector<CastBlock> blocks = castBlocks(ground.side, ground.side);
-    ground.evaluated = castOnBlocks(cast, grid, blocks, threads);
+    if (ground.blocks.empty()) ground.blocks = castBlocks(ground.side, ground.side);
+    ground.evaluated = castOnBlocks(cast, grid, ground.blocks, threads);
     ground.drawn.clear();
-    Fans(ground, grid, blocks).add();
+    Fans(ground, grid).add();
 }
 
 GroundVertices groundVertices(const SceneGround& ground, const CastShadow& cast, int threads) {
@@ -133,13 +138,18 @@ GroundVertices groundVertices(const PosedScene& scene, int threads) {
     return groundVertices(*scene.file().ground, scene.cast(), threads);
 }
 
-std::vector<float> groundAmbient(const GroundVertices& ground) {
+void groundAmbient(const GroundVertices& ground, std::vector<float>& e) {
     std::array<float, kFarCoefficients> weights;
-    ambientWeights(parseConvention("D" + std::to_string(kFieldOrder)), weights);
-    std::vector<float> e(ground.positions.size());
+    ambientWeights(Convention{BelowHorizon::kMirrored, kFieldOrder}, weights);
+    e.assign(ground.positions.size(), 0.0f);
     for (std::size_t v = 0; v < e.size(); ++v)
         for (std::size_t i = 0; i < kFarCoefficients; ++i)
             e[v] += weights[i] * ground.mirrored[v * kFarCoefficients + i];
+}
+
+std::vector<float> groundAmbient(const GroundVertices& ground) {
+    std::vector<float> e;
+    groundAmbient(ground, e);
     return e;
 }
 
@@ -161,13 +171,12 @@ GroundWeights groundWeights(const GroundVertices& ground, const LightView& light
     return weights;
 }
 
-std::vector<Vec3> groundRadiance(const GroundVertices& ground, const LightView& light, const Mat3d& rotation,
-                                 Vec3 albedo, int threads) {
+void groundRadiance(const GroundVertices& ground, const LitGround& lit, int threads, std::vector<Vec3>& out) {
     std::array<Vec3, kFarCoefficients> weights;
-    const GroundWeights of_light = groundWeights(ground, light, rotation);
+    const GroundWeights of_light = groundWeights(ground, lit.light, lit.rotation);
     for (std::size_t i = 0; i < kFarCoefficients; ++i)
-        weights[i] = toFloat(toDouble(albedo) * of_light[i] * (1 / std::numbers::pi));
-    std::vector<Vec3> out(ground.positions.size());
+        weights[i] = toFloat(toDouble(lit.albedo) * of_light[i] * (1 / std::numbers::pi));
+    out.assign(ground.positions.size(), Vec3{});
     parallelFor(ground.side, threads, [&](std::size_t row) {
         for (std::size_t v = row * ground.side; v < (row + 1) * ground.side; ++v) {
             for (std::size_t i = 0; i < kFarCoefficients; ++i)
@@ -175,6 +184,12 @@ std::vector<Vec3> groundRadiance(const GroundVertices& ground, const LightView& 
             for (int c = 0; c < 3; ++c) out[v][c] = std::max(out[v][c], 0.0f);
         }
     });
+}
+
+std::vector<Vec3> groundRadiance(const GroundVertices& ground, const LightView& light, const Mat3d& rotation,
+                                 Vec3 albedo, int threads) {
+    std::vector<Vec3> out;
+    groundRadiance(ground, {light, rotation, albedo}, threads, out);
     return out;
 }
 

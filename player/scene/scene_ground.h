@@ -2,6 +2,7 @@
 // Computes the visibility past the casters on the ground of a scene.
 #include <array>
 
+#include "player/scene/cast_blocks.h"
 #include "player/scene/posed_scene.h"
 
 namespace penumbra {
@@ -15,7 +16,8 @@ struct GroundVertices {
     // Fewer triangles, which look the same: where the numbers are interpolated, 4 of a block. Empty: there are none.
     std::vector<std::uint32_t> drawn;
     std::span<const std::uint32_t> shown() const { return drawn.empty() ? triangles : drawn; }
-    std::size_t evaluated = 0;  // vertices; the others lie between evaluated ones
+    std::vector<CastBlock> blocks;  // results of the last cast
+    std::size_t evaluated = 0;      // vertices; the others lie between evaluated ones
 };
 // Returns the vertices of a ground that nobody casts on yet, with room for their numbers.
 GroundVertices groundMesh(const SceneGround& ground);
@@ -29,8 +31,16 @@ using GroundWeights = std::array<Vec3d, kFarCoefficients>;
 GroundWeights groundWeights(const GroundVertices& ground, const LightView& light, const Mat3d& rotation);
 // E of each vertex, and what a Lambertian ground sends back from a light whose SH are turned by `rotation`.
 std::vector<float> groundAmbient(const GroundVertices& ground);
+void groundAmbient(const GroundVertices& ground, std::vector<float>& e);
+// A light, turned by `rotation`, on a ground of one albedo.
+struct LitGround {
+    const LightView& light;
+    const Mat3d& rotation;
+    Vec3 albedo;
+};
 std::vector<Vec3> groundRadiance(const GroundVertices& ground, const LightView& light, const Mat3d& rotation,
                                  Vec3 albedo, int threads);
+void groundRadiance(const GroundVertices& ground, const LitGround& lit, int threads, std::vector<Vec3>& radiance);
 // The same for the light and the ground of the scene.
 std::vector<Vec3> groundRadiance(const PosedScene& scene, const GroundVertices& ground, int threads);
 

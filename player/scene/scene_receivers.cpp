@@ -33,18 +33,27 @@ bool castOnCoefficients(const CastShadow& cast, CasterChoice choice, const Evalu
     return true;
 }
 
-void skinMember(const SceneMember& member, int threads, FrameVertices& vertices) {
-    skinFrame(member.evaluator, threads, vertices);
+namespace {
+
+void moveToScene(const SceneMember& member, FrameVertices& vertices) {
     const Mat3 turn = member.to_scene.linear();
     for (Vec3& p : vertices.positions) p = member.to_scene.point(p);
     for (std::vector<Vec3>* directions : {&vertices.normals, &vertices.tangents})
         for (Vec3& d : *directions) d = turn * d;
 }
 
+}  // namespace
+
+void skinMember(const SceneMember& member, int threads, FrameVertices& vertices) {
+    skinFrame(member.evaluator, threads, vertices);
+    moveToScene(member, vertices);
+}
+
 void ownVertices(const SceneMember& member, int threads, FrameVertices& vertices) {
-    skinMember(member, threads, vertices);
-    evaluateCoefficients(member.evaluator, threads, vertices);
+    skinFrame(member.evaluator, threads, vertices);
+    evaluateSkinned(member.evaluator, threads, vertices);
     evaluateIndirect(member.evaluator, threads, vertices.indirect);
+    moveToScene(member, vertices);
 }
 
 void castGround(const ModelView& model, const CastReceivers& vertices, int threads, std::span<float> coefficients) {

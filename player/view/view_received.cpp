@@ -29,18 +29,20 @@ void receiveFromGround(Scene& scene, const ViewState& state, const ViewKeys& key
     }
 }
 
-// Returns the light that a character sends to others: its radiance under the whole light.
-ShiningMember shiningOf(Character& character, Vec3 eye) {
+// Finds the light that a character sends to others: its radiance under the whole light.
+void findShining(Character& character, Vec3 eye, ShiningMember& out) {
     CharacterPose& posed = character.posed;
     ShadingSet* const shading = character.shown.shading.get();
-    if (!shading || posed.evaluator->transfer()) return {};
+    out = {};
+    if (!shading || posed.evaluator->transfer()) return;
     const bool suns = shading->sunsOn();
     if (suns) shading->setSuns(false);
     std::vector<Vec3> whole;
+    const MeshView& mesh = character.asset.mesh;
     const Vec3 from = transposed(posed.to_scene.linear()) * (eye - posed.to_scene.translation());
-    shadeFrame(*shading, posed.vertices, from, 1, whole);
+    shadeSome(*shading, shiningVertices(mesh.positions.size(), mesh.slot_of_vertex), posed.vertices, from, whole);
     if (suns) shading->setSuns(true);
-    return shiningMember(posed.in_scene, character.asset.mesh.triangles, whole);
+    shiningMember(posed.in_scene, mesh.triangles, whole, out);
 }
 
 void receiveFromOthers(Scene& scene, const ViewKeys& keys, int threads) {
@@ -49,7 +51,7 @@ void receiveFromOthers(Scene& scene, const ViewKeys& keys, int threads) {
     if (keys.ground.seen.on_ground || std::ranges::any_of(scene.characters, receives)) {
         shining.resize(scene.characters.size());
         parallelFor(shining.size(), threads,
-                    [&](std::size_t i) { shining[i] = shiningOf(*scene.characters[i], keys.received.eye); });
+                    [&](std::size_t i) { findShining(*scene.characters[i], keys.received.eye, shining[i]); });
     }
     parallelFor(scene.characters.size(), threads, [&](std::size_t i) {
         CharacterPose& posed = scene.characters[i]->posed;

@@ -94,7 +94,7 @@ bool needCoefficients(const Scene& scene, std::size_t index, const CoefficientsK
     Character& character = *scene.characters[index];
     CharacterPose& posed = character.posed;
     bool made = model && posed.coefficients.update(key, [&](auto&) {
-        evaluateCoefficients(*posed.evaluator, threads, posed.vertices);
+        evaluateSkinned(*posed.evaluator, threads, posed.vertices);
         evaluateIndirect(*posed.evaluator, threads, posed.vertices.indirect);
         posed.hidden = {};
         applyShadows(scene, index, key, threads, {posed.vertices.coefficients, posed.vertices.indirect}, &posed.hidden);

@@ -28,8 +28,8 @@ struct BodyPose {
     void deform(std::span<const Vec3> points, std::span<const float> inputs);
 
     // Where the vertices of `asset` are. It refers to the pose.
-    PosedMesh mesh(const AssetView& asset) const {
-        return {&asset, &features, rest.positions(), rest.normals(), deformed.points, deformed.normals};
+    PosedMesh mesh(const AssetView& asset, const SkinnedVertices& skinned = {}) const {
+        return {&asset, &features, rest.positions(), rest.normals(), deformed.points, deformed.normals, skinned};
     }
 };
 

@@ -82,7 +82,8 @@ void Evaluator::evaluateScores(std::span<const float> pose) {
     if (transfer_) transfer_->setPose(pose);
 }
 
-void Evaluator::evaluateCluster(std::size_t cluster, std::span<float> coefficients) const {
+void Evaluator::evaluateCluster(std::size_t cluster, std::span<float> coefficients,
+                                const SkinnedVertices& skinned) const {
     const ClusterView& view = asset_->model.clusters[cluster];
     const std::size_t stride = std::size_t(asset_->model.stride);
     assert(coefficients.size() == vertexCount() * stride);
@@ -91,7 +92,7 @@ void Evaluator::evaluateCluster(std::size_t cluster, std::span<float> coefficien
     if (!composed_)
         return local_.scores.combine(path_, cluster, local_.ambient->clamp(),
                                      coefficients.data() + view.first_vertex * stride);
-    evaluateFar(cluster, composed_->far_coefficients);
+    evaluateFar(cluster, composed_->far_coefficients, skinned);
     composeCluster(cluster, composed_->far_coefficients, coefficients);
 }
 
@@ -100,8 +101,9 @@ void Evaluator::follow(std::size_t begin, std::size_t end, const FollowedFrames&
     followPoints(asset_->mesh, shared_->turns, begin, end, frames, std::size_t(asset_->model.stride), coefficients);
 }
 
-void Evaluator::evaluateFar(std::size_t cluster, std::span<float> far) const {
-    composed_->far.evaluate(*path_.far, pose_.mesh(*asset_), cluster, far);
+void Evaluator::evaluateFar(std::size_t cluster, std::span<float> far, const SkinnedVertices& skinned) const {
+    assert(skinned.positions.empty() || skinned.positions.size() == vertexCount());
+    composed_->far.evaluate(*path_.far, pose_.mesh(*asset_, skinned), cluster, far);
 }
 
 void Evaluator::evaluateIndirect(std::size_t cluster, std::span<float> indirect) const {

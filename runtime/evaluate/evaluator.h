@@ -66,8 +66,9 @@ public:
     // --- Vertices: on any threads ---
 
     // Writes coefficients[v * stride + i] for the cluster's vertices, in the array of all vertices. For a composed
-    // asset it skins them on the way, since the far parts are seen from where they are now.
-    void evaluateCluster(std::size_t cluster, std::span<float> coefficients) const;
+    // asset it skins them on the way, since the far parts are seen from where they are now; where skin() has written
+    // all of them in this pose, they may be given.
+    void evaluateCluster(std::size_t cluster, std::span<float> coefficients, const SkinnedVertices& skinned = {}) const;
     // The vertices from firstFollower() on are of no cluster. follow() writes those of [begin, end) once all clusters
     // are evaluated, and again after something has multiplied coefficients of points. `frames` and `coefficients` have
     // all vertices.
@@ -92,7 +93,7 @@ public:
     // multiplies it by the local visibility and adds the residual. evaluateLocal() writes the local visibility alone,
     // not clamped.
     bool composed() const { return composed_.has_value(); }
-    void evaluateFar(std::size_t cluster, std::span<float> far) const;
+    void evaluateFar(std::size_t cluster, std::span<float> far, const SkinnedVertices& skinned = {}) const;
     void evaluateLocal(std::size_t cluster, std::span<float> coefficients) const;
     void composeCluster(std::size_t cluster, std::span<const float> far, std::span<float> coefficients) const;
     // Sets the quality of the far parts of a composed asset. Other assets have one quality.

@@ -35,6 +35,8 @@ std::size_t clusterAt(const AssetView& asset, std::size_t vertex) {
 }
 
 Receiver PosedMesh::vertex(std::size_t vertex, std::size_t cluster) const {
+    if (!skinned.positions.empty())
+        return {skinned.positions[vertex], skinned.normals[vertex], skinned.tangents[vertex]};
     const MeshView& mesh = asset->mesh;
     Receiver out;
     if (asset->model.deforming) {

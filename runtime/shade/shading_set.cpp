@@ -72,8 +72,6 @@ void ShadingSet::findOtherSides() {
     free_sight_ = freeSight(asset_->model.convention);
     if (!mesh.two_sided) return;
     other_side_ = penumbra::otherSides(mesh);
-    for (std::size_t n = 0; n < other_side_.size(); ++n)
-        other_order_.push_back(other_side_[order_.empty() ? n : order_[n]]);
 }
 
 bool isLambert(const MaterialView& material) {
@@ -260,6 +258,27 @@ void ShadingSet::shadePass(std::size_t pass, const VertexFrames& vertices, Vec3 
     }
 }
 
+void ShadingSet::shadeSome(std::span<const std::uint32_t> some, const VertexFrames& vertices, Vec3 eye,
+                           std::span<Vec3> radiance) const {
+    assert(!asset_->transfer);
+    ShadeInput input = inputOf(vertices, eye, radiance);
+    input.order = some.data();
+    const ShadeLight light = lights_[light_].view();
+    const std::span<const std::uint16_t> slots = asset_->mesh.slot_of_vertex;
+    const auto slotAt = [&](std::size_t n) { return slots.empty() ? std::size_t(0) : slots[some[n]]; };
+    for (std::size_t begin = 0, end = 0; begin < some.size(); begin = end) {
+        const std::size_t slot = slotAt(begin);
+        while (end < some.size() && slotAt(end) == slot) ++end;
+        if (isMembrane(material_of_slot_[slot]))
+            shadeMembrane(slot, input, begin, end);
+        else
+            path_.shade(materialView(slot), light, input, begin, end);
+        const Vec3 emission = asset_->materials[material_of_slot_[slot]].emission;
+        if (emission == Vec3{}) continue;
+        for (std::size_t n = begin; n < end; ++n) radiance[some[n]] += emission;
+    }
+}
+
 void ShadingSet::addEmission(std::size_t slot, std::size_t begin, std::size_t end, std::span<Vec3> radiance) const {
     const Vec3 emission = asset_->materials[material_of_slot_[slot]].emission;
     if (emission == Vec3{}) return;
@@ -274,16 +293,19 @@ void ShadingSet::shadeMembrane(std::size_t slot, const ShadeInput& input, std::s
     const ShadeLight light = lights_[light_].view();
     for (std::size_t first = begin; first < end; first += kPiece) {
         const std::size_t stop = std::min(end, first + kPiece);
+        const auto vertex = [&](std::size_t n) { return input.order ? input.order[n] : n; };
         std::array<Vec3, kPiece> through;
+        std::array<std::uint32_t, kPiece> sides;
+        for (std::size_t n = first; n < stop; ++n) sides[n - first] = other_side_[vertex(n)];
         ShadeInput other = input;
-        other.order = other_order_.data();
+        other.order = sides.data();
         other.packed = through.data();
-        other.packed_first = first;
+        other.packed_first = 0;
         if (membrane.open_back) other.coefficients = free_sight_.data(), other.stride = 0;
         path_.shade(white, light, input, first, stop);
-        path_.shade(white, light, other, first, stop);
+        path_.shade(white, light, other, 0, stop - first);
         for (std::size_t n = first; n < stop; ++n) {
-            Vec3& radiance = input.radiance[order_.empty() ? n : order_[n]];
+            Vec3& radiance = input.radiance[vertex(n)];
             radiance = membrane.rho * radiance + membrane.tau * through[n - first];
         }
     }

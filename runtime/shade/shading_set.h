@@ -95,6 +95,10 @@ public:
     // cover [0, V) together shade every vertex once. vertices.indirect counts where showsBounces(), and
     // vertices.received unless bounces() is kDirect. Everything else is as in VertexShader::shade().
     void shade(const VertexFrames& vertices, Vec3 eye, std::span<Vec3> radiance) const;
+    // The same for `some` vertices alone, those of one slot together, so that each is shaded as shade() shades it. Not
+    // for an asset of transfer.
+    void shadeSome(std::span<const std::uint32_t> some, const VertexFrames& vertices, Vec3 eye,
+                   std::span<Vec3> radiance) const;
     // The asset has pictures on its mesh, and they are shown where the material of a slot is that of its surface. Then
     // one radiance a vertex is not enough: a fragment joins terms() of them with its pictures
     // (formats/common/surface.h, docs/formulas.md, section 18). Hidden at first, and always of an asset without
@@ -144,7 +148,7 @@ private:
     std::vector<std::uint16_t> material_of_slot_;
     std::vector<std::size_t> first_of_slot_;  // [slots + 1], into the shading order
     std::vector<std::uint32_t> order_;
-    std::vector<std::uint32_t> other_side_, other_order_;  // other_order_: of the n-th of the shading order
+    std::vector<std::uint32_t> other_side_;
     std::vector<float> free_sight_;
     std::size_t light_ = 0;
     bool suns_on_ = false;

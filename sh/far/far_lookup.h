@@ -136,9 +136,9 @@ inline void addCorners(const std::int8_t* first, const std::int8_t* second, std:
     addBytes(__builtin_shufflevector(a, b, 0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23), weights, sum[4]);
 }
 
-// Adds the share of a level to the row of one receiver. Two corners lie side by side, as combinePairs() has two
+// Adds `share` of a level to the row of one receiver. Two corners lie side by side, as combinePairs() has two
 // components, so that whole numbers of 16 bits are multiplied, two at a time.
-inline void addLevel(const FarTable& table, int level, const Level& at, std::size_t lane, Lanes* row) {
+inline void addLevel(const FarTable& table, int level, const Level& at, std::size_t lane, float share, Lanes* row) {
     const std::int8_t* first = table.points + std::int64_t(at.first[lane]) * kRow;
     const std::int64_t dx = at.stride[0] * kRow, dy = at.stride[1] * kRow, dz = at.stride[2] * std::int64_t(kRow);
     Ints sum[5] = {};
@@ -146,7 +146,6 @@ inline void addLevel(const FarTable& table, int level, const Level& at, std::siz
     addCorners(first + dy, first + dy + dx, at.weights[1][lane], sum);
     addCorners(first + dz, first + dz + dx, at.weights[2][lane], sum);
     addCorners(first + dy + dz, first + dy + dz + dx, at.weights[3][lane], sum);
-    const float share = at.share[lane] * (1 / (kPerByte * float(kWholeWeight)));
     for (int i = 0; i < 5; ++i) {
         Lanes scale, number;
         loadFloats(table.scale[level] + 8 * i, scale);
@@ -189,20 +188,18 @@ inline void sample(const FarConstants& constants, const FarTable& table, const F
             __builtin_prefetch(first + dy + dz);
         }
     }
-    Lanes rows[kLanes][5];
-    for (std::size_t lane = 0; lane < kLanes; ++lane)
-        for (int i = 0; i < 5; ++i) rows[lane][i] = kZeros;
-    for (int l = 0; l < 3; ++l)
-        for (unsigned left = lanes[l]; left != 0; left &= left - 1) {
-            const auto lane = std::size_t(__builtin_ctz(left));
-            addLevel(table, l, levels[l], lane, rows[lane]);
-        }
+    const Lanes away = square + 0.25f * table.radius * table.radius;  // the factor with which rows are stored
+    Lanes shares[3], rows[kLanes][5];
+    for (int l = 0; l < 3; ++l) shares[l] = levels[l].share / (away * (kPerByte * float(kWholeWeight)));
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+        Lanes row[5] = {};
+        for (int l = 0; l < 3; ++l)
+            if (lanes[l] >> lane & 1) addLevel(table, l, levels[l], lane, shares[l][lane], row);
+        for (int i = 0; i < 5; ++i) rows[lane][i] = row[i];
+    }
     for (std::size_t i = 0; i < 5; ++i) transpose((const float*)rows + 8 * i, kRow, out + 8 * i);
-    const Lanes fine = levels[0].share;
-    inside = out[kDistance] * (-table.per_fade * constants.dark);
-    clamp(inside, kZeros, fine);
-    const Lanes scale = 1 / (square + 0.25f * table.radius * table.radius);
-    for (int i = 0; i < kFull; ++i) out[i] *= scale;
+    inside = out[kDistance] * (away * (-table.per_fade * constants.dark));
+    clamp(inside, kZeros, levels[0].share);
 }
 
 // Tells how high a part stands over the horizon of each receiver, as farVisibility() has it, and which receivers its

@@ -48,7 +48,8 @@ TEST(ReceivedLight, MeanRadianceIsThatOfWhatFacesThePoint) {
             vertices.push_back({{1, y, z}, {-0.01f, 0, 0}, {0.4f, 0.2f, 0.1f}});
             vertices.push_back({{1.1f, y, z}, {0.01f, 0, 0}, {9, 9, 9}});
         }
-    const std::vector<Emitter> emitters = emittersOf(vertices, 0.5f);
+    std::vector<Emitter> emitters;
+    emittersOf(vertices, 0.5f, emitters);
     const Vec3 mean = meanRadiance(emitters, {0, 0, 0}, {1, 0, 0});
     EXPECT_NEAR(mean.x, 0.4f, 1e-4f);
     EXPECT_NEAR(mean.z, 0.1f, 1e-4f);

@@ -100,7 +100,8 @@ TEST_F(SceneReceivers, ProbeReceivesWhatIsSent) {
     const PosedScene posed = scene(R"({"asset": "tube.pnb"})", R"(, "ground": {"height": -40})");
     const FrameVertices member = memberVertices(posed, 0, 1);
     const std::vector<Vec3> red(member.positions.size(), Vec3{0.8f, 0, 0});
-    const std::array shining = {shiningMember(member, posed.members()[0]->asset->view.mesh.triangles, red)};
+    std::array<ShiningMember, 1> shining;
+    shiningMember(member, posed.members()[0]->asset->view.mesh.triangles, red, shining[0]);
     GroundGlow glow;
     const BoundingBox box = boundsOf(member.positions);
     glow.cast(CastShadow({}), -40, std::array{box.low, box.high}, 1);
@@ -127,7 +128,8 @@ TEST_F(SceneReceivers, TheGroundShowsLightOfMembers) {
     const GroundVertices ground = groundVertices(posed, 1);
     const FrameVertices member = memberVertices(posed, 0, 1);
     const std::vector<Vec3> red(member.positions.size(), Vec3{0.8f, 0, 0});
-    const std::array shining = {shiningMember(member, posed.members()[0]->asset->view.mesh.triangles, red)};
+    std::array<ShiningMember, 1> shining;
+    shiningMember(member, posed.members()[0]->asset->view.mesh.triangles, red, shining[0]);
     std::vector<Vec3> radiance(ground.positions.size());
     addMembersLight(ground, shining, {0.5f, 0.5f, 0.5f}, 2, radiance);
     const std::vector<float> e = groundAmbient(ground);

@@ -13,6 +13,7 @@
 #include "player/view/view_controls.h"
 #include "player/view/view_pick.h"
 #include "tests/difference.h"
+#include "tests/runtime/count_allocations.h"
 #include "tests/synthetic_composition.h"
 
 namespace penumbra::test_view_cast {
@@ -161,6 +162,24 @@ TEST_F(ViewCast, LightBetweenThingsIsThatOfRender) {
         EXPECT_EQ(apart.between > 0.01, bounces == Bounces::kBoth) << ground;
         EXPECT_EQ(apart.between_ground > 0.002, scene.ground_file->casts && bounces == Bounces::kBoth) << ground;
     }
+}
+
+// A frame keeps the room of the one before it. What is left are the functions that go to parallelFor().
+TEST_F(ViewCast, FramesOfLightBetweenThingsKeepTheirRoom) {
+    PosedScene posed(readScene(file(kPair, R"(, "ground": {"height": -0.6, "size": 3, "resolution": 40})")));
+    SceneFrames frames(posed, RenderOptions(), 1);
+    const auto frame = [&] {
+        posed.pose({});
+        frames.evaluateMembers();
+        frames.evaluateGround();
+        frames.shade();
+    };
+    frame();
+    frames.frameCamera();
+    frame();
+    const std::size_t before = allocationCount();
+    frame();
+    EXPECT_LT(allocationCount() - before, 60u);
 }
 
 // A ground that is not shown neither hides nor sends light.

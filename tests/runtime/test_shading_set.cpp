@@ -74,6 +74,22 @@ TEST(ShadingSet, EveryPartHasItsMaterial) {
     }
 }
 
+// The last vertices of a part fill no block of lanes.
+TEST(ShadingSet, ShadesSomeVerticesAsAllOfThem) {
+    const SyntheticAsset data({.rings = 8, .slots = 3});
+    const PosedArrays posed = posedAt1(data.asset);
+    std::vector<std::uint32_t> some;
+    for (std::uint32_t slot = 0; slot < 3; ++slot)  // vertex v belongs to part v % 3
+        for (std::uint32_t v = slot; v < posed.positions.size(); v += 6) some.push_back(v);
+    for (const ShadingChoice& choice : kChoices) {
+        const ShadingSet set(data.asset, choice);
+        const std::vector<Vec3> expected = posed.shade(set, kEye);
+        std::vector<Vec3> radiance(expected.size());
+        set.shadeSome(some, posed.all(), kEye, radiance);
+        for (const std::uint32_t v : some) EXPECT_EQ(radiance[v], expected[v]) << nameOf(choice) << " vertex " << v;
+    }
+}
+
 // Without any setting the asset's own materials and first light are on. A mesh without parts has one part.
 TEST(ShadingSet, BeginsWithWhatTheAssetSays) {
     SyntheticAsset data({.rings = 6, .slots = 2});
