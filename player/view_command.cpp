@@ -84,7 +84,8 @@ void runViewCommand(ViewCommand& command, const CommonOptions& common, Report& r
     options.quiet = common.quiet;
     options.files = command.assets;
     if (!command.scene.empty()) options.files.insert(options.files.begin(), command.scene);
-    if (options.files.empty()) throw UsageError("name an asset, or a scene with --scene");
+    if (options.files.empty() && (common.dry_run || !command.truths.empty()))
+        throw UsageError("name an asset, or a scene with --scene");
     options.files.insert(options.files.end(), command.truths.begin(), command.truths.end());
     if (!std::filesystem::is_directory(options.screenshots))
         throw IoError(options.screenshots.string() + ": no such folder for screenshots");
@@ -144,7 +145,8 @@ void definePlates(CLI::App& app, ViewCommand& command) {
 
 void defineView(CLI::App& app, ViewCommand& command) {
     app.add_option("assets", command.assets,
-                   "X.pnb files: characters side by side; others add materials and lights, an .exr or .hdr a light");
+                   "X.pnb files: characters side by side; others add materials and lights, an .exr or .hdr a light; "
+                   "without any the window lists files to open");
     app.add_option("--scene", command.scene,
                    "scene.json: who stands where (docs/scene.md), also on ground with heights, which key 0's brush "
                    "shapes (docs/heightfield.md)")

@@ -191,6 +191,17 @@ void buildReadingPanel(const std::string& file, float share, float unit) {
     ImGui::End();
 }
 
+void buildFirstPanel(const FolderList& list, ViewState& state, const std::string& problem) {
+    const ImVec2 size = ImGui::GetIO().DisplaySize;
+    beginFixed("first", 0, 0, size.x, size.y);
+    ImGui::PushTextWrapPos(0);
+    ImGui::TextUnformatted("Choose a character (.pnb) or a scene (.json), or drop one here.");
+    if (!problem.empty()) ImGui::TextColored(ImColor(kMarked), "%s", problem.c_str());
+    filePanel(list, state);
+    ImGui::PopTextWrapPos();
+    ImGui::End();
+}
+
 void buildPanels(const Scene& scene, ViewState& state, const ViewFigures& figures, const Rectangle& picture,
                  float unit) {
     drawOverlays(scene, state, picture);
@@ -199,7 +210,8 @@ void buildPanels(const Scene& scene, ViewState& state, const ViewFigures& figure
     if (!showsPanels(state)) return;
     const ImVec2 size = ImGui::GetIO().DisplaySize;
     const PanelSizes panels = panelSizes(size.x, size.y, unit);
-    beginFixed("side", 0, 0, panels.side, size.y);
+    // Each keeps its own place where it was scrolled to.
+    beginFixed(state.window.browsed ? "files" : state.window.help ? "help" : "side", 0, 0, panels.side, size.y);
     ImGui::PushTextWrapPos(0);  // lines that are too long go on below
     if (state.window.browsed)
         filePanel(*figures.folder, state);
