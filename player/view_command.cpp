@@ -144,10 +144,9 @@ void definePlates(CLI::App& app, ViewCommand& command) {
 }
 
 void defineView(CLI::App& app, ViewCommand& command) {
-    app.add_option(
-        "assets", command.assets,
-        "X.pnb files: characters side by side; others add materials and lights, an .exr or .hdr a light; none: the "
-        "window shows the files of a folder");
+    app.add_option("assets", command.assets,
+                   "X.pnb files: characters side by side; others add materials and lights, an .exr or .hdr a light; "
+                   "without any the window lists files to open");
     app.add_option("--scene", command.scene,
                    "scene.json: who stands where (docs/scene.md), also on ground with heights, which key 0's brush "
                    "shapes (docs/heightfield.md)")

@@ -57,10 +57,13 @@ FolderList listFolder(const fs::path& folder) {
             list.folders.push_back(path);
         else if (opens(path))
             list.files.push_back(path);
+        else if (path.extension() == ".h5")
+            list.unpacked.push_back(path);
     }
     if (failed) list.problem = list.folder.string() + ": " + failed.message();
     std::ranges::sort(list.folders);
     std::ranges::sort(list.files);
+    std::ranges::sort(list.unpacked);
     return list;
 }
 

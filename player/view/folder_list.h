@@ -10,7 +10,9 @@ struct FolderList {
     std::filesystem::path folder;                // absolute
     std::vector<std::filesystem::path> folders;  // in it, by name, without hidden ones
     std::vector<std::filesystem::path> files;    // files that the window opens, by name
-    std::string problem;                         // why nothing is listed
+    // Files of other stages, by name: the window shows them once penumbra-pack has made an asset of them.
+    std::vector<std::filesystem::path> unpacked;
+    std::string problem;  // why nothing is listed
 };
 
 // Lists a folder. A folder that cannot be read has a problem and no entries.

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "player/frame/truth_frames.h"
+
 namespace penumbra {
 
 namespace fs = std::filesystem;
@@ -53,6 +55,49 @@ std::vector<fs::path> filesWithoutAnyone(const Scene& scene, std::span<const fs:
         return file.extension() != ".json" && !isCharacter(asset) && !(asset && asset->has_truth);
     });
     return left;
+}
+
+SceneCounts countsOf(const Scene& scene) {
+    return {scene.characters.size(), scene.material_names.size(), scene.light_names.size(), scene.hasTruth()};
+}
+
+namespace {
+
+// Chooses the selected character's first clip with truth, unless its clip has some.
+void showClipWithTruth(const Scene& scene, ViewState& state) {
+    const Character& character = *scene.characters[state.selected];
+    if (!character.truth || hasTruthOf(character.asset, *character.truth, selectedClip(state, scene))) return;
+    const std::vector<ClipView>& clips = character.asset.animation.clips;
+    for (std::size_t i = 0; i < clips.size(); ++i)
+        if (hasTruthOf(character.asset, *character.truth, clips[i])) return chooseClip(state, i);
+}
+
+std::string counted(std::size_t count, const std::string& what, const std::string& key) {
+    if (count == 0) return "";
+    return ", " + std::to_string(count) + " " + what + (count > 1 ? "s" : "") + " more (" + key + ")";
+}
+
+}  // namespace
+
+std::string showNewcomer(const fs::path& file, const SceneCounts& before, const Scene& scene, ViewState& state) {
+    const SceneCounts now = countsOf(scene);
+    const std::string opened = "opened " + file.filename().string();
+    if (file.extension() == ".exr" || file.extension() == ".hdr") {
+        const auto found = std::ranges::find(scene.light_names, file.filename().string());
+        if (found == scene.light_names.end()) return opened;
+        state.lighting.light = std::size_t(found - scene.light_names.begin());
+        return opened + ": it is the light now (L goes through all lights)";
+    }
+    if (now.characters > before.characters) {
+        state.selected = now.characters - 1;
+        return opened + ": its clips are listed now";
+    }
+    if (now.truth && !before.truth) {
+        showClipWithTruth(scene, state);
+        return opened + ": 3 shows the error against it, T the truth itself";
+    }
+    return opened + counted(now.materials - std::min(now.materials, before.materials), "material", "M") +
+           counted(now.lights - std::min(now.lights, before.lights), "light", "L");
 }
 
 }  // namespace penumbra

@@ -57,8 +57,11 @@ void brighter(ViewState& state, const Scene&, KeyPress press) {
 void darker(ViewState& state, const Scene&, KeyPress) { fixExposure(state, state.display.exposure / 1.25f); }
 
 void toggleTruth(ViewState& state, const Scene& scene, KeyPress) {
-    if (scene.hasTruth())
+    if (scene.hasTruth() && canCompare(state))
         state.show.compare = state.show.compare == Compare::kTruth ? Compare::kModel : Compare::kTruth;
+}
+void otherCompare(ViewState& state, const Scene& scene, KeyPress press) {
+    if (canCompare(state)) next<kCompareMenu>(state, scene, press);
 }
 
 template <Channel kChannel>
@@ -116,7 +119,8 @@ void otherBrush(ViewState& state, const Scene&, KeyPress press) {
     double& size = press.shift ? state.tool.brush.strength : state.tool.brush.radius;
     size = std::clamp(kMore ? size * 1.25 : size / 1.25, kMinBrush, kMaxBrush);
 }
-void quit(ViewState& state, const Scene&, KeyPress) { state.window.quit = true; }
+// Pictures that are being written are not lost by a key beside another one.
+void quit(ViewState& state, const Scene&, KeyPress) { state.window.quit |= !state.window.sequence; }
 void screenshot(ViewState& state, const Scene&, KeyPress press) {
     state.window.screenshot = true;
     state.window.screenshot_panels = !press.shift;
@@ -147,7 +151,6 @@ std::string_view unlessShadowed(const Scene&, const ViewState& state) {
 }
 std::string_view unlessCompared(const Scene& scene, const ViewState& state) {
     if (!scene.hasTruth()) return {};  // then it changes nothing
-    if (shownCompare(state) != state.show.compare) return "shows in shaded pictures and ambient visibility (1, 2)";
     return state.show.compare == Compare::kModel ? "" : whyNoTruth(scene, state);
 }
 std::string_view unlessTruth(const Scene& scene, const ViewState& state) {
@@ -167,23 +170,26 @@ std::string_view unlessBrush(const Scene&, const ViewState& state) {
     return state.tool.brush.on ? "" : "shows with the brush (0)";
 }
 
+constexpr std::string_view kNeedsToCompare =
+    "a baked truth (F2 opens one), and a shaded picture or ambient visibility (1, 2)";
+
 constexpr std::array kShortcuts = {
     Shortcut{' ', "Space", "", "play or pause", toggle<&ViewState::playhead, &Playhead::playing>},
     Shortcut{kKeyRight, "Right", "10 frames", "next frame", step<1>},
     Shortcut{kKeyLeft, "Left", "10 frames", "previous frame", step<-1>},
     Shortcut{kKeyHome, "Home", "", "first frame", rewind},
     Shortcut{'W', "W", "farthest out of range", "the clip's frame of the largest error", worst,
-             "another frame than the worst, and for the error a clip with baked truth"},
+             "a clip with baked truth, and another frame than the worst"},
     Shortcut{'I', "I", "", "interpolate between sampled frames, or snap to them", toggle<&ViewState::smooth>, "",
              unlessBetween},
     Shortcut{kKeyUp, "Up", "", "twice as fast", faster},
     Shortcut{kKeyDown, "Down", "", "half as fast", slower},
     Shortcut{kKeyPageDown, "Page Down", "", "next clip", otherClip<1>, "another clip"},
     Shortcut{kKeyPageUp, "Page Up", "", "previous clip", otherClip<-1>, "another clip"},
-    Shortcut{'M', "M", "previous", "next material of the chosen slot", next<kMaterialMenu>, "another material",
-             unlessShaded},
+    Shortcut{'M', "M", "previous", "next material of the chosen slot", next<kMaterialMenu>,
+             "another material (F2 opens a file that has some)", unlessShaded},
     Shortcut{'S', "S", "previous", "next slot, or all slots", next<kSlotMenu>, "a mesh with slots"},
-    Shortcut{'L', "L", "previous", "next light", next<kLightMenu>, "another light", unlessShaded},
+    Shortcut{'L', "L", "previous", "next light", next<kLightMenu>, "another light (F2 opens one)", unlessShaded},
     Shortcut{'K', "K", "", "light as it came, not turned", unturnLight, "a light that is turned", unlessShaded},
     Shortcut{'H', "H", "", "suns of the light with shadow maps, or all light as SH",
              toggle<&ViewState::lighting, &Lighting::suns>, "", unlessSuns},
@@ -193,13 +199,12 @@ constexpr std::array kShortcuts = {
     Shortcut{'E', "E", "automatic exposure", "brighter", brighter, "", unlessShaded},
     Shortcut{'D', "D", "", "darker", darker, "", unlessShaded},
     Shortcut{'O', "O", "previous", "next tone mapping", next<kToneMapMenu>, "", unlessShaded},
-    Shortcut{'T', "T", "", "baked truth or model", toggleTruth, "a baked truth (--truth)", unlessCompared},
-    Shortcut{'C', "C", "previous", "next way to compare with the truth", next<kCompareMenu>, "a baked truth (--truth)",
-             unlessCompared},
+    Shortcut{'T', "T", "", "baked truth or model", toggleTruth, kNeedsToCompare, unlessCompared},
+    Shortcut{'C', "C", "previous", "next way to compare with the truth", otherCompare, kNeedsToCompare, unlessCompared},
     Shortcut{'1', "1", "", "shaded", channel<Channel::kShaded>, "a material and a light, unless it shows already"},
     Shortcut{'2', "2", "", "ambient visibility", channel<Channel::kAmbient>},
     Shortcut{'3', "3", "", "error against the truth", channel<Channel::kError>,
-             "a baked truth (--truth), unless it shows already", unlessTruth},
+             "a baked truth (F2 opens one), unless it shows already", unlessTruth},
     Shortcut{'4', "4", "", "clusters", channel<Channel::kClusters>},
     Shortcut{'5', "5", "", "normals", channel<Channel::kNormals>},
     Shortcut{'6', "6", "previous", "PCA component, the next one", component, "a model with components"},
@@ -236,13 +241,15 @@ constexpr std::array kShortcuts = {
     Shortcut{kKeyF2, "F2", "", "open a file (Ctrl + O)", browse},
     Shortcut{kKeyF1, "F1", "", "this help", help},
     Shortcut{kKeyEscape, "Escape", "", "close the help and the files, stop pictures", closeHelp, "something to close"},
-    Shortcut{'Q', "Q", "", "quit", quit},
+    Shortcut{'Q', "Q", "", "quit", quit, "the pictures to be written, or stopped (Escape)"},
 };
 
 }  // namespace
 
 void browseFiles(ViewState& state) {
-    state.window.browsed = state.window.recent.empty() ? "." : state.window.recent.front().parent_path();
+    if (state.window.folder.empty())
+        state.window.folder = state.window.recent.empty() ? "." : state.window.recent.front().parent_path();
+    state.window.browsed = state.window.folder;
     state.window.help = false;
 }
 

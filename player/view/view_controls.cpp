@@ -150,9 +150,8 @@ bool hasSlots(const Scene&, const ViewState& state) {
 bool hasParameter(const Scene& scene, const ViewState& state) {
     return shownRange(scene, chosenMaterial(state)).has_value();
 }
-bool compares(const Scene& scene, const ViewState& state) {
-    return scene.hasTruth() && shownCompare(state) == state.show.compare;
-}
+bool hasTruth(const Scene& scene, const ViewState&) { return scene.hasTruth(); }
+bool compares(const Scene&, const ViewState& state) { return canCompare(state); }
 bool hasHeights(const Scene& scene, const ViewState&) { return scene.field != nullptr; }
 bool brushes(const Scene& scene, const ViewState& state) { return scene.field && state.tool.brush.on; }
 bool joinsCasts(const Scene& scene, const ViewState& state) {
@@ -188,9 +187,19 @@ constexpr Slider kParameterSlider{
         const std::optional<ChangingParameter> range = shownRange(scene, chosenMaterial(state));
         return SliderRange{range->least, range->most, "%.4g", true, range->name};
     }};
+// A short drag changes an exposure by what the eye sees. Lights of other units have all exposures.
+SliderRange exposureRange(const ViewState& state) {
+    constexpr double kUsual = 1000;
+    const auto exposure = double(state.display.exposure);
+    const bool usual = exposure >= 1 / kUsual && exposure <= kUsual;
+    return usual ? SliderRange{1 / kUsual, kUsual, "x %.3g", true}
+                 : SliderRange{double(kMinExposure), double(kMaxExposure), "x %.3g", true};
+}
+
 constexpr Slider kExposureSlider{[](const Scene&, const ViewState& state) { return double(state.display.exposure); },
                                  [](ViewState& state, const Scene&, double value) { fixExposure(state, float(value)); },
-                                 {double(kMinExposure), double(kMaxExposure), "x %.3g", true}};
+                                 {},
+                                 [](const Scene&, const ViewState& state) { return exposureRange(state); }};
 constexpr Slider kComponentSlider{
     [](const Scene&, const ViewState& state) { return double(*state.show.component); },
     [](ViewState& state, const Scene&, double value) { state.show.component = std::size_t(value + 0.5); },
@@ -234,12 +243,14 @@ constexpr Control kControls[] = {
     {ControlPanel::kLook, "automatic", nullptr,
      "Shows most of the characters and the ground neither dark nor burnt out (Shift + E)",
      switchOf<&ViewState::automatic_exposure>("automatic exposure")},
-    {ControlPanel::kLook, "tone", "tones", "How light that is brighter than the screen is shown (O)", &kToneMapMenu},
+    {ControlPanel::kLook, "tone", "tone map", "How light that is brighter than the screen is shown (O)", &kToneMapMenu},
     {ControlPanel::kShow, "channel", "picture", "What the surface shows (1 to 8)", &kChannelMenu, nullptr, nullptr,
      "Show"},
     {ControlPanel::kShow, "component", "which", "The component of the model that is shown (6)", kComponentSlider,
      [](const Scene&, const ViewState& state) { return state.show.component.has_value(); }},
-    {ControlPanel::kShow, "compare", "compare", "The model, the baked truth, or both (C, T)", &kCompareMenu, compares},
+    {ControlPanel::kShow, "compare", "compare",
+     "The model, the baked truth, or both, in shaded pictures and ambient visibility (C, T)", &kCompareMenu, hasTruth,
+     nullptr, nullptr, false, compares},
     {ControlPanel::kShow, "wipe", "wipe at", "Where the model ends and the truth begins",
      sliderOf<&ViewState::show, &ShowChoice::wipe>({0, 1, "%.2f of the width"}),
      [](const Scene&, const ViewState& state) { return shownCompare(state) == Compare::kWipe; }},
@@ -253,7 +264,7 @@ constexpr Control kControls[] = {
      kShown<&ShowChoice::background>("background")},
     {ControlPanel::kShow, "ground", nullptr, "A ground that takes the shadows (G)",
      kShown<&ShowChoice::ground>("ground"), nullptr, nullptr, nullptr, true},
-    {ControlPanel::kShow, "turn", nullptr, "The camera goes round (R)", switchOf<&ViewState::turntable>("turn"),
+    {ControlPanel::kShow, "turn", nullptr, "The camera goes round (R)", switchOf<&ViewState::turntable>("turntable"),
      nullptr, nullptr, nullptr, true},
     {ControlPanel::kShow, "shadows", "shadows", "Whose shadows are shown (J)", &kShadowMenu},
     {ControlPanel::kShow, "join", "joined as", "How shadows of others join what everyone sees of itself",

@@ -56,6 +56,7 @@ struct Control {
     std::string (*problem)(const Scene& scene, const ViewState& state) = nullptr;  // says why something is not shown
     const char* heading = nullptr;                                                 // written above it
     bool same_line = false;
+    bool (*works)(const Scene& scene, const ViewState& state) = nullptr;  // otherwise it is grey; null: always
 };
 std::span<const Control> controls();
 

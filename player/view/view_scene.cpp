@@ -111,7 +111,7 @@ std::optional<std::size_t> truthFrameOf(const Character& character, const PoseKe
 }
 
 std::string_view whyNoTruth(const Scene& scene, const ViewState& state) {
-    if (!scene.hasTruth()) return "no baked truth (--truth)";
+    if (!scene.hasTruth()) return "no baked truth is open (F2)";
     bool clip_has = false;
     for (std::size_t i = 0; i < scene.characters.size(); ++i) {
         const Character& character = *scene.characters[i];

@@ -66,6 +66,14 @@ void showWorst(ViewState& state, const Scene& scene, Worst by) {
         state.awaited = AwaitedWorst{by, state.selected, state.characters[state.selected].clip, state.playhead.time};
 }
 
+void pickWorst(ViewState& state, const Scene& scene) {
+    const Character& character = *scene.characters[state.selected];
+    const std::span<const Vec3> errors = character.shown.of(Shown::kModel);  // alike in all three channels
+    if (character.shown.channel != Channel::kError || !*character.posed.truth_frame || errors.empty()) return;
+    const auto worst = std::ranges::max_element(errors, {}, &Vec3::x);
+    state.inspect.picked = PickedVertex{state.selected, std::size_t(worst - errors.begin())};
+}
+
 namespace {
 
 void showAwaited(ViewState& state, const Scene& scene) {
@@ -140,11 +148,11 @@ void chooseNextFactor(ViewState& state, const Scene& scene, int step) {
     state.inspect.factor = factors[(at + factors.size() + std::size_t(step)) % factors.size()].choice;
 }
 
-Compare shownCompare(const ViewState& state) {
-    const bool compares =
-        !state.show.component && (state.show.channel == Channel::kShaded || state.show.channel == Channel::kAmbient);
-    return compares ? state.show.compare : Compare::kModel;
+bool canCompare(const ViewState& state) {
+    return !state.show.component && (state.show.channel == Channel::kShaded || state.show.channel == Channel::kAmbient);
 }
+
+Compare shownCompare(const ViewState& state) { return canCompare(state) ? state.show.compare : Compare::kModel; }
 
 void dragLight(ViewState& state, double right, double down, double height) {
     state.lighting.yaw = std::remainder(state.lighting.yaw + 180 * right / height, 360);

@@ -157,9 +157,12 @@ struct WindowChoice {
     Sequence of = Sequence::kClip;
     int undone = 0;  // views to go back (below 0) or forth before the next frame (view_history.h)
     std::optional<std::filesystem::path> browsed;  // folder that the list of files shows, where it is open
-    std::optional<std::filesystem::path> chosen;   // file that is opened before the next frame
-    std::optional<std::size_t> leaving;            // character that is taken away before the next frame
-    std::vector<std::filesystem::path> recent;     // files that were opened, the latest first
+    std::filesystem::path folder;                 // folder that it shows when it is opened again; empty: not yet chosen
+    std::optional<std::filesystem::path> chosen;  // file that is opened before the next frame
+    std::optional<std::size_t> leaving;           // character that is taken away before the next frame
+    std::vector<std::filesystem::path> recent;    // files that were opened, the latest first
+    bool closes_list = false;                     // an open list of a control closes in the next frame
+    bool worst_point = false;                     // the vertex of the largest error is picked in the next frame
     bool operator==(const WindowChoice&) const = default;
 };
 
@@ -186,6 +189,8 @@ const ClipView& selectedClip(const ViewState& state, const Scene& scene);
 // Goes to the clip's frame of the largest mean error against the truth, or of the pose that is farthest out of range,
 // as far as these are known. advanceView() does it again when all of them are.
 void showWorst(ViewState& state, const Scene& scene, Worst by);
+// Picks the selected character's vertex of the largest error, of which the picture of errors is shown.
+void pickWorst(ViewState& state, const Scene& scene);
 // Tells whether the panels are there: the user has them, or looks into the keys or the files.
 inline bool showsPanels(const ViewState& state) {
     return state.window.panels || state.window.help || state.window.browsed;
@@ -208,6 +213,8 @@ bool hasChannel(const Scene& scene, Channel channel);
 void chooseChannel(ViewState& state, const Scene& scene, Channel channel);
 // Goes to the next factor of the picked vertex, or to the one before, round the ends.
 void chooseNextFactor(ViewState& state, const Scene& scene, int step);
+// Tells whether the picture is one that truth has, too.
+bool canCompare(const ViewState& state);
 // Returns what is compared: only what truth has too, which is shaded pictures and ambient visibility.
 Compare shownCompare(const ViewState& state);
 // Lets the lamp follow the pointer: a drag over the whole height turns the light by half a turn.

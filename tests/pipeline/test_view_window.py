@@ -29,7 +29,11 @@ def check_drops(view):
                 file.write(b"PNB1 but no more")
         DragSource(view.window).drop([os.path.abspath(name)])
     before = view.shot()
-    assert material in before.said and light in before.said, ("what was on stays on", before.said)
+    assert material in before.said, ("a library changes nothing that is on", before.said)
+    assert "light rays.hdr" in before.said, ("the light of a picture is on", before.said)
+    view.keys("l")
+    before = view.shot()
+    assert light in before.said, before.said
     green = view.shot("m", "m")
     assert "material green" in green.said, green.said
     inside = green.picture[before.mask()].mean(0)

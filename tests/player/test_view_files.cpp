@@ -249,6 +249,18 @@ TEST_F(ViewFiles, ACharacterLeavesAndTheOthersStay) {
     EXPECT_EQ(filesWithoutAnyone(staged, with_scene), (std::vector<fs::path>{library}));
 }
 
+TEST_F(ViewFiles, WhatComesWithAFileIsShown) {
+    const Scene one = openScene(std::array{tube}, 1);
+    ViewState state = stateFor(one, {});
+    const Scene richer = openScene(std::array{tube, library}, 1);
+    EXPECT_EQ(showNewcomer(library, countsOf(one), richer, state), "opened library.pnb, 1 material more (M)");
+    EXPECT_EQ(state, stateFor(one, {})) << "what is on stays on";
+    const Scene two = openScene(std::array{tube, tube}, 1);
+    state = stateFor(two, state);
+    showNewcomer(tube, countsOf(one), two, state);
+    EXPECT_EQ(state.selected, 1u) << "a character is selected";
+}
+
 // Materials and lights are numbered over all files, so a file that leaves moves the others'.
 TEST_F(ViewFiles, WhatIsChosenKeepsItsNameWhenAFileLeaves) {
     const std::array all = {library, tube};

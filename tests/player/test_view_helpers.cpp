@@ -142,7 +142,9 @@ TEST(MaterialLabel, NamesModelsAndTheirParameters) {
 }
 
 TEST(WhyNothing, SaysWhatAKeyNeeds) {
-    EXPECT_EQ(whyNothing({'T', false}), "T (baked truth or model) needs a baked truth (--truth)");
+    EXPECT_EQ(whyNothing({'T', false}),
+              "T (baked truth or model) needs a baked truth (F2 opens one), and a shaded picture "
+              "or ambient visibility (1, 2)");
     EXPECT_EQ(whyNothing({';', false}), "; is not a key of this window; F1 lists them");
     EXPECT_EQ(whyNothing({340, true}), "") << "Shift alone";
 }

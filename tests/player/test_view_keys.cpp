@@ -94,6 +94,7 @@ protected:
                            const std::function<void(const ViewState& changed, const std::string& name)>& use) {
         for (const Control& control : controls()) {
             if (control.exists && !control.exists(scene, state)) continue;
+            if (control.works && !control.works(scene, state)) continue;
             const auto change = [&](auto&& how) {
                 ViewState changed = state;
                 how(changed);

@@ -114,6 +114,32 @@ TEST(ViewActions, WorstFramesAreFound) {
 
 // The user asks while figures are still missing: first the worst so far is shown, then the worst, unless the user has
 // left.
+TEST(ViewActions, TheWorstVertexIsPicked) {
+    Contents c;
+    pickWorst(c.state, c.scene);
+    EXPECT_FALSE(c.state.inspect.picked) << "errors are not shown";
+    c.character.shown.channel = Channel::kError;
+    *c.character.posed.truth_frame = 0;
+    std::vector<Vec3>& errors = (*c.character.shown.values)[std::size_t(Shown::kModel)];
+    errors = {{0.1f, 0, 0}, {0.3f, 0, 0}, {0.2f, 0, 0}};
+    pickWorst(c.state, c.scene);
+    EXPECT_EQ(c.state.inspect.picked, (PickedVertex{0, 1}));
+    c.state.inspect.picked.reset();
+    *c.character.posed.truth_frame = std::nullopt;
+    pickWorst(c.state, c.scene);
+    EXPECT_FALSE(c.state.inspect.picked) << "the pose has no truth";
+}
+
+TEST(ViewActions, QuittingWaitsForPictures) {
+    Contents c;
+    c.press(kKeyF11);
+    c.press('Q');
+    EXPECT_FALSE(c.state.window.quit);
+    c.press(kKeyEscape);
+    c.press('Q');
+    EXPECT_TRUE(c.state.window.quit);
+}
+
 TEST(ViewActions, TheWorstFrameIsShownWhenAllAreKnown) {
     const std::array<FrameError, 3> errors = {{{0.1f, 0.5f, true}, {0.2f, 0.4f, true}, {0.3f, 0.9f, true}}};
     for (const bool goes_away : {false, true}) {
@@ -225,7 +251,7 @@ TEST(ViewActions, AClipWithoutTruthIsSaidToHaveNone) {
     c.state.inspect.weight_edit = WeightEdit{0, {1}};
     EXPECT_EQ(whyNoTruth(c.scene, c.state), "no baked truth of this pose");
     c.character.truth = nullptr;
-    EXPECT_EQ(whyNoTruth(c.scene, c.state), "no baked truth (--truth)");
+    EXPECT_EQ(whyNoTruth(c.scene, c.state), "no baked truth is open (F2)");
 }
 
 // Keys change what the picture that is on does not show, and say where it shows.
@@ -244,9 +270,11 @@ TEST(ViewActions, AKeyWhoseChangeIsNotSeenSaysSo) {
     for (const int key : {'M', 'L', 'K', 'H', 'V', 'P', 'E', 'D', 'O', 'B'})
         EXPECT_TRUE(unseen(key).ends_with("): shows in shaded pictures (1)")) << unseen(key);
     EXPECT_TRUE(unseen('J').ends_with("): shows in shaded pictures, ambient visibility and errors (1, 2, 3)"));
-    c.press('C');
-    EXPECT_TRUE(unseen('C').ends_with("): shows in shaded pictures and ambient visibility (1, 2)"));
+    const ViewState normals = c.state;
+    for (const int key : {'C', 'T'}) c.press(key);
+    EXPECT_EQ(c.state, normals) << "nothing is compared where the change would not be seen";
     c.press('2');
+    c.press('C');
     EXPECT_EQ(unseen('C'), "");
     EXPECT_TRUE(unseen('I').ends_with("between sampled frames there is none"));
 }

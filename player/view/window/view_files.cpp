@@ -39,28 +39,37 @@ void recentFiles(ViewState& state) {
     for (std::size_t i = 0; i < recent.size(); ++i) fileLine(state, recent[i], i);
 }
 
+void browse(ViewState& state, const fs::path& folder) { state.window.browsed = state.window.folder = folder; }
+
+// Lists what an asset must be packed of before it can be shown.
+void unpackedFiles(const FolderList& list) {
+    if (list.unpacked.empty()) return;
+    ImGui::TextDisabled("To be packed first");
+    for (const fs::path& file : list.unpacked) {
+        ImGui::TextDisabled("%s", file.filename().c_str());
+        const fs::path kind = file.stem().extension();
+        const char* const option = kind == ".brdf" ? " --brdf " : kind == ".light" ? " --light " : nullptr;
+        if (option && ImGui::IsItemHovered())
+            tooltip(("penumbra-pack asset" + std::string(option) + file.string() + " -o LIBRARY.pnb").c_str());
+    }
+    ImGui::TextWrapped(
+        "penumbra-pack asset --brdf M.brdf.h5 -o LIBRARY.pnb makes a file of materials for the window, "
+        "and --light E.light.h5 one of lights.");
+}
+
 }  // namespace
 
 void filePanel(const FolderList& list, ViewState& state) {
-    if (ImGui::Button("Close (F2)")) state.window.browsed.reset();
-    ImGui::TextWrapped(
-        "A character stands beside the others, and a scene takes the place of all. Lights, materials and baked truth "
-        "come to what is shown. Files can also be dropped onto the picture.");
-    fileLists(list, state);
-}
-
-void fileLists(const FolderList& list, ViewState& state) {
     if (!state.window.recent.empty()) recentFiles(state);
     ImGui::TextDisabled("Folder");
     ImGui::TextWrapped("%s", list.folder.c_str());
     if (!list.problem.empty()) ImGui::TextColored(ImColor(kMarked), "%s", list.problem.c_str());
-    if (list.folder.has_relative_path() && listLine("../  (up)", 1000, false))
-        state.window.browsed = list.folder.parent_path();
+    if (list.folder.has_relative_path() && listLine("../  (up)", 1000, false)) browse(state, list.folder.parent_path());
     for (std::size_t i = 0; i < list.folders.size(); ++i)
-        if (listLine(list.folders[i].filename().string() + "/", 2000 + i, false))
-            state.window.browsed = list.folders[i];
+        if (listLine(list.folders[i].filename().string() + "/", 2000 + i, false)) browse(state, list.folders[i]);
     for (std::size_t i = 0; i < list.files.size(); ++i) fileLine(state, list.files[i], 1000000 + i);
     if (list.files.empty()) ImGui::TextDisabled("no .pnb, .json, .exr or .hdr here");
+    unpackedFiles(list);
 }
 
 }  // namespace penumbra

@@ -4,7 +4,6 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <functional>
 #include <numbers>
 #include <utility>
 
@@ -20,6 +19,7 @@
 #include "player/view/view_history.h"
 #include "player/view/view_look.h"
 #include "player/view/view_settings.h"
+#include "player/view/window/first_file.h"
 #include "player/view/window/view_panels.h"
 #include "player/view/window/view_window.h"
 #include "sh/angles.h"
@@ -72,6 +72,13 @@ Rectangle scaled(const Rectangle& r, float scale) {
     return {unit(r.x), unit(r.y), unit(r.width), unit(r.height)};
 }
 
+// The writing of a sequence changes these.
+struct KeptView {
+    Sequence of = Sequence::kClip;
+    Camera camera;
+    Playhead playhead;
+};
+
 struct ClosedWhileReading {};  // the user closed the window before the files were read
 
 class ViewLoop {
@@ -82,7 +89,7 @@ public:
           quiet_(options.quiet),
           settings_(options.settings ? readSettings(settingsPath(), result_.problem) : ViewSettings()),
           files_(options.files),
-          scene_(openFirst()),
+          scene_(std::make_unique<Scene>(openFirst())),
           state_(startState(*scene_, settings_, options)) {
         for (const std::filesystem::path& file : files_) noteRecent(state_.window.recent, file);
         openWindow();
@@ -112,16 +119,16 @@ private:
     ViewHistory history_;
     std::optional<PictureSink> turn_;  // turntable that is being written
     std::filesystem::path turn_path_;
+    std::optional<KeptView> kept_;     // while a sequence is written
     Cached<ExposedLook> exposed_;      // key of the measured automatic exposure
     std::unique_ptr<GpuTimer> timer_;  // needs the window's context
     ViewFigures figures_;
     Clock::time_point last_step_ = Clock::now(), last_frame_ = Clock::now(), last_event_ = Clock::now();
 
     void openWindow();
+    std::string title() const;
+    Scene openFirst();
     OpenChoice openChoice();
-    std::filesystem::path chooseFirst(const std::string& problem);
-    std::unique_ptr<Scene> openFirst();
-    void drawAlone(const std::function<void()>& build);
     void showReading(const std::filesystem::path& file, double share);
     void tellSettingsProblem();
     void handle(const ViewEvents& events);
@@ -137,56 +144,37 @@ private:
     void takeScreenshot(const Rectangle& part);
     void takeTurntablePicture(const Rectangle& picture);
     void takeSequencePicture(const Rectangle& picture);
+    void keepView();
     bool busy() const;
     void keepSettings();
 };
 
 void ViewLoop::openWindow() {
     if (window_) return;
-    const std::string title = files_.empty() ? "" : ": " + files_.front().filename().string();
-    window_ = std::make_unique<ViewWindow>("Penumbra" + title, placeFor(options_, settings_));
+    window_ = std::make_unique<ViewWindow>(title(), placeFor(options_, settings_));
 }
 
-// Draws panels where there is no scene yet.
-void ViewLoop::drawAlone(const std::function<void()>& build) {
-    if (!window_->visible()) return;
-    gl::BindFramebuffer(GL_FRAMEBUFFER, 0);
-    gl::Viewport(0, 0, window_->width(), window_->height());
-    gl::ClearColor(0.1f, 0.1f, 0.1f, 1);
-    gl::Clear(GL_COLOR_BUFFER_BIT);
-    window_->beginPanels();
-    build();
-    window_->drawPanels();
-    window_->present();
+std::string ViewLoop::title() const {
+    return files_.empty() ? "Penumbra" : "Penumbra: " + files_.front().filename().string();
 }
 
-// Shows the files of a folder until one is chosen or dropped. `problem` says why the last one could not be opened.
-std::filesystem::path ViewLoop::chooseFirst(const std::string& problem) {
+// Reads the files of the command line, or one that the user chooses where there is none.
+Scene ViewLoop::openFirst() {
+    if (!files_.empty()) return openScene(files_, threads_, openChoice());
     openWindow();
-    ViewState state = settings_.state;
-    browseFiles(state);
-    Cached<std::filesystem::path, FolderList> folder;
-    while (!state.window.chosen) {
-        throwIfInterrupted();
-        const ViewEvents events = window_->poll(kIdleWait);
-        if (events.close) throw ClosedWhileReading();
-        if (!events.dropped.empty()) state.window.chosen = events.dropped.front();
-        folder.update(*state.window.browsed, [&](FolderList& list) { list = listFolder(*state.window.browsed); });
-        drawAlone([&] { buildFirstPanel(*folder, problem, state, window_->unitScale()); });
-    }
-    return *state.window.chosen;
-}
-
-// Opens the files that were named. Without any the user chooses one, and another one where that cannot be shown.
-std::unique_ptr<Scene> ViewLoop::openFirst() {
-    std::string problem;
-    for (;;) try {
-            if (options_.files.empty()) files_ = {shownFile(chooseFirst(problem))};
-            return std::make_unique<Scene>(openScene(files_, threads_, openChoice()));
+    for (std::string problem;;) {
+        const std::optional<std::filesystem::path> file = chooseFirstFile(*window_, settings_.state, problem);
+        if (!file) throw ClosedWhileReading();
+        try {
+            const std::vector<std::filesystem::path> chosen = {shownFile(*file)};
+            Scene scene = openScene(chosen, threads_, openChoice());
+            files_ = chosen;
+            window_->setTitle(title());
+            return scene;
         } catch (const std::runtime_error& error) {
-            if (!options_.files.empty() || !window_) throw;
             problem = error.what();
         }
+    }
 }
 
 OpenChoice ViewLoop::openChoice() {
@@ -202,7 +190,11 @@ void ViewLoop::showReading(const std::filesystem::path& file, double share) {
     openWindow();
     last_bar_ = Clock::now();
     if (window_->poll(0).close) throw ClosedWhileReading();
-    drawAlone([&] { buildReadingPanel(file.filename().string(), float(share), window_->unitScale()); });
+    if (!window_->visible()) return;
+    beginEmptyPicture(*window_);
+    buildReadingPanel(file.filename().string(), float(share), window_->unitScale());
+    window_->drawPanels();
+    window_->present();
 }
 
 // Tells the problem at the start, since a window may stay open for long.
@@ -216,12 +208,14 @@ void ViewLoop::tellSettingsProblem() {
 void ViewLoop::addFiles(const std::vector<std::filesystem::path>& dropped) {
     const bool is_scene = std::ranges::any_of(dropped, [](const auto& file) { return file.extension() == ".json"; });
     std::vector<std::filesystem::path> files = is_scene ? filesWithoutAnyone(*scene_, files_) : files_;
+    const SceneCounts before = countsOf(*scene_);
     try {
         for (const std::filesystem::path& file : dropped) files.push_back(shownFile(file));
         show(std::move(files));
         for (const std::filesystem::path& file : dropped) noteRecent(state_.window.recent, file);
         if (is_scene) applySceneFile(*scene_, state_);
-        figures_.message = "opened " + dropped.back().filename().string();
+        figures_.message = is_scene ? "opened " + dropped.back().filename().string()
+                                    : showNewcomer(dropped.back(), before, *scene_, state_);
     } catch (const std::runtime_error& error) {
         figures_.message = error.what();
     }
@@ -231,8 +225,10 @@ void ViewLoop::takeAway(std::size_t character) {
     const ViewState before = state_;
     state_.characters.erase(state_.characters.begin() + std::ptrdiff_t(character));
     if (state_.selected > character) --state_.selected;
+    const std::string name = scene_->characters[character]->asset.name;
     try {
         show(filesWithout(*scene_, files_, character));
+        figures_.message = std::filesystem::path(name).filename().string() + " is gone; F2 opens it again";
     } catch (const std::runtime_error& error) {  // a file that has gone
         state_ = before;
         figures_.message = error.what();
@@ -246,10 +242,16 @@ void ViewLoop::show(std::vector<std::filesystem::path> files) {
     state_ = carriedOver(*scene_, *scene, state_);
     scene_ = std::move(scene);
     files_ = std::move(files);
+    window_->setTitle(title());
     history_.forget();
     painter_.forget();
     exposed_.forget();
     state_ = stateFor(*scene_, state_);
+}
+
+std::string stopped(Sequence of, std::size_t written) {
+    if (of == Sequence::kTurntable) return "stopped: no turntable is written";
+    return "stopped: " + std::to_string(written) + " pictures are written";
 }
 
 void ViewLoop::handle(const ViewEvents& events) {
@@ -263,7 +265,12 @@ void ViewLoop::handle(const ViewEvents& events) {
         figures_.message.clear();
         state_.window.hint = false;
     }
+    const std::optional<std::size_t> written = state_.window.sequence;
     for (const KeyPress& press : events.keys) {
+        if (press.key == kKeyEscape && window_->listOpen()) {
+            state_.window.closes_list = true;
+            continue;
+        }
         const ViewState before = state_;
         applyKey(state_, *scene_, press);
         const bool changed = state_ != before;
@@ -275,13 +282,14 @@ void ViewLoop::handle(const ViewEvents& events) {
         advanceTime();
         drawFrame();  // shows the state after the keys so far
     }
+    if (written && !state_.window.sequence) figures_.message = stopped(state_.window.of, *written);
     if (events.close) state_.window.quit = true;
 }
 
 void ViewLoop::write(const std::filesystem::path& path, const Image& image) {
     try {
         writePng(path, image, 1);
-        figures_.message = kWrote + path.string();
+        figures_.message = kWrote + std::filesystem::absolute(path).lexically_normal().string();
         if (quiet_) return;
         std::printf("%s: %s\n", path.c_str(), describe(*scene_, state_).c_str());
         std::fflush(stdout);
@@ -289,6 +297,10 @@ void ViewLoop::write(const std::filesystem::path& path, const Image& image) {
         figures_.message = error.what();
         state_.window.sequence.reset();
     }
+}
+
+std::string progress(std::size_t written, std::size_t of) {
+    return std::to_string(written) + " of " + std::to_string(of) + " (Escape stops)";
 }
 
 Image readPart(const Rectangle& part, int window_height) {
@@ -310,11 +322,10 @@ void ViewLoop::takeTurntablePicture(const Rectangle& picture) {
         const Image image = readPart(picture, window_->height());
         turn_->write(*state_.window.sequence, TexturePicture{image.width, image.height, displayedBytes(image, 1)});
         const std::size_t written = ++*state_.window.sequence;
-        figures_.message = "turntable: " + std::to_string(written) + " of " + std::to_string(kTurntablePictures);
+        figures_.message = "turntable: " + progress(written, kTurntablePictures);
         if (written < kTurntablePictures) return;
         turn_->finish();
-        turntable(state_.camera, 1.0 / kTurntableRate);  // where it began
-        figures_.message = kWrote + turn_path_.string();
+        figures_.message = kWrote + std::filesystem::absolute(turn_path_).lexically_normal().string();
         if (!quiet_) std::printf("%s: turntable, %s\n", turn_path_.c_str(), describe(*scene_, state_).c_str());
         std::fflush(stdout);
     } catch (const std::runtime_error& error) {  // nothing can be written, or the window got another size
@@ -328,10 +339,27 @@ void ViewLoop::takeSequencePicture(const Rectangle& picture) {
     if (state_.window.of == Sequence::kTurntable) return takeTurntablePicture(picture);
     const ClipView& clip = selectedClip(state_, *scene_);
     write(sequenceName(options_.screenshots, clip.name, *state_.window.sequence), readPart(picture, window_->height()));
-    if (state_.window.sequence && ++*state_.window.sequence >= clip.frame_count) state_.window.sequence.reset();
+    if (!state_.window.sequence) return;
+    const std::size_t written = ++*state_.window.sequence;
+    if (written < clip.frame_count)
+        figures_.message = "pictures: " + progress(written, clip.frame_count);
+    else
+        state_.window.sequence.reset();
+}
+
+// Notes what a sequence changes when it begins, and brings it back when it is written or stopped.
+void ViewLoop::keepView() {
+    if (state_.window.sequence && !kept_) kept_ = KeptView{state_.window.of, state_.camera, state_.playhead};
+    if (state_.window.sequence || !kept_) return;
+    if (kept_->of == Sequence::kTurntable)
+        state_.camera = kept_->camera;
+    else
+        state_.playhead = kept_->playhead;
+    kept_.reset();
 }
 
 void ViewLoop::advanceTime() {
+    keepView();
     const bool turns = state_.window.sequence && state_.window.of == Sequence::kTurntable;
     if (!turns) turn_.reset();  // it was stopped
     // A video has its own time. Its first picture is what the window shows.
@@ -358,6 +386,7 @@ void ViewLoop::updatePicture(const Rectangle& picture) {
     if (const auto stroke = std::exchange(state_.tool.stroke, {}); stroke && scene_->field)
         scene_->field->brush(stroke->at, stroke->radius, stroke->rise);
     updateScene(*scene_, state_, needs, figures_.update);
+    if (std::exchange(state_.window.worst_point, false)) pickWorst(state_, *scene_);
     if (!state_.frame_all) return;
     const Rectangle area = panesOf(state_, picture).front().area;
     frameAll(state_.camera, boundsOf(*scene_), double(area.width) / area.height);

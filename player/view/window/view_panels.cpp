@@ -161,6 +161,16 @@ void savePanel(ViewState& state) {
     if (rowButton("frames", "Writes a picture of each frame of the clip (F11)")) begin(Sequence::kClip);
 }
 
+// Lists files beside what is shown.
+void filesBeside(const FolderList& list, ViewState& state) {
+    const bool closes = ImGui::Button("Close (F2)");
+    ImGui::TextWrapped(
+        "A character stands beside the others, and a scene takes the place of all. Lights, materials and baked truth "
+        "come to what is shown. Files can also be dropped onto the picture.");
+    filePanel(list, state);
+    if (closes) state.window.browsed.reset();
+}
+
 // Everything about the scene. What belongs to a picked vertex stands before what is always there, so that a click shows
 // it without scrolling.
 void scenePanel(const Scene& scene, ViewState& state, const ViewFigures& figures) {
@@ -195,14 +205,13 @@ void buildReadingPanel(const std::string& file, float share, float unit) {
     ImGui::End();
 }
 
-void buildFirstPanel(const FolderList& list, const std::string& problem, ViewState& state, float unit) {
+void buildFirstPanel(const FolderList& list, ViewState& state, const std::string& problem) {
     const ImVec2 size = ImGui::GetIO().DisplaySize;
-    const float width = std::min(560 * unit, size.x);
-    beginFixed("first", (size.x - width) / 2, 0, width, size.y);
+    beginFixed("first", 0, 0, size.x, size.y);
     ImGui::PushTextWrapPos(0);
-    ImGui::TextWrapped("Choose a character (.pnb) or a scene (.json), or drop a file onto this window.");
+    ImGui::TextUnformatted("Choose a character (.pnb) or a scene (.json), or drop one here.");
     if (!problem.empty()) ImGui::TextColored(ImColor(kMarked), "%s", problem.c_str());
-    fileLists(list, state);
+    filePanel(list, state);
     ImGui::PopTextWrapPos();
     ImGui::End();
 }
@@ -215,10 +224,11 @@ void buildPanels(const Scene& scene, ViewState& state, const ViewFigures& figure
     if (!showsPanels(state)) return;
     const ImVec2 size = ImGui::GetIO().DisplaySize;
     const PanelSizes panels = panelSizes(size.x, size.y, unit);
-    beginFixed("side", 0, 0, panels.side, size.y);
+    // Each keeps its own place where it was scrolled to.
+    beginFixed(state.window.browsed ? "files" : state.window.help ? "help" : "side", 0, 0, panels.side, size.y);
     ImGui::PushTextWrapPos(0);  // lines that are too long go on below
     if (state.window.browsed)
-        filePanel(*figures.folder, state);
+        filesBeside(*figures.folder, state);
     else if (state.window.help)
         helpPanel(state);
     else

@@ -25,8 +25,9 @@ void buildPanels(const Scene& scene, ViewState& state, const ViewFigures& figure
 
 // Draws a bar while a file is read; `share` lies in [0, 1].
 void buildReadingPanel(const std::string& file, float share, float unit);
-// Builds the window where no file was named: the files of a folder, and why the last choice could not be shown.
-void buildFirstPanel(const FolderList& list, const std::string& problem, ViewState& state, float unit);
+
+// Fills the window with the list of files where nothing is open yet. `problem` is why the last file did not open.
+void buildFirstPanel(const FolderList& list, ViewState& state, const std::string& problem);
 
 // Draws a slider for each morph target of the selected character.
 void morphPanel(const Scene& scene, ViewState& state);

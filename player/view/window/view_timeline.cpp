@@ -150,7 +150,7 @@ void strip(const Scene& scene, ViewState& state, const Figure& figure, std::size
     const std::size_t frame = row.frameAt(ImGui::GetIO().MousePos.x);
     if (ImGui::IsItemActive()) jumpTo(scene, state, double(frame));
     if (frame < figure.known)
-        ImGui::SetTooltip("frame %zu: %s\nat most %.3g, in frame %zu", frame, figure.text(frame).c_str(),
+        ImGui::SetTooltip("frame %zu: %s\nlargest of the clip: %.3g, in frame %zu", frame, figure.text(frame).c_str(),
                           double(figure.value(worst)), worst);
 }
 
@@ -180,31 +180,51 @@ void strips(const Scene& scene, ViewState& state, std::size_t frames, double sho
            kErrorColor, kSmallError, errors.size(), [&](std::size_t i) { return errors[i].mean; },
            [&](std::size_t i) {
                if (!errors[i].has_truth) return std::string("not in the baked truth");
-               return format("|E - truth| mean %.4f, at most %.3f", double(errors[i].mean), double(errors[i].most));
+               return format("|E - truth| mean %.4f, worst vertex %.3f", double(errors[i].mean),
+                             double(errors[i].most));
            },
            has_truth ? "" : "no baked truth of this clip"},
           frames, shown);
 }
 
-// A button for the frame of the largest error, unless the window is too narrow or the clip has no truth.
-void worstButton(const Scene& scene, ViewState& state) {
-    constexpr const char* kName = "worst frame";
-    const Character& character = *scene.characters[state.selected];
-    if (!character.truth || !hasTruthOf(character.asset, *character.truth, selectedClip(state, scene))) return;
+// A button that goes on in the line, unless the window is too narrow for it. Returns whether it was clicked.
+bool buttonIfRoom(const char* name, const char* tip) {
     ImGui::SameLine(0, ImGui::GetFontSize());
-    const float width = ImGui::CalcTextSize(kName).x + 2 * ImGui::GetStyle().FramePadding.x;
-    if (width > ImGui::GetContentRegionAvail().x) return ImGui::NewLine();
-    if (ImGui::Button(kName)) showWorst(state, scene, Worst::kError);
-    if (ImGui::IsItemHovered()) ImGui::SetTooltip("Goes to the frame whose error is the largest (W).");
+    const float width = ImGui::CalcTextSize(name).x + 2 * ImGui::GetStyle().FramePadding.x;
+    if (width > ImGui::GetContentRegionAvail().x) {
+        ImGui::NewLine();
+        return false;
+    }
+    const bool clicked = ImGui::Button(name);
+    if (ImGui::IsItemHovered()) tooltip(tip);
+    return clicked;
 }
 
-// Goes on in a line with a text, unless the window is too narrow for all of it.
-void textIfRoom(const std::string& text, ImU32 color) {
+// Goes on in a line with a text, unless the window is too narrow for all of it. Returns whether it was written.
+bool textIfRoom(const std::string& text, ImU32 color) {
     ImGui::SameLine(0, ImGui::GetFontSize());
-    if (ImGui::CalcTextSize(text.c_str()).x <= ImGui::GetContentRegionAvail().x)
+    const bool room = ImGui::CalcTextSize(text.c_str()).x <= ImGui::GetContentRegionAvail().x;
+    if (room)
         ImGui::TextColored(ImColor(color), "%s", text.c_str());
     else
         ImGui::NewLine();
+    return room;
+}
+
+// Shows where the errors of a clip with truth are the largest, and how large they are now.
+void worstPlaces(const Scene& scene, ViewState& state, std::size_t frame) {
+    if (buttonIfRoom("worst frame", "Goes to the frame whose mean error is the largest (W)"))
+        showWorst(state, scene, Worst::kError);
+    if (buttonIfRoom("worst point",
+                     "Shows errors (3), and picks the vertex whose error is the largest in this frame")) {
+        chooseChannel(state, scene, Channel::kError);
+        state.window.worst_point = true;
+    }
+    const ClipFigures& figures = scene.characters[state.selected]->timeline.figures;
+    if (figures.clip != state.characters[state.selected].clip || frame >= figures.errors.size()) return;
+    const FrameError& error = figures.errors[frame];
+    if (error.has_truth)
+        textIfRoom(format("error: mean %.4f, worst vertex %.3f", double(error.mean), double(error.most)), kInk);
 }
 
 }  // namespace
@@ -220,10 +240,11 @@ void buildTimeline(const Scene& scene, ViewState& state) {
     const ClipPosition position = shownPosition(state, scene, state.selected);
     const double shown = double(position.frame) + position.part;
     const std::string frame = format("frame %.*f of %u", snapsToFrames(state) ? 0 : 2, shown, clip.frame_count);
-    textIfRoom(frame, kInk);
+    if (!textIfRoom(frame, kInk)) textIfRoom(format("%.*f of %u", 0, std::floor(shown), clip.frame_count), kInk);
     textIfRoom(format("%.2f s of %.2f s", clipTime(state), clipSeconds(animation, clip)), kInk);
-    worstButton(scene, state);
-    if (state.smooth && snapsToFrames(state)) textIfRoom("only sampled frames have truth", kMarked);
+    const Character& character = *scene.characters[state.selected];
+    if (character.truth && hasTruthOf(character.asset, *character.truth, clip))
+        worstPlaces(scene, state, position.frame);
     scrubBar(scene, state, clip.frame_count, shown);
     strips(scene, state, clip.frame_count, shown);
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <utility>
 
 namespace penumbra {
 
@@ -30,6 +31,7 @@ void drawMenu(const Menu& menu, const char* label, const Scene& scene, ViewState
     if (!open && ImGui::CalcTextSize(names[chosen].c_str()).x > room && ImGui::IsItemHovered())
         tooltip(names[chosen].c_str());
     if (!open) return;
+    if (std::exchange(state.window.closes_list, false)) ImGui::CloseCurrentPopup();
     for (std::size_t i = 0; i < names.size(); ++i)
         if (menu.offers(scene, i) && listLine(names[i], i, i == chosen)) menu.choose(state, scene, i);
     ImGui::EndCombo();
@@ -85,8 +87,10 @@ void drawControls(ControlPanel panel, const Scene& scene, ViewState& state, floa
         if (control.same_line) ImGui::SameLine();
         if (control.name) nameOf(control);
         ImGui::SetNextItemWidth(width);
+        ImGui::BeginDisabled(control.works && !control.works(scene, state));
         drawControl(control, scene, state);
-        if (ImGui::IsItemHovered() && !ImGui::IsItemActive()) tooltip(control.tip);
+        ImGui::EndDisabled();
+        if (ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled) && !ImGui::IsItemActive()) tooltip(control.tip);
         const std::string problem = control.problem ? control.problem(scene, state) : "";
         if (!problem.empty()) ImGui::TextColored(ImColor(kMarked), "%s", problem.c_str());
     }

@@ -41,8 +41,6 @@ void drawHint(const Rectangle& picture);
 
 // Shows the files that were opened last and those of a folder; a click chooses one, or another folder.
 void filePanel(const FolderList& list, ViewState& state);
-// The same without a word about what is shown already.
-void fileLists(const FolderList& list, ViewState& state);
 
 // Builds what is under the picture: play, speed, time; a bar that scrubs; and a strip for each figure of the clip's
 // frames.

@@ -185,6 +185,12 @@ int ViewWindow::height() const {
     return height;
 }
 
+bool ViewWindow::listOpen() const {
+    return ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopupId | ImGuiPopupFlags_AnyPopupLevel);
+}
+
+void ViewWindow::setTitle(const std::string& title) { glfwSetWindowTitle(impl_->window, title.c_str()); }
+
 bool ViewWindow::held() const {
     for (const int button : {GLFW_MOUSE_BUTTON_LEFT, GLFW_MOUSE_BUTTON_MIDDLE, GLFW_MOUSE_BUTTON_RIGHT})
         if (glfwGetMouseButton(impl_->window, button) == GLFW_PRESS) return true;

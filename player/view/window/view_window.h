@@ -30,6 +30,8 @@ public:
 
     // Waits up to `seconds` for the first event (0: not at all).
     ViewEvents poll(double seconds);
+    bool listOpen() const;  // a list of a control is open
+    void setTitle(const std::string& title);
     bool held() const;     // a button of the mouse is down
     bool visible() const;  // has pixels to draw into: it is neither minimised nor of no size
     int width() const;     // width of the framebuffer, pixels
