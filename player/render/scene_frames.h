@@ -91,7 +91,7 @@ private:
     bool shines_ = false;                                       // they are those of this frame
     std::vector<std::size_t> receivers_;                        // members that others hide something of the sky from
     std::vector<Vec3> standing_;                                // corners of the boxes of all members
-    std::vector<std::vector<std::uint32_t>> shining_vertices_;  // those of each member
+    std::vector<std::vector<std::uint32_t>> shining_vertices_;  // the ones that stand for each member
     std::vector<std::vector<Vec3>> sent_;                       // their radiance, [V]
     LightView whole_light_;                                     // with its suns
     SceneSunlight sunlight_;
