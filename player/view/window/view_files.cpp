@@ -60,10 +60,6 @@ void unpackedFiles(const FolderList& list) {
 }  // namespace
 
 void filePanel(const FolderList& list, ViewState& state) {
-    if (ImGui::Button("Close (F2)")) state.window.browsed.reset();
-    ImGui::TextWrapped(
-        "A character stands beside the others, and a scene takes the place of all. Lights, materials and baked truth "
-        "come to what is shown. Files can also be dropped onto the picture.");
     if (!state.window.recent.empty()) recentFiles(state);
     ImGui::TextDisabled("Folder");
     ImGui::TextWrapped("%s", list.folder.c_str());

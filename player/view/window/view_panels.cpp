@@ -160,6 +160,16 @@ void savePanel(ViewState& state) {
     if (rowButton("frames", "Writes a picture of each frame of the clip (F11)")) begin(Sequence::kClip);
 }
 
+// Lists files beside what is shown.
+void filesBeside(const FolderList& list, ViewState& state) {
+    const bool closes = ImGui::Button("Close (F2)");
+    ImGui::TextWrapped(
+        "A character stands beside the others, and a scene takes the place of all. Lights, materials and baked truth "
+        "come to what is shown. Files can also be dropped onto the picture.");
+    filePanel(list, state);
+    if (closes) state.window.browsed.reset();
+}
+
 // Everything about the scene. What belongs to a picked vertex stands before what is always there, so that a click shows
 // it without scrolling.
 void scenePanel(const Scene& scene, ViewState& state, const ViewFigures& figures) {
@@ -214,7 +224,7 @@ void buildPanels(const Scene& scene, ViewState& state, const ViewFigures& figure
     beginFixed(state.window.browsed ? "files" : state.window.help ? "help" : "side", 0, 0, panels.side, size.y);
     ImGui::PushTextWrapPos(0);  // lines that are too long go on below
     if (state.window.browsed)
-        filePanel(*figures.folder, state);
+        filesBeside(*figures.folder, state);
     else if (state.window.help)
         helpPanel(state);
     else
