@@ -223,8 +223,7 @@ void worstPlaces(const Scene& scene, ViewState& state, std::size_t frame) {
     const ClipFigures& figures = scene.characters[state.selected]->timeline.figures;
     if (figures.clip != state.characters[state.selected].clip || frame >= figures.errors.size()) return;
     const FrameError& error = figures.errors[frame];
-    if (error.has_truth)
-        textIfRoom(format("error: mean %.4f, worst vertex %.3f", double(error.mean), double(error.most)), kInk);
+    if (error.has_truth) textIfRoom(format("error %.4f, max %.3f", double(error.mean), double(error.most)), kInk);
 }
 
 }  // namespace
@@ -241,10 +240,10 @@ void buildTimeline(const Scene& scene, ViewState& state) {
     const double shown = double(position.frame) + position.part;
     const std::string frame = format("frame %.*f of %u", snapsToFrames(state) ? 0 : 2, shown, clip.frame_count);
     if (!textIfRoom(frame, kInk)) textIfRoom(format("%.*f of %u", 0, std::floor(shown), clip.frame_count), kInk);
-    textIfRoom(format("%.2f s of %.2f s", clipTime(state), clipSeconds(animation, clip)), kInk);
     const Character& character = *scene.characters[state.selected];
     if (character.truth && hasTruthOf(character.asset, *character.truth, clip))
         worstPlaces(scene, state, position.frame);
+    textIfRoom(format("%.2f s of %.2f s", clipTime(state), clipSeconds(animation, clip)), kInk);
     scrubBar(scene, state, clip.frame_count, shown);
     strips(scene, state, clip.frame_count, shown);
 }
