@@ -158,9 +158,11 @@ def check_rig(files, meshes):
             said += known.stdout
             if path == files[0]:
                 facts_of(said, ("format", "vertices", "triangles", "size", "slots", "joints"))
+    asked = [["visibility", *files, "--rays", "256", *meshes]]
+    if re.search("^format +rig$", said, re.M):
+        asked.append(["fields", *files, *meshes])
     with tempfile.TemporaryDirectory() as folder:
-        probes = [programs.ask(bake, *words, "-o", os.path.join(folder, "x.h5"), "--dry-run")
-                  for words in (["visibility", *files, "--rays", "256", *meshes], ["fields", *files, *meshes])]
+        probes = [programs.ask(bake, *words, "-o", os.path.join(folder, "x.h5"), "--dry-run") for words in asked]
     for probe in probes:
         if probe.returncode != 0:
             line("cannot be baked", programs.complaint(probe).removeprefix("penumbra-bake: "))

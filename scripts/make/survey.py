@@ -7,6 +7,7 @@ import re
 from dataclasses import dataclass
 
 from farm.config import ConfigError, files_of
+from farm.plan import escaped
 
 CLIP = re.compile(r"^\s+-\s+name (.*), (seconds|keys) ([-+.\de]+)$", re.M)
 MATERIALS = (".glb", ".gltf", ".vrm", ".fbx", ".dae", ".x")  # penumbra-pack asset --materials-of
@@ -48,7 +49,7 @@ def survey(planner, files, source):
     # `info` tells nothing about files of clips alone, and nothing about the rest pose where there are no clips.
     for name in names:
         if name not in lengths:
-            chosen = ["--clips", name] if len(names) > 1 else []
+            chosen = ["--clips", escaped(name)] if len(names) > 1 else []
             text = planner.ask("make", [bake, "visibility", *files, "--rays", "16", *chosen, "--fps", str(RATE),
                                         *source, *probe], read)
             lengths[name] = (int(re.match(r"(\d+) frames", text)[1]) - 1) / RATE
