@@ -3,8 +3,8 @@ of every input and of OUT itself. Whether OUT must be made again is decided by t
 import hashlib
 import json
 import os
+import re
 import secrets
-import shlex
 import socket
 import subprocess
 
@@ -118,8 +118,9 @@ def depfile_inputs(path):
     if not path or not os.path.exists(path):
         return []
     with open(path) as file:
-        rule = file.read().replace("\\\n", " ").replace("$$", "$")
-    return shlex.split(rule.partition(": ")[2])
+        rule = file.read().replace("\\\n", " ").partition(": ")[2]
+    # Blanks and # have a backslash and $ is doubled; quotes and other backslashes stand for themselves.
+    return [re.sub(r"\\([ \t#])", r"\1", name).replace("$$", "$") for name in re.findall(r"(?:\\[ \t#]|\S)+", rule)]
 
 
 def read_stamp(folder, output):

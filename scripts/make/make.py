@@ -118,7 +118,15 @@ def run_all(request, folder, place, held):
     with open(os.path.join(folder, last.output)) as file:
         page.write_if_new(page_of(request.output), page.embed(file.read(), folder))
     runner.progress.finish()
+    remove_old(os.path.join(folder, "pictures"), {os.path.basename(job.output) for job in [picture, *pictures]})
     tell(request, runner, description, warned, time.monotonic() - started)
+
+
+def remove_old(folder, wanted):
+    """Removes the pictures of another effort, with their stamps."""
+    for name in os.listdir(folder):
+        if name.split(".png")[0] + ".png" not in wanted:
+            os.remove(os.path.join(folder, name))
 
 
 def publish(folder, made, output):
@@ -130,6 +138,10 @@ def publish(folder, made, output):
     digests.save()
 
 
+def counted(count, what):
+    return f"{count} {what}" + ("" if count == 1 else "s")
+
+
 def page_of(output):
     return output.removesuffix(".pnb") + ".html"
 
@@ -139,7 +151,7 @@ def tell(request, runner, description, warned, seconds):
     if not runner.ran:
         say("nothing has changed: nothing was run")
     else:
-        say(f"{len(runner.ran)} jobs in {seconds:.0f} s; {len(warned)} warnings, which the page lists")
+        say(f"{counted(len(runner.ran), 'job')} in {seconds:.0f} s; {counted(len(warned), 'warning')}, which the page lists")
     for fact in description["facts"][1:]:
         say(fact)
     say(f"asset     {request.output}\npage      {page_of(request.output)}\npictures  {os.path.join(runner.folder, 'pictures')}")

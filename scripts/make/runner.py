@@ -1,16 +1,18 @@
 """Runs jobs one after the other through the farm's farm_stamp, prints each command that must run, and shows one
 progress over all of them."""
 import fcntl
+import json
 import os
 import re
 import shlex
 import shutil
+import signal
 import subprocess
 import sys
 import time
 
 from farm.child import stop_with_parent
-from farm.plan import ranges_of, stamped
+from farm.plan import ranges_of, report_of, stamped
 from farm.stamps import Digests, ForeignFile, read_stamp, remove, why_stale, write_whole
 from make.failure import FAILED, INVALID, Failure
 
@@ -66,6 +68,15 @@ def lock(folder):
             time.sleep(0.2)
 
 
+def has_report(path):
+    try:
+        with open(path) as file:
+            json.load(file)
+    except (OSError, ValueError):
+        return False
+    return True
+
+
 class Runner:
     def __init__(self, folder, total, quiet, held):
         self.folder, self.held = folder, held
@@ -80,13 +91,26 @@ class Runner:
         digests = Digests(self.folder)
         gone = bool(job.merged) and os.path.exists(os.path.join(self.folder, job.merged)) and read_stamp(self.folder, job.merged)
         try:
-            return why_stale(self.folder, job.output, job.command, [*job.inputs, *job.sources], digests, temporary=bool(gone))
+            return why_stale(self.folder, job.output, job.command, [*job.inputs, *job.sources], digests,
+                             temporary=bool(gone)) or self.lost(job)
         except ForeignFile as error:
             raise Failure(os.path.join(self.folder, str(error)), INVALID) from None
         except FileNotFoundError:
             return "an input is not there"
         finally:
             digests.save()
+
+    def lost(self, job):
+        """Returns what the page needs of a job and is no longer there, or "". The job then loses its stamp, too, by which
+        farm_stamp would leave it out."""
+        reason = ""
+        if not os.path.exists(self.log_of(job.output)):
+            reason = "what it said is lost"
+        elif not has_report(os.path.join(self.folder, report_of(job.output))):
+            reason = "its report is lost or damaged"
+        if reason:
+            remove(os.path.join(self.folder, job.output + ".stamp"))
+        return reason
 
     def run(self, jobs):
         for job in jobs:
@@ -111,6 +135,7 @@ class Runner:
             lines = self.follow(job, child)
             code = child.wait()
         except KeyboardInterrupt:
+            child.send_signal(signal.SIGINT)  # a terminal has told it already, others may have told us alone
             child.wait()
             self.progress.finish()
             raise Failure(f"stopped; {AGAIN}", FAILED) from None

@@ -6,7 +6,7 @@ import sys
 
 from make import doctor, make, pictures, programs
 from make.efforts import EFFORTS
-from make.failure import FAILED, UNREADABLE, USAGE, Failure
+from make.failure import FAILED, INVALID, UNREADABLE, USAGE, Failure
 from usage import ArgumentParser
 
 HELP = """penumbra FILE...              make an asset of a character or a cloth, and show it
@@ -77,7 +77,11 @@ def request_of(words):
     given = make_parser().parse_args(words)
     if given.fps is not None and not 0 < given.fps <= 1000:
         raise Failure(f"--fps: takes a number above 0, at most 1000, not {given.fps:g}", USAGE)
-    output = given.output or os.path.basename(given.files[0].rstrip("/")).split(".")[0] + ".pnb"
+    first = os.path.basename(given.files[0].rstrip("/"))
+    stem = first if os.path.isdir(given.files[0]) else os.path.splitext(first)[0]
+    if not given.output and not stem.strip("."):
+        raise Failure(f"'{given.files[0]}' gives the asset no name; give one with -o", USAGE)
+    output = given.output or stem + ".pnb"
     if not output.endswith(".pnb") or os.path.basename(output) == ".pnb":
         raise Failure(f"-o: takes a name that ends with .pnb, not '{output}'", USAGE)
     clips, held = ([name for text in texts or [] for name in names_of(text)] for texts in (given.clips, given.holdout))
@@ -114,10 +118,12 @@ def info(words):
     others = [word for word in words if word not in shown]
     if shown and any(word.startswith("-") for word in others):
         raise Failure("info: takes no options beside a picture", USAGE)
+    refused = False
     for path in shown:
         for name, text in pictures.describe(path):
             print(f"{name:<22} {text}", flush=True)
-    return programs.become("penumbra-bake", ["info", *others]) if others or not shown else 0
+            refused |= str(text).startswith("no: ")
+    return programs.become("penumbra-bake", ["info", *others]) if others or not shown else INVALID if refused else 0
 
 
 def run_doctor(words):

@@ -116,6 +116,22 @@ def cloth_and_still(folder):
     assert "too little to hold out" in said and os.path.exists(os.path.join(folder, "lone.html")), said
 
 
+def odd_names(folder):
+    """Names with quotes, blanks and dots are names. What the page needs and is lost is made again."""
+    place = os.path.join(folder, "Bob's \"files\" #1")
+    os.makedirs(place)
+    for name in ("it's v.1.obj", "it's v.2.obj"):
+        shutil.copy(os.path.join(folder, "still.obj"), os.path.join(place, name))
+        result = run(*PYTHON, "make", name, "--effort", "draft", "--set", "bake.rays=16", cwd=place)
+        assert result.returncode == 0 and os.path.exists(os.path.join(place, name[:-4] + ".pnb")), result
+    again = [*PYTHON, "make", os.path.join(place, name), "--effort", "draft", "--set", "bake.rays=16", "-o",
+             os.path.join(place, name[:-4] + ".pnb")]
+    assert "nothing was run" in must(*again)
+    with open(os.path.join(place, name[:-4] + ".penumbra", "reports", "pictures.first.png.json"), "w") as file:
+        file.write('{"x":')
+    assert "its report is lost or damaged" in must(*again) and "nothing was run" in must(*again)
+
+
 def numbered(folder):
     """Numbered files are a cache, given as a folder or as a pattern."""
     place = os.path.join(folder, "seq")
@@ -217,7 +233,7 @@ def main():
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         os.environ.pop(name, None)
     with tempfile.TemporaryDirectory() as folder:
-        for check in (whole_run, changed_light, killed, composed, cloth_and_still, numbered, files_of_clips, chosen_meshes, verbs,
+        for check in (whole_run, changed_light, killed, composed, cloth_and_still, odd_names, numbered, files_of_clips, chosen_meshes, verbs,
                       rubbish):
             start = os.times().children_user
             check(folder)
