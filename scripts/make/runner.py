@@ -101,7 +101,7 @@ class Runner:
             digests.save()
 
     def lost(self, job):
-        """Returns what the page needs of a job and is no longer there, or "". The job then loses its stamp, too: by that
+        """Returns what the page needs of a job and is no longer there, or "". The job then loses its stamp: by that
         farm_stamp would leave it out."""
         reason = ""
         if not os.path.exists(self.log_of(job.output)):
