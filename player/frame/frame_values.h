@@ -29,7 +29,7 @@ void evaluateFrame(const Shot& shot, VisibilitySource source, Evaluator& evaluat
 // empty where the asset has none.
 void skinFrame(const Evaluator& evaluator, int threads, FrameVertices& vertices);
 void evaluateCoefficients(const Evaluator& evaluator, int threads, FrameVertices& vertices);
-// The same where `vertices` are those that skinFrame() has written in this pose, so that nothing is skinned twice.
+// Does the same for `vertices` that skinFrame() has written in this pose. Nothing is skinned twice.
 void evaluateSkinned(const Evaluator& evaluator, int threads, FrameVertices& vertices);
 void evaluateIndirect(const Evaluator& evaluator, int threads, std::vector<float>& indirect);
 
@@ -45,7 +45,7 @@ std::vector<float> ambientOf(const Shot& shot, const std::vector<float>& coeffic
 void shadeFrame(const ShadingSet& shading, const FrameVertices& vertices, Vec3 eye, int threads,
                 std::vector<Vec3>& radiance);
 
-// The same of `some` vertices alone (ShadingSet::shadeSome()); the others are undefined. Sizes `radiance`: [V].
+// Shades `some` vertices alone (ShadingSet::shadeSome()), and leaves the others undefined. Sizes `radiance`: [V].
 void shadeSome(const ShadingSet& shading, std::span<const std::uint32_t> some, const FrameVertices& vertices, Vec3 eye,
                std::vector<Vec3>& radiance);
 

@@ -160,7 +160,7 @@ std::array<float, kFarCoefficients> betweenCorners(const CastGrid& grid, const C
 }
 
 std::size_t castOnBlocks(const CastShadow& cast, const CastGrid& grid, std::span<CastBlock> blocks, int threads) {
-    thread_local Blocks room;
+    thread_local Blocks room;  // no loop in run() comes back here: its tasks cast single tiles
     return room.run(cast, grid, blocks, threads);
 }
 

@@ -17,10 +17,8 @@ std::filesystem::path installedLibrary() {
 }  // namespace
 
 std::optional<std::filesystem::path> libraryToOpen(const Scene& scene) {
-    static const std::filesystem::path library = installedLibrary();
-    const auto is_library = [](const SceneFile& file) {
-        return file.asset && file.asset->view.name == library.string();
-    };
+    static const std::string library = installedLibrary().string();
+    const auto is_library = [](const SceneFile& file) { return file.asset && file.asset->view.name == library; };
     if (library.empty() || std::ranges::any_of(scene.files, is_library)) return std::nullopt;
     return library;
 }

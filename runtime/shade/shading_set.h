@@ -95,8 +95,8 @@ public:
     // cover [0, V) together shade every vertex once. vertices.indirect counts where showsBounces(), and
     // vertices.received unless bounces() is kDirect. Everything else is as in VertexShader::shade().
     void shade(const VertexFrames& vertices, Vec3 eye, std::span<Vec3> radiance) const;
-    // The same for `some` vertices alone, those of one slot together, so that each is shaded as shade() shades it. Not
-    // for an asset of transfer.
+    // Shades `some` vertices alone, each as shade() does. Those of one slot stand together. An asset of transfer does
+    // not take this call.
     void shadeSome(std::span<const std::uint32_t> some, const VertexFrames& vertices, Vec3 eye,
                    std::span<Vec3> radiance) const;
     // The asset has pictures on its mesh, and they are shown where the material of a slot is that of its surface. Then

@@ -183,6 +183,16 @@ def check_high_density():
     subprocess.run(["xprop", "-root", "-remove", "RESOURCE_MANAGER"], check=True)
 
 
+def check_library():
+    """A button adds the materials that come with the player."""
+    view = View("x.pnb", "--no-settings", size="1280x800")
+    assert not any("matte" in view.shot("m").said for _ in range(4))
+    view.move(220, 18)
+    view.tool("click", 1)
+    wait_until(lambda: "material matte white" in view.shot("m").said, "a material of the library")
+    view.close()
+
+
 def check_sequence(view):
     view.keys("F11")
     lines = [view.process.stdout.readline() for _ in range(13)]
@@ -347,5 +357,6 @@ with prepared():
     check_exposure()
     check_cloth()
     check_high_density()
+    check_library()
     check_managed()  # last: GLFW 3.3 may abort where a window manager has just gone
 print("ok")

@@ -152,8 +152,8 @@ unsigned readTexture(AssimpImport& import, const aiMaterial& material, aiTexture
     return uv_set;
 }
 
-// Reads the texture coordinates. assimp's point up in every format that we read. Returns why they cannot be used, or
-// "".
+// Reads the texture coordinates. assimp's point up in every format that we read. Returns why they cannot be used; ""
+// where they can.
 std::string readUv(const AssimpImport& import, const aiMesh& mesh, unsigned uv_set, PartColor& color) {
     const std::string where = import.source.file.string() + ": mesh '" + textOf(mesh.mName) + "': ";
     if (uv_set >= AI_MAX_NUMBER_OF_TEXTURECOORDS || mesh.mTextureCoords[uv_set] == nullptr)
